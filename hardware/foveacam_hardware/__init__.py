@@ -1,0 +1,1 @@
+"""What touches the world: volts, pixels, bytes, nanoseconds. Knows no angle and no HTTP."""

@@ -1,0 +1,148 @@
+"""Protocols of the devices. Drivers and the simulation implement them; procedures know nothing else."""
+
+from collections.abc import Iterator
+from typing import Protocol
+
+from foveacam_hardware.contract.values import (
+    CameraCounters,
+    CameraSettings,
+    DeviceInfo,
+    ExposureReceipt,
+    Frame,
+    LinkTelemetry,
+    MirrorLimits,
+    MirrorState,
+    Role,
+    Sighting,
+    StereoVolts,
+)
+
+
+class Camera(Protocol):
+    """A camera; the sequence is the primitive, a snap is n = 1.
+
+    `connect` ends connected and verified, or undoes everything and raises `NotConnected`.
+    """
+
+    @property
+    def role(self) -> Role:
+        """Which eye it is."""
+        ...
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is."""
+        ...
+
+    @property
+    def settings(self) -> CameraSettings:
+        """What it runs with."""
+        ...
+
+    @property
+    def counters(self) -> CameraCounters:
+        """Frames delivered, dropped, incomplete and late since `start`."""
+        ...
+
+    def connect(self) -> None:
+        """Open the device and verify it."""
+        ...
+
+    def close(self) -> None:
+        """Release the device; harmless when closed."""
+        ...
+
+    def configure(self, settings: CameraSettings) -> CameraSettings:
+        """Apply the settings; return what the camera took."""
+        ...
+
+    def start(self) -> None:
+        """Begin to deliver frames (free-running, or one a trigger)."""
+        ...
+
+    def stop(self) -> None:
+        """Stop delivering."""
+        ...
+
+    def read(self, *, timeout_ms: float = 1000.0) -> Frame:
+        """Return the next frame not yet read; raise `Timeout` or `DeviceFault`."""
+        ...
+
+    def latest(self, *, max_age_ms: float) -> Frame:
+        """Return the newest frame, waiting for one when the newest is older than `max_age_ms`."""
+        ...
+
+    def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
+        """Yield the next `n` frames in order."""
+        ...
+
+
+class Mirrors(Protocol):
+    """The pair of steering mirrors and the trigger lines, behind one controller."""
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who the controller is."""
+        ...
+
+    @property
+    def limits(self) -> MirrorLimits:
+        """What the driver refuses to exceed."""
+        ...
+
+    @property
+    def state(self) -> MirrorState:
+        """Connected, enabled, volts last commanded, fault."""
+        ...
+
+    @property
+    def telemetry(self) -> LinkTelemetry:
+        """Traffic, round trips, clock offset."""
+        ...
+
+    def connect(self) -> None:
+        """Open the link, check the version, set filter and bias, map the clock."""
+        ...
+
+    def close(self) -> None:
+        """Park, disable and release; harmless when closed."""
+        ...
+
+    def enable(self) -> None:
+        """Switch the mirror rail on, bias first."""
+        ...
+
+    def disable(self) -> None:
+        """Park and switch the rail off."""
+        ...
+
+    def steer(self, volts: StereoVolts) -> StereoVolts:
+        """Move without waiting for a reply; return the volts really set. Safe at 1 kHz."""
+        ...
+
+    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+        """Move, settle, trigger both foveae, and return once the exposure is over."""
+        ...
+
+    def park(self) -> None:
+        """Bring both mirrors to zero differential now; callable from any thread at any time."""
+        ...
+
+    def ping(self) -> float:
+        """Return one round trip, ms; raise `Timeout` or `NotConnected`."""
+        ...
+
+
+class Head(Protocol):
+    """What a procedure needs of a rig: look somewhere and see.
+
+    Implemented by the rig itself (scripts, benches) and by the server (through its hardware thread).
+    """
+
+    def look(self, volts: StereoVolts) -> Sighting:
+        """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
+        ...
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame without moving anything."""
+        ...

@@ -1,0 +1,75 @@
+"""The one error tree of the product, sorted by whose move is next.
+
+    FoveaError
+    ├── InvalidInput     the caller's: fix the value (config, request, file)
+    ├── OutOfRange       the caller's: ask for something the rig can do
+    ├── NotCalibrated    the operator's: calibrate, or load the right calibration
+    ├── NotConnected     the operator's: plug in, power up, free the port
+    ├── Busy             wait, or take the lease
+    ├── Stopped          the operator's: release the stop
+    ├── Cancelled        nobody's: it was asked for
+    ├── Timeout          the device's: it did not answer in time
+    └── DeviceFault      the device's: it answered wrongly, or broke
+
+Every message says what was asked, what was found, and what to do.
+"""
+
+
+class FoveaError(Exception):
+    """Root of every error that a user may see; `code` is stable and machine readable."""
+
+    code = "fovea_error"
+
+
+class InvalidInput(FoveaError):
+    """A value, a file or a configuration that cannot be used as it stands."""
+
+    code = "invalid_input"
+
+
+class OutOfRange(FoveaError):
+    """A request beyond what the rig can do; it was refused, nothing moved."""
+
+    code = "out_of_range"
+
+
+class NotCalibrated(FoveaError):
+    """No calibration, or one that belongs to another rig."""
+
+    code = "not_calibrated"
+
+
+class NotConnected(FoveaError):
+    """A device that is missing, unplugged or held by another program."""
+
+    code = "not_connected"
+
+
+class Busy(FoveaError):
+    """Somebody else is using the rig."""
+
+    code = "busy"
+
+
+class Stopped(FoveaError):
+    """The stop is in force: the mirrors are parked until it is released."""
+
+    code = "stopped"
+
+
+class Cancelled(FoveaError):
+    """The work was cancelled on request."""
+
+    code = "cancelled"
+
+
+class Timeout(FoveaError):
+    """A device did not answer within its deadline."""
+
+    code = "timeout"
+
+
+class DeviceFault(FoveaError):
+    """A device answered wrongly, or refused what it should do."""
+
+    code = "device_fault"

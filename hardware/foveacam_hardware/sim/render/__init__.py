@@ -1,0 +1,1 @@
+"""The tile rasteriser: radiance, depth and identity of what a camera sees."""

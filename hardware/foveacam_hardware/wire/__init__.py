@@ -1,0 +1,1 @@
+"""Links, framing, codecs: bytes in and out. The only importer of `serial`."""

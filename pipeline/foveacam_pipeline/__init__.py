@@ -1,0 +1,1 @@
+"""What the numbers mean: angles, models, depth. No driver, no HTTP."""

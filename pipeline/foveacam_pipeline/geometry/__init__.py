@@ -1,0 +1,1 @@
+"""Rays, angles, pinholes, triangulation, bivariate polynomials: pure functions."""

@@ -1,0 +1,1 @@
+"""Calibrated models, frozen, and the versioned file that holds them."""

@@ -1,0 +1,84 @@
+"""Value types of stereo: a rectified pair, its disparity, the cloud and the mesh made of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RectifiedPair:
+    """Two windows of the virtual pinhole planes (Sec. 3.2), sharing v0.
+
+    `left`, `right`: (h, w) or (h, w, 3) uint8 RGB. `valid_left`, `valid_right`: (h, w) bool, false where the
+    window looks past the fovea's frame. A pixel (x, y) of a window lies at (x + u0, y + v0) px from the
+    principal point of its virtual pinhole, whose focal length is `f_px` at this window's scale.
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    valid_left: NDArray[np.bool_]
+    valid_right: NDArray[np.bool_]
+    f_px: float
+    baseline_m: float
+    u0_left_px: float
+    u0_right_px: float
+    v0_px: float
+    pose_sigma_px: float
+    """Standard error of u0_left - u0_right from the calibration, px at this window's scale."""
+    t_ns: int
+
+    @property
+    def offset_px(self) -> float:
+        """What the windows' origins add to the residual disparity: d = residual + offset."""
+        return self.u0_left_px - self.u0_right_px
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DisparityMap:
+    """Signed residual disparity of the left window, px, float32; NaN where unknown."""
+
+    residual_px: NDArray[np.float32]
+    sigma_px: NDArray[np.float32]
+    """(h, w) matching error, px (1 sigma); NaN where unknown."""
+    compute_ms: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthMap:
+    """Depth along +z of the rig frame for every pixel of the left window, metres; NaN where unknown."""
+
+    z_m: NDArray[np.float32]
+    sigma_m: NDArray[np.float32]
+    """(h, w) standard error along z from matching alone (Sec. 4.1), metres."""
+    pose_sigma_m: NDArray[np.float32]
+    """(h, w) standard error along z that all pixels share: the calibration's, metres."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cloud:
+    """Points in the rig frame.
+
+    `points_rig_m`: (n, 3) float32. `colors`: (n, 3) uint8 RGB. `sigma_m`: (n,) float32, along z.
+    """
+
+    points_rig_m: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    sigma_m: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return int(self.points_rig_m.shape[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthMesh:
+    """A textured surface in the rig frame.
+
+    `vertices_rig_m`: (n, 3) float32. `faces`: (m, 3) uint32, outward side towards the rig.
+    `uv`: (n, 2) float32 in 0..1, v down. `texture`: (h, w, 3) uint8 RGB.
+    """
+
+    vertices_rig_m: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+    uv: NDArray[np.float32]
+    texture: NDArray[np.uint8]

@@ -1,0 +1,99 @@
+"""What a fixation is asked for and what it answers."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeAlias
+
+from foveacam_hardware.contract import Sighting, StereoVolts
+
+
+class FixationState(StrEnum):
+    """How a fixation ended."""
+
+    VERGED = "verged"
+    NO_TEXTURE = "no_texture"
+    LOST = "lost"
+    OUT_OF_RANGE = "out_of_range"
+    TIMED_OUT = "timed_out"
+
+
+class Phase(StrEnum):
+    """What one step of the loop did."""
+
+    PARALLEL = "parallel"
+    EPIPOLAR = "epipolar"
+    COARSE = "coarse"
+    FINE = "fine"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PixelTarget:
+    """A point of the wide image, px (centre of the first pixel is 0, 0)."""
+
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RectangleTarget:
+    """A rectangle of the wide image, px; its corner is the one nearest to the origin."""
+
+    x_px: float
+    y_px: float
+    width_px: float
+    height_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DirectionTarget:
+    """A direction in the rig frame, axis-wise radians."""
+
+    ax_rad: float
+    ay_rad: float
+
+
+Target: TypeAlias = PixelTarget | RectangleTarget | DirectionTarget
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VergeStep:
+    """One look of the loop: where the eyes pointed, and what was found there."""
+
+    index: int
+    phase: Phase
+    left_ax_rad: float
+    left_ay_rad: float
+    right_ax_rad: float
+    right_ay_rad: float
+    residual_x_px: float | None
+    """Left minus right position of the target in the foveae along the epipolar line, fovea px; None when not matched."""
+    residual_y_px: float | None
+    score: float
+    """Normalised cross-correlation of the match that this step used, -1..1."""
+    compute_ms: float
+    """Time of our own code in this step; frames and settling are not in it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fixation:
+    """The answer to one target.
+
+    `distance_m` is the distance of the point from the rig's origin (the wide camera's centre);
+    `point_rig_m` is (X, Y, Z) in the rig frame. All are None unless `state` is `verged`.
+    """
+
+    state: FixationState
+    reason: str
+    """One sentence for the operator: why it ended so, and what would help."""
+    target_ax_rad: float
+    target_ay_rad: float
+    steps: tuple[VergeStep, ...]
+    distance_m: float | None = None
+    distance_sigma_m: float | None = None
+    point_rig_m: tuple[float, float, float] | None = None
+    residual_px: float | None = None
+    score: float | None = None
+    volts: StereoVolts | None = None
+    sighting: Sighting | None = None
+    """The last look, from which depth is computed."""
+    duration_ms: float = 0.0

@@ -1,0 +1,1 @@
+"""One process that owns the rig and serves it."""

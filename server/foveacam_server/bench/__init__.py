@@ -1,0 +1,1 @@
+"""The measured figures, each a command that prints one JSON object."""

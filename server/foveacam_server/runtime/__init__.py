@@ -1,0 +1,1 @@
+"""Hardware thread, frame hub, jobs, lease, events: the state behind the routes."""

@@ -1,0 +1,1 @@
+"""What the operator sees: the page and the viser scene."""
