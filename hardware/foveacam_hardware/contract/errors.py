@@ -16,9 +16,20 @@ Every message says what was asked, what was found, and what to do.
 
 
 class FoveaError(Exception):
-    """Root of every error that a user may see; `code` is stable and machine readable."""
+    """Root of every error that a user may see; `code` is stable and machine readable.
+
+    The message stands alone. `asked`, `found` and `remedy` repeat its parts for programs, where known.
+    """
 
     code = "fovea_error"
+
+    def __init__(
+        self, message: str = "", *, asked: str | None = None, found: str | None = None, remedy: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.asked = asked
+        self.found = found
+        self.remedy = remedy
 
 
 class InvalidInput(FoveaError):

@@ -1,0 +1,74 @@
+"""The application: opens the services, includes one router a resource, closes in the reverse order."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import ExitStack, asynccontextmanager
+
+from fastapi import FastAPI
+
+from foveacam_server import __version__, errors
+from foveacam_server.api import (
+    calibrations,
+    cameras,
+    clouds,
+    depth,
+    events,
+    fixations,
+    health,
+    jobs,
+    lease,
+    mirrors,
+    pages,
+    rig,
+    security,
+    stop,
+    targets,
+    views,
+    viser_relay,
+)
+from foveacam_server.runtime.opening import open_services
+from foveacam_server.settings import Settings
+
+API = "/api/v1"
+
+_RESOURCES = (
+    rig,
+    cameras,
+    mirrors,
+    views,
+    fixations,
+    targets,
+    clouds,
+    depth,
+    calibrations,
+    jobs,
+    events,
+    lease,
+    stop,
+)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """Return the application; nothing is opened before its lifespan starts."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        with ExitStack() as stack:
+            app.state.services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
+            yield
+            # Closing joins threads that may still hand work to this loop, so the loop must keep turning
+            await asyncio.to_thread(stack.pop_all().close)
+
+    app = FastAPI(
+        title="FoveaCam Duo",
+        version=__version__,
+        summary="Foveated stereo: point somewhere, both foveae verge on it, its distance and shape come back.",
+        lifespan=lifespan,
+    )
+    errors.install(app)
+    security.install(app, settings)
+    for resource in _RESOURCES:
+        app.include_router(resource.router, prefix=API)
+    for module in (health, viser_relay, pages):
+        app.include_router(module.router)
+    return app

@@ -1,0 +1,171 @@
+"""The one place that knows HTTP and the error tree: status and problem type of every error (RFC 9457).
+
+The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
+"""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from foveacam_hardware.contract import (
+    Busy,
+    Cancelled,
+    DeviceFault,
+    FoveaError,
+    InvalidInput,
+    NotCalibrated,
+    NotConnected,
+    OutOfRange,
+    Stopped,
+    Timeout,
+)
+from starlette.exceptions import HTTPException
+
+from foveacam_server.plain_words import explain_validation
+
+_log = logging.getLogger(__name__)
+
+MEDIA_TYPE = "application/problem+json"
+
+
+class NotFound(FoveaError):
+    """A resource that does not exist (any more)."""
+
+    code = "not_found"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """Slug, status and title that one branch of the error tree gets."""
+
+    slug: str
+    status: int
+    title: str
+
+
+INVALID_INPUT = Kind(slug="invalid-input", status=422, title="The request cannot be used as it stands")
+INTERNAL = Kind(slug="internal", status=500, title="The server made a mistake")
+NOT_FOUND = Kind(slug="not-found", status=404, title="There is nothing here")
+UNAUTHORIZED = Kind(slug="unauthorized", status=401, title="A token is needed")
+FORBIDDEN_ORIGIN = Kind(slug="forbidden-origin", status=403, title="This page may not control the rig")
+
+KINDS: dict[type[FoveaError], Kind] = {
+    InvalidInput: INVALID_INPUT,
+    OutOfRange: Kind(slug="out-of-range", status=422, title="The rig cannot do that"),
+    NotCalibrated: Kind(slug="not-calibrated", status=409, title="The rig is not calibrated"),
+    NotConnected: Kind(slug="not-connected", status=503, title="A device is missing"),
+    Busy: Kind(slug="busy", status=409, title="Somebody else is using it"),
+    Stopped: Kind(slug="stopped", status=409, title="The stop is engaged"),
+    Cancelled: Kind(slug="cancelled", status=409, title="It was cancelled"),
+    Timeout: Kind(slug="timeout", status=504, title="A device did not answer in time"),
+    DeviceFault: Kind(slug="device-fault", status=502, title="A device failed"),
+    NotFound: NOT_FOUND,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """An RFC 9457 problem, before it knows its URL."""
+
+    kind: Kind
+    detail: str
+    asked: str | None = None
+    found: str | None = None
+    remedy: str | None = None
+    headers: dict[str, str] = field(default_factory=dict)
+
+    def document(self, *, instance: str | None = None) -> dict[str, Any]:  # Any: a JSON document
+        """Return the problem as JSON; unknown parts are left out."""
+        document: dict[str, Any] = {
+            "type": f"/problems/{self.kind.slug}",
+            "title": self.kind.title,
+            "status": self.kind.status,
+            "detail": self.detail,
+        }
+        parts = {"instance": instance, "asked": self.asked, "found": self.found, "remedy": self.remedy}
+        return document | {name: value for name, value in parts.items() if value is not None}
+
+    def response(self, *, instance: str | None = None) -> JSONResponse:
+        """Return the problem as an answer."""
+        return JSONResponse(
+            self.document(instance=instance),
+            status_code=self.kind.status,
+            media_type=MEDIA_TYPE,
+            headers=self.headers or None,
+        )
+
+
+def problem_of(error: BaseException) -> Problem:
+    """Return the problem that `error` is to the outside; anything unforeseen is internal, without its details."""
+    for branch in type(error).__mro__:
+        kind = KINDS.get(branch)
+        if kind is not None and isinstance(error, FoveaError):
+            return Problem(
+                kind=kind, detail=str(error), asked=error.asked, found=error.found, remedy=error.remedy
+            )
+    return Problem(
+        kind=INTERNAL,
+        detail="The server met an error that it did not foresee; the cause is in its log.",
+        remedy="Try again; when it stays, report it together with the log.",
+    )
+
+
+def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> Problem:
+    if status == HTTPStatus.NOT_FOUND:
+        return Problem(
+            kind=NOT_FOUND,
+            detail=f"Nothing is served at {path}.",
+            asked=f"{method} {path}",
+            remedy="See /docs for what there is.",
+        )
+    phrase = HTTPStatus(status).phrase
+    kind = Kind(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
+    allowed = headers.get("Allow") or headers.get("allow")
+    detail = f"{method} is not possible at {path}." if status == HTTPStatus.METHOD_NOT_ALLOWED else f"{phrase}."
+    return Problem(
+        kind=kind,
+        detail=detail,
+        asked=f"{method} {path}",
+        remedy=f"Use {allowed}." if allowed else None,
+        headers=headers,
+    )
+
+
+def validation_problem(errors: Sequence[Any]) -> Problem:  # Any: pydantic's error dictionaries
+    """Return the problem of a request that does not fit its model, naming field, value and what is allowed."""
+    words = explain_validation(errors)
+    return Problem(
+        kind=INVALID_INPUT, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
+    )
+
+
+def install(app: FastAPI) -> None:
+    """Make every error that leaves the application a problem document."""
+
+    async def on_fovea_error(request: Request, error: Exception) -> JSONResponse:
+        return problem_of(error).response(instance=request.url.path)
+
+    async def on_http_error(request: Request, error: Exception) -> JSONResponse:
+        assert isinstance(error, HTTPException)
+        problem = _of_status(
+            error.status_code, path=request.url.path, method=request.method, headers=dict(error.headers or {})
+        )
+        return problem.response(instance=request.url.path)
+
+    async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
+        assert isinstance(error, RequestValidationError)
+        return validation_problem(error.errors()).response(instance=request.url.path)
+
+    async def on_anything(request: Request, error: Exception) -> JSONResponse:
+        # Starlette re-raises the error after this answer, so that the server logs it once
+        return problem_of(error).response(instance=request.url.path)
+
+    app.add_exception_handler(FoveaError, on_fovea_error)
+    app.add_exception_handler(HTTPException, on_http_error)
+    app.add_exception_handler(RequestValidationError, on_validation_error)
+    app.add_exception_handler(Exception, on_anything)

@@ -1,0 +1,117 @@
+"""Validation errors in plain words: which field, what was sent, what is allowed, what to do."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+_NEEDED = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "text",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "model_type": "an object",
+    "model_attributes_type": "an object",
+    "dict_type": "an object",
+    "list_type": "a list",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlainWords:
+    """One validation failure, told to a person."""
+
+    detail: str
+    asked: str | None
+    found: str | None
+    remedy: str | None
+
+
+def explain_validation(errors: Sequence[Mapping[str, Any]]) -> PlainWords:  # Any: pydantic's error dictionaries
+    """Tell all failures of one request; the parts repeat the first."""
+    if not errors:
+        return PlainWords(detail="The request cannot be used.", asked=None, found=None, remedy=None)
+    told = [_tell(error) for error in errors]
+    details = list(dict.fromkeys(words.detail for words in told))
+    return PlainWords(
+        detail=" ".join(details), asked=told[0].asked, found=told[0].found, remedy=told[0].remedy
+    )
+
+
+def _tell(error: Mapping[str, Any]) -> PlainWords:
+    where = _path(error.get("loc", ()))
+    kind = str(error.get("type", ""))
+    context = error.get("ctx") or {}
+    value = error.get("input")
+    if kind == "missing":
+        return PlainWords(
+            detail=f"{where} is missing.", asked=where, found="nothing", remedy=f"Send {where} with the request."
+        )
+    if kind == "extra_forbidden":
+        return PlainWords(
+            detail=f"{where} is not known here.",
+            asked=where,
+            found=_show(value),
+            remedy=f"Leave {where} out, or check its spelling.",
+        )
+    if kind == "json_invalid":
+        reason = str(context.get("error", "it cannot be parsed"))
+        return PlainWords(
+            detail=f"The body is not JSON: {reason}.", asked="a JSON body", found=reason, remedy="Send valid JSON."
+        )
+    needed = _needed(kind, context) or str(error.get("msg", "another value")).removeprefix("Value error, ")
+    shown = _show(value)
+    return PlainWords(
+        detail=f"{where} is {shown}; needed is {needed}.",
+        asked=f"{where}: {needed}",
+        found=shown,
+        remedy=f"Send {needed} as {where}.",
+    )
+
+
+def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
+    if kind in _NEEDED:
+        return _NEEDED[kind]
+    bounds = {
+        "greater_than": ("gt", "a value above"),
+        "greater_than_equal": ("ge", "a value of at least"),
+        "less_than": ("lt", "a value below"),
+        "less_than_equal": ("le", "a value of at most"),
+        "string_too_long": ("max_length", "text no longer than"),
+        "string_too_short": ("min_length", "text no shorter than"),
+    }
+    if kind in bounds:
+        key, words = bounds[kind]
+        unit = " characters" if kind.startswith("string") else ""
+        return f"{words} {context.get(key)}{unit}"
+    if kind in ("literal_error", "enum"):
+        return f"one of {context.get('expected')}"
+    return None
+
+
+def _path(location: Sequence[str | int]) -> str:
+    parts = [str(part) for part in location]
+    if parts and parts[0] in ("body", "query", "path", "header"):
+        parts = parts[1:] or ["the body"] if parts[0] == "body" else parts[1:]
+    return ".".join(parts) or "the request"
+
+
+def _show(value: object) -> str:
+    if isinstance(value, str):
+        return f'the text "{value if len(value) <= 40 else value[:40] + "…"}"'
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return "not a number" if math.isnan(value) else "infinite"
+    if value is None:
+        return "null"
+    if isinstance(value, Mapping):
+        return "an object"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return str(value)

@@ -1,0 +1,53 @@
+"""What the lifespan built and the routes fetch; nothing here is created by a request."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends
+from foveacam_hardware.contract import Clock
+from starlette.requests import HTTPConnection
+
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.fixations import FixationService
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.jobs import JobRunner
+from foveacam_server.runtime.lease import Lease
+from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.stop import StopSwitch
+from foveacam_server.runtime.store import Store
+from foveacam_server.settings import Settings
+
+
+@dataclass(slots=True, kw_only=True)
+class Services:
+    """Everything of one running server; opened in this order, closed in the reverse."""
+
+    settings: Settings
+    boot_id: str
+    """Changes at every start, so that a page notices a restart."""
+    clock: Clock
+    store: Store
+    events: EventLog
+    lease: Lease
+    hub: FrameHub
+    hardware: HardwareThread
+    stop: StopSwitch
+    calibration: CalibrationService
+    jobs: JobRunner
+    clouds: CloudShelf
+    fixations: FixationService
+    viewer: Viewer | None
+    """The 3D pane; None when it is switched off or could not be started."""
+
+
+async def services(connection: HTTPConnection) -> Services:
+    """Fetch what the lifespan built; works for requests and for WebSockets."""
+    found = connection.app.state.services
+    assert isinstance(found, Services)
+    return found
+
+
+ServicesDep = Annotated[Services, Depends(services)]

@@ -1,0 +1,51 @@
+"""What the operator may choose about the server: environment (`FOVEACAM_…`) and command line."""
+
+import os
+from ipaddress import ip_address
+from pathlib import Path
+
+from pydantic import Field, SecretStr
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+def default_data_dir() -> Path:
+    """Return where the server keeps its files unless told otherwise (XDG base directories)."""
+    root = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(root) / "foveacam"
+
+
+class Settings(BaseSettings):
+    """One value per choice; the command line overrides the environment."""
+
+    model_config = SettingsConfigDict(env_prefix="FOVEACAM_", extra="forbid", frozen=True)
+
+    rig: str = "sim"
+    """`sim`, or the path of a rig file (TOML)."""
+    scene: str = "bench"
+    """Scene of the simulated rig: a shipped name, or the path of a scene file."""
+    preset: str = "rig120"
+    """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
+    host: str = "127.0.0.1"
+    port: int = Field(default=8000, ge=0, le=65535)
+    token: SecretStr | None = None
+    """What a request must carry; required when `host` is not a loopback address."""
+    allowed_origins: tuple[str, ...] = ()
+    """Origins of pages that may use this server, besides its own."""
+    data: Path = Field(default_factory=default_data_dir)
+    calibration: Path | None = None
+    """Calibration file to use instead of the rig's own."""
+    live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)
+    live_fovea_hz: float = Field(default=12.0, gt=0.0, le=60.0)
+    """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
+    viewer: bool = True
+    """Whether the 3D pane (viser) runs."""
+
+    @property
+    def loopback(self) -> bool:
+        """Tell whether only this machine can reach the server."""
+        if self.host == "localhost":
+            return True
+        try:
+            return ip_address(self.host).is_loopback
+        except ValueError:
+            return False
