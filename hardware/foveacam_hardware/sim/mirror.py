@@ -1,0 +1,151 @@
+"""The pair of steering mirrors: DAC codes in, tilts out, at any moment of the last seconds.
+
+Codes -> volts -> low-pass and resonance (`low_pass`, linear and exact) -> static law (volts to tilt, below).
+The law is a balance of torques, not a polynomial; what the tilts do to the light is in `optics`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_hardware.sim.low_pass import DriveHistory, Mode
+
+FULL_SCALE_V = 200.0
+FULL_SCALE_CODE = 65_535
+NOMINAL_BIAS_V = 90.0
+BALANCE_ROUNDS = 8  # the axes couple by about 1 %, so each round gains two digits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MirrorLaw:
+    """Where one mirror comes to rest: electrostatic torque against springs that stiffen.
+
+    Pairs are (x, y). Tilts are mechanical; the light turns by twice the x tilt and 1.41 times the y tilt.
+    """
+
+    gain_rad_per_v: tuple[float, float]
+    stiffening_per_rad2: tuple[float, float]
+    rest_rad: tuple[float, float]
+    skew_rad: tuple[float, float]
+    """Turn of the x and of the y electrodes against the springs' axes."""
+    side: int
+    """-1 left, +1 right: the eyes are built as mirror images, and so is the cross-talk."""
+
+    def tilt_rad(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (n, 2) tilts at rest of (n, 2) float64 differential volts."""
+        drive = volts_v * np.array(self.gain_rad_per_v)
+        skew_x, skew_y = self.skew_rad
+        torque_x = drive[:, 0] + skew_x * drive[:, 1]
+        torque_y = drive[:, 1] + skew_y * drive[:, 0]
+        tilt_x, tilt_y = np.zeros(len(drive)), np.zeros(len(drive))
+        for _ in range(BALANCE_ROUNDS):
+            pull_x, pull_y = self._cross_talk(tilt_x, tilt_y)
+            soft_x, soft_y = 1.0 + SHARED_STIFFENING * tilt_y**2, 1.0 + SHARED_STIFFENING * tilt_x**2
+            tilt_x, tilt_y = (
+                _balance(torque_x + pull_x, soft_x, self.stiffening_per_rad2[0]),
+                _balance(torque_y + pull_y, soft_y, self.stiffening_per_rad2[1]),
+            )
+        return np.stack([tilt_x + self.rest_rad[0], tilt_y + self.rest_rad[1]], axis=1)
+
+    def _cross_talk(
+        self, tilt_x: NDArray[np.float64], tilt_y: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return what the comb of each axis adds to the other's torque as it rises out of its slots."""
+        rise = COMB_HEIGHT_RAD * (np.sqrt(1.0 + (tilt_y / COMB_HEIGHT_RAD) ** 2) - 1.0)
+        lift = np.arctan(tilt_x / COMB_HEIGHT_RAD) * COMB_HEIGHT_RAD
+        return -self.side * CROSS_TALK_X * rise, self.side * CROSS_TALK_Y * lift * tilt_y
+
+
+# Shaped so that mirror and optics together bend like the published 9 x 9 sweep of the real rig: about 11 % less
+# reach at 170 V than the slope at rest promises, and -/+0.34 deg (y^2) and +/-0.42 deg (x y) between the axes.
+SHARED_STIFFENING = 1.0
+COMB_HEIGHT_RAD = 0.2
+CROSS_TALK_X = 0.10
+CROSS_TALK_Y = 0.48
+
+
+def built_law(role: Role, *, seed: int) -> MirrorLaw:
+    """Return the law of one mirror as it came off the wafer, the same for a seed."""
+    rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0x3E35])
+    gain_x, gain_y = np.deg2rad([0.0306, 0.0372]) * rng.uniform(0.985, 1.015, 2)
+    rest_x, rest_y = np.deg2rad(rng.uniform(-0.05, 0.05, 2))
+    skew_x, skew_y = rng.uniform(-0.02, 0.02, 2)
+    return MirrorLaw(
+        gain_rad_per_v=(float(gain_x), float(gain_y)),
+        stiffening_per_rad2=(19.0, 12.6),
+        rest_rad=(float(rest_x), float(rest_y)),
+        skew_rad=(float(skew_x), float(skew_y)),
+        side=-1 if role is Role.LEFT else 1,
+    )
+
+
+class MirrorPair:
+    """Both mirrors behind one amplifier; not thread safe (the world's lock guards it)."""
+
+    def __init__(self, *, mode: Mode, cutoff_hz: int, t_ns: int, seed: int) -> None:
+        self.laws = {role: built_law(role, seed=seed) for role in (Role.LEFT, Role.RIGHT)}
+        self.stuck: set[Role] = set()
+        self._history = DriveHistory(axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
+        self._codes: tuple[int, ...] = (0,) * 8
+        self._rail_on = False
+        self._held: dict[Role, NDArray[np.float64]] = {}
+
+    def drive(self, t_ns: int, codes: tuple[int, ...]) -> None:
+        """Take 8 DAC codes: left x+, x-, y+, y-, then right."""
+        self._codes = codes
+        self._apply(t_ns)
+
+    def rail(self, t_ns: int, *, on: bool) -> None:
+        """Switch the high voltage; without it nothing pulls, and the springs bring the mirrors to rest."""
+        self._rail_on = on
+        self._apply(t_ns)
+
+    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Run the filters at another cut-off; 0 stops their clock, and the outputs hold."""
+        if cutoff_hz > 0:
+            self._history.low_pass(t_ns, cutoff_hz)
+
+    def drive_v(self, role: Role, t_ns: int) -> MirrorVolts:
+        """Return the differential volts that the DAC holds at `t_ns`, before the filter."""
+        x_v, y_v = self._history.input_v(t_ns)[_axes(role)].tolist()
+        return MirrorVolts(x_v=x_v, y_v=y_v)
+
+    def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
+        """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
+        volts_v = self._history.output_v(t_ns)[_axes(role)]
+        if role in self.stuck:
+            volts_v = self._held.setdefault(role, volts_v)
+        else:
+            self._held.pop(role, None)
+        return self._law(role, volts_v)
+
+    def rest_tilt_rad(self, role: Role, volts: MirrorVolts) -> tuple[float, float]:
+        """Return where a mirror comes to rest under differential volts (truth)."""
+        return self._law(role, np.array([volts.x_v, volts.y_v]))
+
+    def _law(self, role: Role, volts_v: NDArray[np.float64]) -> tuple[float, float]:
+        x_rad, y_rad = self.laws[role].tilt_rad(volts_v[None, :])[0].tolist()
+        return x_rad, y_rad
+
+    def _apply(self, t_ns: int) -> None:
+        channels_v = np.array(self._codes, dtype=np.float64) * (FULL_SCALE_V / FULL_SCALE_CODE)
+        plus_v, minus_v = channels_v[0::2], channels_v[1::2]
+        # The two electrodes of an axis pull with the square of their volts: 2 bias v at the nominal bias.
+        pull_v = (plus_v**2 - minus_v**2) / (2.0 * NOMINAL_BIAS_V)
+        self._history.drive(t_ns, pull_v if self._rail_on else np.zeros(4))
+
+
+def _axes(role: Role) -> slice:
+    return slice(0, 2) if role is Role.LEFT else slice(2, 4)
+
+
+def _balance(
+    torque: NDArray[np.float64], softness: NDArray[np.float64], stiffening: float
+) -> NDArray[np.float64]:
+    """Solve tilt (softness + stiffening tilt^2) = torque: the one real root, in closed form."""
+    p = softness / stiffening
+    q = torque / stiffening
+    scale = np.sqrt(p / 3.0)
+    return np.asarray(2.0 * scale * np.sinh(np.arcsinh(q / (2.0 * scale**3)) / 3.0))

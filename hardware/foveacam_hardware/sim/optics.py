@@ -1,0 +1,160 @@
+"""Optics of one eye from first principles: a telephoto pinhole that looks at the world in a tilting mirror.
+
+Rotation of the image, keystone, anamorphism and the walk of the pupil are not modelled: they follow.
+Frames: rig (OpenCV axes, metres). Knows nothing of volts (`mirror`) and nothing of scenes (`world`).
+"""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+
+Vector: TypeAlias = NDArray[np.float64]
+"""(3,) float64, rig frame."""
+Matrix: TypeAlias = NDArray[np.float64]
+"""(3, 3) float64."""
+
+FOVEA_WIDTH = 1440
+FOVEA_HEIGHT = 1080
+FOVEA_FOCAL_PX = 28_760.0  # Table 2: 2.86 deg over 1440 px, a 100 mm lens on 3.45 um pixels
+PUPIL_BEFORE_MIRROR_M = 0.040  # deduced: the paper's pupil lies a few centimetres behind the mirror
+HALF_BASELINE_M = 0.1  # Table 2: the mirrors stand 0.2 m apart
+
+FORWARD: Vector = np.array([0.0, 0.0, 1.0])
+READOUT_FLIP: Matrix = np.diag([-1.0, 1.0, 1.0])
+"""The sensor is read out from right to left, so that the mirror's reversal does not show in the image."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Assembly:
+    """How one eye is put together: where each part really sits, against the drawing.
+
+    `pivot_m`: centre of the mirror, rig frame. `camera_turn_rad`: error of the camera's axis about its own
+    x, y and z (roll). `mirror_turn_rad`: error of the mirror's seat about the rig's x and y.
+    `axis_offset_m`: how far the camera's axis passes from the pivot, along the camera's x and y.
+    """
+
+    role: Role
+    pivot_m: tuple[float, float, float]
+    camera_turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mirror_turn_rad: tuple[float, float] = (0.0, 0.0)
+    axis_offset_m: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """A pinhole as the renderer takes it: pixel ~ matrix @ (X - centre), X in the rig frame, metres."""
+
+    matrix: Matrix
+    centre_m: Vector
+
+    def pixels(self, points_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Project (n, 3) float64 points of the rig frame to (n, 2) px."""
+        rays = (points_rig_m - self.centre_m) @ self.matrix.T
+        return np.asarray(rays[:, :2] / rays[:, 2:], dtype=np.float64)
+
+    def direction(self, x_px: float, y_px: float) -> Vector:
+        """Return the unit ray (3,) of a pixel, from the pupil into the world, rig frame."""
+        ray = np.linalg.solve(self.matrix, np.array([x_px, y_px, 1.0]))
+        ray *= np.sign(np.linalg.det(self.matrix))
+        return np.asarray(ray / np.linalg.norm(ray), dtype=np.float64)
+
+
+def rotation(turn_rad: Vector) -> Matrix:
+    """Return the rotation by a rotation vector (3,), radians (Rodrigues)."""
+    angle_rad = float(np.linalg.norm(turn_rad))
+    if angle_rad == 0.0:
+        return np.eye(3)
+    x, y, z = turn_rad / angle_rad
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(
+        np.eye(3) + np.sin(angle_rad) * cross + (1.0 - np.cos(angle_rad)) * cross @ cross, dtype=np.float64
+    )
+
+
+def reflection(normal: Vector) -> Matrix:
+    """Return I - 2 n n^T for a unit normal (3,)."""
+    return np.asarray(np.eye(3) - 2.0 * np.outer(normal, normal), dtype=np.float64)
+
+
+def nominal_assembly(role: Role) -> Assembly:
+    """Return the eye as drawn, without any error."""
+    return Assembly(role=role, pivot_m=(_side(role) * HALF_BASELINE_M, 0.0, 0.0))
+
+
+def built_assembly(role: Role, *, seed: int) -> Assembly:
+    """Return the eye as a workshop builds it: tenths of a degree, tenths of a millimetre, the same for a seed."""
+    rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0xF01D])
+    errors_m = rng.uniform(-0.2e-3, 0.2e-3, 3)
+    turn_rad = np.deg2rad(rng.uniform(-1.0, 1.0, 3) * np.array([0.15, 0.15, 0.3]))
+    seat_rad = np.deg2rad(rng.uniform(-0.1, 0.1, 2))
+    offset_m = rng.uniform(-0.3e-3, 0.3e-3, 2)
+    drawn = np.array(nominal_assembly(role).pivot_m)
+    px, py, pz = (drawn + errors_m).tolist()
+    cx, cy, cz = turn_rad.tolist()
+    return Assembly(
+        role=role,
+        pivot_m=(px, py, pz),
+        camera_turn_rad=(cx, cy, cz),
+        mirror_turn_rad=(float(seat_rad[0]), float(seat_rad[1])),
+        axis_offset_m=(float(offset_m[0]), float(offset_m[1])),
+    )
+
+
+class FoldedEye:
+    """One telephoto camera and its mirror; `view` answers for any tilt of the mirror."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly = assembly
+        self.pivot_m: Vector = np.array(assembly.pivot_m)
+        # The left camera looks left and the right one looks right, each at a mirror that folds its axis forward.
+        axis = np.array([float(_side(assembly.role)), 0.0, 0.0])
+        drawn_normal = (FORWARD - axis) / np.sqrt(2.0)
+        seat = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
+        self._normal = seat @ drawn_normal
+        self._outer = seat @ np.array([0.0, 1.0, 0.0])
+        self._inner = np.cross(self._normal, self._outer)
+        drawn_camera_from_rig = READOUT_FLIP @ reflection(drawn_normal)
+        self._camera_from_rig = rotation(np.array(assembly.camera_turn_rad)) @ drawn_camera_from_rig
+        offset_m = np.array([*assembly.axis_offset_m, -PUPIL_BEFORE_MIRROR_M])
+        self._pupil_m = self.pivot_m + self._camera_from_rig.T @ offset_m
+        self._k = np.array(
+            [
+                [FOVEA_FOCAL_PX, 0.0, (FOVEA_WIDTH - 1) / 2],
+                [0.0, FOVEA_FOCAL_PX, (FOVEA_HEIGHT - 1) / 2],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    def normal(self, tilt_x_rad: float, tilt_y_rad: float) -> Vector:
+        """Return the mirror's unit normal: a gimbal, vertical axis outside, horizontal axis inside.
+
+        `tilt_x_rad` > 0 turns the gaze to the right, `tilt_y_rad` > 0 turns it down.
+        """
+        inner = self._normal * np.cos(tilt_y_rad) + self._outer * np.sin(tilt_y_rad)
+        return rotation(self._outer * tilt_x_rad) @ inner
+
+    def view(self, tilt_x_rad: float, tilt_y_rad: float, *, mount_turn_rad: Vector | None = None) -> View:
+        """Return the camera as the world sees it: K R0 (I - 2 n n^T), its pupil reflected too.
+
+        `mount_turn_rad`: (3,) turn of camera and mirror together about the pivot (thermal drift), rig axes.
+        """
+        mirror = reflection(self.normal(tilt_x_rad, tilt_y_rad))
+        mount = np.eye(3) if mount_turn_rad is None else rotation(mount_turn_rad)
+        matrix = self._k @ READOUT_FLIP @ self._camera_from_rig @ mirror @ mount.T
+        centre_m = self.pivot_m + mount @ mirror @ (self._pupil_m - self.pivot_m)
+        return View(matrix=matrix, centre_m=centre_m)
+
+
+def gaze(view: View) -> Vector:
+    """Return the unit ray of the fovea's image centre, rig frame."""
+    return view.direction((FOVEA_WIDTH - 1) / 2, (FOVEA_HEIGHT - 1) / 2)
+
+
+def _side(role: Role) -> int:
+    if role is Role.WIDE:
+        raise ValueError("the wide camera has no mirror; asked for the assembly of an eye")
+    return -1 if role is Role.LEFT else 1
