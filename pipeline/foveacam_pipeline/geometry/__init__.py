@@ -1,1 +1,67 @@
 """Rays, angles, pinholes, triangulation, bivariate polynomials: pure functions."""
+
+from foveacam_pipeline.geometry.angles import (
+    angles_from_rays,
+    angles_from_tan,
+    ray,
+    rays_from_angles,
+    tan_from_angles,
+)
+from foveacam_pipeline.geometry.pinhole import (
+    Window,
+    angles_from_plane,
+    homography_apply,
+    plane_from_angles,
+)
+from foveacam_pipeline.geometry.polynomial import (
+    BivariatePolynomial,
+    PolynomialFit,
+    fit_best_order,
+    fit_polynomial,
+    monomials,
+)
+from foveacam_pipeline.geometry.triangulate import (
+    Meeting,
+    closest_approach,
+    depth_from_disparity_m,
+    depth_sigma_m,
+    disparity_from_depth_px,
+    points_from_plane,
+    range_sigma_m,
+    total_disparity_px,
+)
+from foveacam_pipeline.geometry.verging import (
+    eye_angles,
+    point_from_direction,
+    point_on_ray,
+    vergence_angles,
+)
+
+__all__ = [
+    "BivariatePolynomial",
+    "Meeting",
+    "PolynomialFit",
+    "Window",
+    "angles_from_plane",
+    "angles_from_rays",
+    "angles_from_tan",
+    "closest_approach",
+    "depth_from_disparity_m",
+    "depth_sigma_m",
+    "disparity_from_depth_px",
+    "eye_angles",
+    "fit_best_order",
+    "fit_polynomial",
+    "homography_apply",
+    "monomials",
+    "plane_from_angles",
+    "point_from_direction",
+    "point_on_ray",
+    "points_from_plane",
+    "range_sigma_m",
+    "ray",
+    "rays_from_angles",
+    "tan_from_angles",
+    "total_disparity_px",
+    "vergence_angles",
+]

@@ -1,0 +1,62 @@
+"""The virtual pinhole of a fovea (Sec. 3.2): parallel to the wide camera, focal length of the telephoto.
+
+Its plane is measured in pixels from its principal point: (u, v) = f (tan ax, tan ay). A window is the
+part of that plane that holds one rectified image; its pixel (x, y) lies at (x + u0, y + v0).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
+from foveacam_pipeline.geometry.shapes import as_rows
+
+
+def plane_from_angles(angles_rad: ArrayLike, *, f_px: float) -> NDArray[np.float64]:
+    """Return (n, 2) float64 plane coordinates (u, v), px, of `angles_rad`: (n, 2)."""
+    return f_px * tan_from_angles(angles_rad)
+
+
+def angles_from_plane(plane_px: ArrayLike, *, f_px: float) -> NDArray[np.float64]:
+    """Return (n, 2) float64 angles, rad, of `plane_px`: (n, 2) (u, v)."""
+    return angles_from_tan(as_rows(plane_px, columns=2, name="plane_px") / f_px)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """A window of a virtual pinhole plane: where its first pixel lies, its size, and the focal length, px."""
+
+    u0_px: float
+    v0_px: float
+    width: int
+    height: int
+    f_px: float
+
+    def plane_from_pixels(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, 2) plane coordinates of window `pixels`: (n, 2)."""
+        rows = as_rows(pixels, columns=2, name="pixels")
+        return np.column_stack([rows[:, 0] + self.u0_px, rows[:, 1] + self.v0_px])
+
+    def pixels_from_plane(self, plane_px: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, 2) window pixels of `plane_px`: (n, 2)."""
+        rows = as_rows(plane_px, columns=2, name="plane_px")
+        return np.column_stack([rows[:, 0] - self.u0_px, rows[:, 1] - self.v0_px])
+
+    def scaled(self, scale: float) -> "Window":
+        """Return the window of the same field at `scale` times the resolution (pixel edges kept)."""
+        return Window(
+            u0_px=scale * (self.u0_px - 0.5) + 0.5,
+            v0_px=scale * (self.v0_px - 0.5) + 0.5,
+            width=round(self.width * scale),
+            height=round(self.height * scale),
+            f_px=self.f_px * scale,
+        )
+
+
+def homography_apply(homography: NDArray[np.float64], points: ArrayLike) -> NDArray[np.float64]:
+    """Return (n, 2) float64 images of `points`: (n, 2) under a (3, 3) homography."""
+    rows = as_rows(points, columns=2, name="points")
+    mapped = np.column_stack([rows, np.ones(len(rows))]) @ homography.T
+    image: NDArray[np.float64] = mapped[:, :2] / mapped[:, 2:]
+    return image

@@ -1,0 +1,196 @@
+"""Bivariate polynomials of one total degree on scaled variables, and their robust fit (Eqs. 2-4).
+
+Scaling the variables to about -1..1 keeps the normal matrix well conditioned; leave-one-out errors come
+from the hat matrix, without refitting.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.geometry.shapes import as_finite_rows, as_rows
+
+HUBER_K = 1.345
+"""Residuals beyond this many robust standard deviations lose weight (95 % efficiency, Huber 1981)."""
+_IRLS_ROUNDS = 30
+
+
+def exponents(order: int) -> list[tuple[int, int]]:
+    """Return the powers (i, j) of x and y of every monomial up to total degree `order`, by degree."""
+    if order < 0:
+        raise InvalidInput(f"polynomial order {order}: give 0 or more")
+    return [(degree - j, j) for degree in range(order + 1) for j in range(degree + 1)]
+
+
+def monomials(x: ArrayLike, y: ArrayLike, order: int) -> NDArray[np.float64]:
+    """Return (n, k) float64: every x^i y^j, i + j <= order, of scaled variables (n,)."""
+    columns = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    return np.column_stack([columns[0] ** i * columns[1] ** j for i, j in exponents(order)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BivariatePolynomial:
+    """m polynomials of two variables sharing one basis.
+
+    The basis variables are (x - centre) / scale. `coefficients`: (k, m) float64, rows as `exponents`.
+    """
+
+    order: int
+    centre: tuple[float, float]
+    scale: tuple[float, float]
+    coefficients: NDArray[np.float64]
+
+    def _scaled(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rows = as_rows(xy, columns=2, name="xy")
+        return (rows[:, 0] - self.centre[0]) / self.scale[0], (rows[:, 1] - self.centre[1]) / self.scale[1]
+
+    def basis(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Return the (n, k) monomials at `xy`: (n, 2)."""
+        return monomials(*self._scaled(xy), self.order)
+
+    def __call__(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, m) float64 values at `xy`: (n, 2)."""
+        values: NDArray[np.float64] = self.basis(xy) @ self.coefficients
+        return values
+
+    def jacobian(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, m, 2) float64 derivatives to x and to y at `xy`: (n, 2)."""
+        x, y = self._scaled(xy)
+        powers = exponents(self.order)
+        zero = np.zeros_like(x)
+        by_x = np.column_stack([i * x ** (i - 1) * y**j if i else zero for i, j in powers])
+        by_y = np.column_stack([j * x**i * y ** (j - 1) if j else zero for i, j in powers])
+        return np.stack(
+            [by_x @ self.coefficients / self.scale[0], by_y @ self.coefficients / self.scale[1]], axis=2
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PolynomialFit:
+    """A fitted polynomial and how well it does.
+
+    `residuals`, `loo_residuals`, `weights`, `leverage`: (n, m); value minus fit, the same with the row left
+    out, the final robust weights (1 = full), and the diagonal of the hat matrix.
+    """
+
+    polynomial: BivariatePolynomial
+    residuals: NDArray[np.float64]
+    loo_residuals: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    leverage: NDArray[np.float64]
+
+    @property
+    def rms(self) -> NDArray[np.float64]:
+        """(m,) root mean square residual, outliers by their weight."""
+        return _weighted_rms(self.residuals, self.weights)
+
+    @property
+    def loo_rms(self) -> NDArray[np.float64]:
+        """(m,) root mean square leave-one-out residual, outliers by their weight."""
+        return _weighted_rms(self.loo_residuals, self.weights)
+
+    @property
+    def scatter(self) -> NDArray[np.float64]:
+        """(m,) standard deviation of one value about the fit, corrected for the degrees of freedom."""
+        total = np.sum(self.weights, axis=0)
+        spent = np.sum(self.leverage, axis=0)
+        squares = np.sum(self.weights * self.residuals**2, axis=0)
+        rms: NDArray[np.float64] = np.sqrt(squares / np.maximum(total - spent, 1.0))
+        return rms
+
+
+def _weighted_rms(residuals: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    rms: NDArray[np.float64] = np.sqrt(np.sum(weights * residuals**2, axis=0) / np.sum(weights, axis=0))
+    return rms
+
+
+def huber_weights(residuals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n,) weights of (n,) residuals about zero; their scale is the median absolute one."""
+    size = np.abs(residuals)
+    tiny = float(np.finfo(np.float64).tiny)
+    sigma = max(1.4826 * float(np.median(size)), tiny)
+    return np.minimum(1.0, HUBER_K * sigma / np.maximum(size, tiny))
+
+
+def least_squares(matrix: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the least-squares solution of `matrix` @ x = `values`, by SVD."""
+    return np.asarray(np.linalg.lstsq(matrix, values, rcond=None)[0], dtype=np.float64)
+
+
+def _solve(
+    basis: NDArray[np.float64], values: NDArray[np.float64], loss: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return coefficients (k,), weights (n,) and leverage (n,) of one output."""
+    weights = np.ones(len(values))
+    coefficients = least_squares(basis, values)
+    for _ in range(_IRLS_ROUNDS if loss == "huber" else 0):
+        weights = huber_weights(values - basis @ coefficients)
+        root = np.sqrt(weights)
+        update = least_squares(basis * root[:, None], values * root)
+        moved = float(np.max(np.abs(update - coefficients)))
+        coefficients = update
+        if moved <= 1e-12 * float(np.max(np.abs(coefficients), initial=1e-300)):
+            break
+    orthonormal = np.linalg.qr(basis * np.sqrt(weights)[:, None])[0]
+    leverage: NDArray[np.float64] = np.sum(orthonormal**2, axis=1)
+    return coefficients, weights, leverage
+
+
+def scaling_of(xy: NDArray[np.float64]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return centre and scale that bring (n, 2) rows to -1..1 per column."""
+    low, high = xy.min(axis=0), xy.max(axis=0)
+    centre, half = (low + high) / 2.0, (high - low) / 2.0
+    half = np.where(half > 0.0, half, 1.0)
+    return (float(centre[0]), float(centre[1])), (float(half[0]), float(half[1]))
+
+
+def fit_polynomial(
+    xy: ArrayLike, values: ArrayLike, order: int, loss: Literal["huber", "square"] = "huber"
+) -> PolynomialFit:
+    """Fit polynomials of total degree `order` to `values`: (n, m) at `xy`: (n, 2)."""
+    rows = as_finite_rows(xy, columns=2, name="xy")
+    target = np.asarray(values, dtype=np.float64)
+    if target.ndim != 2 or len(target) != len(rows) or not np.isfinite(target).all():
+        raise InvalidInput(
+            f"values: finite ({len(rows)}, m) are needed for {len(rows)} rows of xy, {target.shape} was given"
+        )
+    needed = len(exponents(order)) + 1
+    if len(rows) < needed:
+        raise InvalidInput(
+            f"a fit of order {order} needs at least {needed} samples, {len(rows)} were given; "
+            "add samples or lower the order"
+        )
+    centre, scale = scaling_of(rows)
+    basis = monomials((rows[:, 0] - centre[0]) / scale[0], (rows[:, 1] - centre[1]) / scale[1], order)
+    solved = [_solve(basis, column, loss) for column in target.T]
+    coefficients, weights, leverage = (np.column_stack(part) for part in zip(*solved, strict=True))
+    residuals = target - basis @ coefficients
+    return PolynomialFit(
+        polynomial=BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients),
+        residuals=residuals,
+        loo_residuals=residuals / np.maximum(1.0 - leverage, 1e-9),
+        weights=weights,
+        leverage=leverage,
+    )
+
+
+def fit_best_order(
+    xy: ArrayLike,
+    values: ArrayLike,
+    *,
+    orders: tuple[int, ...],
+    loss: Literal["huber", "square"] = "huber",
+    tolerance: float = 0.02,
+) -> PolynomialFit:
+    """Fit the lowest order whose leave-one-out error is within `tolerance` of the best one's."""
+    rows = as_finite_rows(xy, columns=2, name="xy")
+    feasible = [order for order in orders if len(exponents(order)) < len(rows)]
+    if not feasible:
+        return fit_polynomial(rows, values, min(orders), loss)  # raises with the number of samples needed
+    fits = [fit_polynomial(rows, values, order, loss) for order in sorted(feasible)]
+    errors = [float(np.linalg.norm(fit.loo_rms)) for fit in fits]
+    limit = min(errors) * (1.0 + tolerance)
+    return next(fit for fit, error in zip(fits, errors, strict=True) if error <= limit)
