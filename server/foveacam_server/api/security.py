@@ -1,0 +1,244 @@
+"""Who may ask: origin, host and token of every request and WebSocket, and the headers that keep pages apart.
+
+One ASGI middleware around everything, because CORS checks neither WebSockets nor body-less POSTs.
+What a request may do once it is in is the routes' business.
+"""
+
+import hashlib
+import hmac
+from dataclasses import dataclass
+from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from urllib.parse import parse_qsl, urlencode, urlsplit
+
+from fastapi import FastAPI
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.api.page_policy import content_policy, sign_in_page
+from foveacam_server.errors import FORBIDDEN_ORIGIN, UNAUTHORIZED, Problem
+from foveacam_server.settings import Settings
+
+COOKIE = "foveacam_session"
+_COOKIE_DAYS = 30
+_SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+_OPEN_PATHS = frozenset({"/healthz"})
+_POLICY_VIOLATION = 1008
+
+
+@dataclass(frozen=True, slots=True)
+class _Refusal:
+    """A request that goes no further; `ask` when a token would help."""
+
+    problem: Problem
+    ask: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gate:
+    """The rules of one server: which token, which foreign origins, whether only this machine may name it."""
+
+    token: str | None
+    origins: frozenset[str]
+    loopback: bool
+    host: str
+
+    def check(self, scope: Scope) -> _Refusal | None:
+        """Return why a request or WebSocket is refused; None when it may pass."""
+        headers = Headers(scope=scope)
+        unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
+        if self.loopback and not self._host_allowed(headers):
+            return _Refusal(_foreign_host(headers.get("host", ""), self.host))
+        origin = headers.get("origin")
+        if unsafe and origin is not None and not self._origin_allowed(origin, headers):
+            return _Refusal(_foreign_origin(origin))
+        if self.token is not None and scope["path"] not in _OPEN_PATHS and not self._token_shown(headers):
+            return _Refusal(_no_token(), ask=True)
+        return None
+
+    def admits(self, token: str) -> bool:
+        """Tell whether `token` is the server's."""
+        return self.token is not None and _equal(token, self.token)
+
+    @property
+    def cookie(self) -> str:
+        """What the browser keeps instead of the token: made from it, not turning back into it."""
+        return hmac.digest((self.token or "").encode(), b"foveacam browser session", hashlib.sha256).hex()
+
+    def _host_allowed(self, headers: Headers) -> bool:
+        """Check the name that the client used: another site's page may make its own name point here."""
+        name = _host_name(headers.get("host", ""))
+        return name in ("localhost", self.host) or _loopback_address(name)
+
+    def _origin_allowed(self, origin: str, headers: Headers) -> bool:
+        own = urlsplit(origin).netloc.lower()
+        return origin in self.origins or (own != "" and own == headers.get("host", "").lower())
+
+    def _token_shown(self, headers: Headers) -> bool:
+        scheme, _, credentials = headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "bearer" and self.admits(credentials.strip()):
+            return True
+        if self.admits(headers.get("x-api-token", "")):
+            return True
+        return _equal(_cookie(headers), self.cookie)
+
+
+class SecurityMiddleware:
+    """Refuse what the gate refuses, and put the security headers on every answer."""
+
+    def __init__(self, app: ASGIApp, *, gate: Gate) -> None:
+        self._app = app
+        self._gate = gate
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        guarded = _with_headers(send, path=scope["path"])
+        signed_in = self._sign_in(scope)
+        if signed_in is not None:
+            await signed_in(scope, receive, guarded)
+            return
+        refusal = self._gate.check(scope)
+        if refusal is None:
+            await self._app(scope, receive, guarded)
+        elif scope["type"] == "websocket":
+            await _refuse_websocket(refusal, scope, receive, guarded)
+        else:
+            await _answer(refusal, scope)(scope, receive, guarded)
+
+    def _sign_in(self, scope: Scope) -> Response | None:
+        """Return the answer to `/?token=…`: the cookie, and the address of the same page without the token."""
+        if scope["type"] != "http" or scope["method"] != "GET" or b"token=" not in scope["query_string"]:
+            return None
+        query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+        token = next((value for name, value in query if name == "token"), "")
+        if scope["path"] != "/" or not self._gate.admits(token):
+            return None
+        rest = urlencode([(name, value) for name, value in query if name != "token"])
+        answer = RedirectResponse("/?" + rest if rest else "/", status_code=303)
+        answer.set_cookie(
+            COOKIE,
+            self._gate.cookie,
+            max_age=_COOKIE_DAYS * 86_400,
+            httponly=True,
+            samesite="lax",
+            secure=scope.get("scheme") == "https",
+        )
+        return answer
+
+
+def install(app: FastAPI, settings: Settings) -> None:
+    """Guard `app`; raise `InvalidInput` when it would be open to the network without a token."""
+    token = settings.token.get_secret_value() if settings.token is not None else None
+    if not settings.loopback and not token:
+        raise InvalidInput(
+            f"host {settings.host} can be reached from other machines, and no token is set; "
+            "set FOVEACAM_TOKEN (or --token) to a secret of your choice, or use --host 127.0.0.1",
+            asked=f"host {settings.host}",
+            found="no token",
+            remedy="set FOVEACAM_TOKEN, or use --host 127.0.0.1",
+        )
+    gate = Gate(
+        token=token or None,
+        origins=frozenset(origin.rstrip("/") for origin in settings.allowed_origins),
+        loopback=settings.loopback,
+        host=settings.host,
+    )
+    app.add_middleware(SecurityMiddleware, gate=gate)
+
+
+def _with_headers(send: Send, *, path: str) -> Send:
+    async def guarded(message: Message) -> None:
+        if message["type"] in ("http.response.start", "websocket.http.response.start"):
+            headers = MutableHeaders(scope=message)
+            headers.setdefault("X-Content-Type-Options", "nosniff")
+            headers.setdefault("Referrer-Policy", "no-referrer")
+            headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
+            headers.setdefault("Cross-Origin-Resource-Policy", "same-origin")
+            headers.setdefault("X-Frame-Options", "SAMEORIGIN")
+            headers.setdefault("Content-Security-Policy", content_policy(path))
+        await send(message)
+
+    return guarded
+
+
+def _answer(refusal: _Refusal, scope: Scope) -> Response:
+    if refusal.ask and "text/html" in Headers(scope=scope).get("accept", ""):
+        return HTMLResponse(sign_in_page(), status_code=UNAUTHORIZED.status)
+    return refusal.problem.response(instance=scope["path"])
+
+
+async def _refuse_websocket(refusal: _Refusal, scope: Scope, receive: Receive, send: Send) -> None:
+    await receive()  # websocket.connect
+    if "websocket.http.response" not in scope.get("extensions", {}):
+        await send(
+            {"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal.problem.detail[:120]}
+        )
+        return
+    answer = refusal.problem.response(instance=scope["path"])
+    await send(
+        {
+            "type": "websocket.http.response.start",
+            "status": answer.status_code,
+            "headers": answer.raw_headers,
+        }
+    )
+    await send({"type": "websocket.http.response.body", "body": answer.body})
+
+
+def _foreign_origin(origin: str) -> Problem:
+    return Problem(
+        kind=FORBIDDEN_ORIGIN,
+        detail=f"The page {origin} is not this server's own and may not control the rig.",
+        asked=f"a request from {origin}",
+        remedy="Open the console at the server's own address, or add the origin to FOVEACAM_ALLOWED_ORIGINS.",
+    )
+
+
+def _foreign_host(host: str, own: str) -> Problem:
+    return Problem(
+        kind=FORBIDDEN_ORIGIN,
+        detail=f"This server answers to localhost and {own} only, and was called {host!r}.",
+        asked=f"host {host!r}",
+        remedy="Use http://127.0.0.1 with the port, or serve with --host and a token to be reached by name.",
+    )
+
+
+def _no_token() -> Problem:
+    return Problem(
+        kind=UNAUTHORIZED,
+        detail="This server asks for a token, and none (or a wrong one) came with the request.",
+        remedy="Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or open /?token=TOKEN in a page.",
+        headers={"WWW-Authenticate": 'Bearer realm="foveacam"'},
+    )
+
+
+def _host_name(host: str) -> str:
+    """Return the name in a Host header, without port and brackets, lower case."""
+    try:
+        return (urlsplit(f"//{host}").hostname or "").lower()
+    except ValueError:  # a malformed IPv6 address: no name that we answer to
+        return ""
+
+
+def _loopback_address(name: str) -> bool:
+    try:
+        return ip_address(name).is_loopback
+    except ValueError:
+        return False
+
+
+def _cookie(headers: Headers) -> str:
+    try:
+        jar = SimpleCookie(headers.get("cookie", ""))
+    except CookieError:
+        return ""
+    return jar[COOKIE].value if COOKIE in jar else ""
+
+
+def _equal(given: str, wanted: str) -> bool:
+    return hmac.compare_digest(given.encode(), wanted.encode())
