@@ -1,0 +1,177 @@
+"""The calibration of a whole rig: wide camera, mirrors, rectifications, and how far to trust them.
+
+An eye's gaze leaves its pivot. The pivots are kept as offsets from the reference points at
+(-B/2, 0, 0) and (+B/2, 0, 0), from which Z = f B / d counts.
+"""
+
+import math
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput, MirrorVolts, NotCalibrated, Role, StereoVolts
+from foveacam_pipeline.geometry.angles import ray
+from foveacam_pipeline.geometry.triangulate import Meeting, closest_approach
+from foveacam_pipeline.geometry.verging import vergence_angles
+from foveacam_pipeline.models.content import content_id, plain
+from foveacam_pipeline.models.homography import HomographyField
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.models.mirror import MirrorModel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EyeCalibration:
+    """One eye: its mirror, its rectification, and where its gaze really starts.
+
+    `pivot_offset_m`: (x, y, z) of the pivot from the eye's reference point, rig frame.
+    `pivot_sigma_m`: standard error of the offset's x and y. `reference_depth_m`: the depth at which the
+    angles were measured, where an error of the offset does no harm; None means infinity.
+    """
+
+    mirror: MirrorModel
+    homography: HomographyField
+    pivot_offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    pivot_sigma_m: float = 0.0
+    reference_depth_m: float | None = None
+
+    def angle_sigma_rad(self, depth_m: float) -> tuple[float, float]:
+        """Return the standard error of the gaze (ax, ay), rad, as seen from the reference point.
+
+        The error of the pivot's place is felt in proportion to how far 1/Z is from where it was measured.
+        """
+        reference = 0.0 if self.reference_depth_m is None else 1.0 / self.reference_depth_m
+        walk = self.pivot_sigma_m * abs(1.0 / depth_m - reference)
+        return math.hypot(self.mirror.sigma_rad[0], walk), math.hypot(self.mirror.sigma_rad[1], walk)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """Everything that turns volts and pixels of one rig into angles and metres.
+
+    `created_utc`: ISO 8601. `origin`: "factory" or "measured". `fovea_f_px`: focal length of the virtual
+    pinholes. `pupil_m`: how far behind the pivot the entrance pupil lies, along the gaze.
+    """
+
+    rig_id: str
+    created_utc: str
+    origin: str
+    label: str
+    wide: Intrinsics
+    left: EyeCalibration
+    right: EyeCalibration
+    baseline_m: float
+    fovea_f_px: float
+    fovea_width: int
+    fovea_height: int
+    pupil_m: float
+
+    @property
+    def id(self) -> str:
+        """Name of the calibration: a hash of its content."""
+        return content_id(plain(self))
+
+    @property
+    def created(self) -> datetime:
+        """When it was made, with its time zone."""
+        return datetime.fromisoformat(self.created_utc)
+
+    def check_rig(self, rig_id: str) -> None:
+        """Raise NotCalibrated when it was made on another rig."""
+        if rig_id != self.rig_id:
+            raise NotCalibrated(
+                f"calibration {self.id} ({self.label}) belongs to rig {self.rig_id!r}, "
+                f"this rig is {rig_id!r}; load this rig's calibration or calibrate it"
+            )
+
+    def eye(self, role: Role) -> EyeCalibration:
+        """Return the left or the right eye."""
+        if role is Role.WIDE:
+            raise InvalidInput("the wide camera has no mirror; ask for the left or the right eye")
+        return self.left if role is Role.LEFT else self.right
+
+    def reference_rig_m(self, role: Role) -> NDArray[np.float64]:
+        """Return the (3,) reference point of an eye, m, rig frame: (-B/2, 0, 0) or (+B/2, 0, 0)."""
+        half = 0.5 * self.baseline_m
+        return np.array([-half if role is Role.LEFT else half, 0.0, 0.0])
+
+    def pivot_rig_m(self, role: Role) -> NDArray[np.float64]:
+        """Return the (3,) point from which an eye's gaze leaves, m, rig frame."""
+        pivot: NDArray[np.float64] = self.reference_rig_m(role) + np.array(self.eye(role).pivot_offset_m)
+        return pivot
+
+    def gaze_rad(self, volts: StereoVolts) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the (ax, ay), rad, of the left and of the right eye under `volts`."""
+        return self.left.mirror.angles_rad(volts.left), self.right.mirror.angles_rad(volts.right)
+
+    def steer(self, ax_rad: float, ay_rad: float, *, distance_m: float = math.inf) -> StereoVolts:
+        """Return the volts with which both eyes look at a direction and distance from the rig's origin."""
+        left, right = vergence_angles(
+            ax_rad,
+            ay_rad,
+            distance_m,
+            pivots_rig_m=(self.pivot_rig_m(Role.LEFT), self.pivot_rig_m(Role.RIGHT)),
+        )
+        return StereoVolts(left=self.left.mirror.volts(*left), right=self.right.mirror.volts(*right))
+
+    def meeting(self, volts: StereoVolts) -> Meeting:
+        """Return where the two gazes meet under `volts`."""
+        left, right = self.gaze_rad(volts)
+        return closest_approach(
+            self.pivot_rig_m(Role.LEFT), ray(*left), self.pivot_rig_m(Role.RIGHT), ray(*right)
+        )
+
+    def rectification(
+        self, role: Role, ax_rad: float, ay_rad: float, *, depth_m: float = math.inf
+    ) -> NDArray[np.float64]:
+        """Return the (3, 3) homography from raw fovea px to (du, dv, 1) for what lies at Z = `depth_m`.
+
+        Like `HomographyField.at`, with what a finite depth adds: the pupil stands `pupil_m` behind the
+        pivot, which widens the field by 1 + pupil cos(gaze) / Z, and the pivot stands beside the eye's
+        reference point, from which (du, dv) counts.
+        """
+        eye = self.eye(role)
+        tangents = math.tan(ax_rad), math.tan(ay_rad)
+        widening = 1.0 + self.pupil_m / (depth_m * math.hypot(1.0, *tangents))
+        x_m, y_m, z_m = eye.pivot_offset_m
+        shift_u = self.fovea_f_px * (x_m - z_m * tangents[0]) / depth_m
+        shift_v = self.fovea_f_px * (y_m - z_m * tangents[1]) / depth_m
+        place = np.array([[widening, 0.0, shift_u], [0.0, widening, shift_v], [0.0, 0.0, 1.0]])
+        homography: NDArray[np.float64] = place @ eye.homography.at(ax_rad, ay_rad)
+        homography /= homography[2, 2]
+        return homography
+
+    def pose_sigma_px(self, depth_m: float = math.inf) -> float:
+        """Return the standard error of the total disparity at `depth_m` that all pixels share, fovea px."""
+        left, right = self.left.angle_sigma_rad(depth_m), self.right.angle_sigma_rad(depth_m)
+        return self.fovea_f_px * math.hypot(left[0], right[0])
+
+    def epipolar_sigma_px(self, depth_m: float = math.inf) -> float:
+        """Return the standard error of the rows' match between the eyes at `depth_m`, fovea px."""
+        left, right = self.left.angle_sigma_rad(depth_m), self.right.angle_sigma_rad(depth_m)
+        return self.fovea_f_px * math.hypot(left[1], right[1])
+
+    def reach_rad(self) -> tuple[float, float, float, float]:
+        """Return a box (ax min, ax max, ay min, ay max), rad, in which both eyes can look anywhere.
+
+        It has the shape of the common bounding box of both fields, as large as fits inside them.
+        """
+        hulls = [self.left.mirror.hull_rad, self.right.mirror.hull_rad]
+        low = np.max([hull.min(axis=0) for hull in hulls], axis=0)
+        high = np.min([hull.max(axis=0) for hull in hulls], axis=0)
+        centre, half = (low + high) / 2.0, (high - low) / 2.0
+        rim = np.array([(x, y) for x in np.linspace(-1, 1, 9) for y in np.linspace(-1, 1, 9)])
+        smallest, largest = 0.0, 1.0
+        for _ in range(20):
+            size = (smallest + largest) / 2.0
+            box = centre + size * half * rim
+            fits = self.left.mirror.inside(box).all() and self.right.mirror.inside(box).all()
+            smallest, largest = (size, largest) if fits else (smallest, size)
+        low, high = centre - smallest * half, centre + smallest * half
+        return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def eye_volts(volts: StereoVolts, role: Role) -> MirrorVolts:
+    """Return the drive of one eye."""
+    return volts.left if role is Role.LEFT else volts.right

@@ -1,0 +1,35 @@
+"""The content of a calibrated model as plain JSON values, and the hash that names it."""
+
+import dataclasses
+import hashlib
+import json
+from typing import TypeAlias
+
+import numpy as np
+
+Plain: TypeAlias = dict[str, "Plain"] | list["Plain"] | str | float | int | bool | None
+"""What JSON can hold."""
+
+ID_LENGTH = 16
+"""Hexadecimal digits of the SHA-256 that name a calibration: 64 bits, plenty for one rig's lifetime."""
+
+
+def plain(value: object) -> Plain:
+    """Return a frozen model, array or number as JSON values; floats keep every bit when printed."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, bool | int | float | str) or value is None:
+        return value
+    raise TypeError(f"{type(value).__name__} has no plain form")
+
+
+def content_id(content: Plain) -> str:
+    """Return the name of `content`: the head of the SHA-256 of its canonical JSON."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:ID_LENGTH]

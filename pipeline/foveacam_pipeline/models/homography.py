@@ -1,0 +1,43 @@
+"""The rectifying homography of one fovea as a smooth function of its gaze (Eq. 4).
+
+Every entry is a polynomial of (ax, ay). The image centre is the gaze itself, so it maps to (0, 0) by
+construction: the entries are fitted in pixels counted from the image centre.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.geometry.polynomial import BivariatePolynomial
+
+ENTRIES = 6
+"""Free entries about the image centre: four linear ones and the two of perspective."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HomographyField:
+    """Rectifying homographies over the field of one mirror.
+
+    `polynomial`: (ax, ay) rad -> (n, 6) entries a, b, c, d, e, f of [[a, b, 0], [c, d, 0], [e, f, 1]] on
+    coordinates (pixel - centre) / `scale_px`. `loo_px`: root mean square leave-one-out distance, px.
+    """
+
+    polynomial: BivariatePolynomial
+    centre_px: tuple[float, float]
+    scale_px: float
+    loo_px: float
+
+    def at(self, ax_rad: float, ay_rad: float) -> NDArray[np.float64]:
+        """Return the (3, 3) float64 homography of a gaze, its last entry 1.
+
+        It maps a raw fovea pixel (x, y, 1) to (du, dv, 1): px of the virtual pinhole plane relative to the
+        gaze point f (tan ax, tan ay), for what lies at infinity.
+        """
+        a, b, c, d, e, f = self.polynomial([[ax_rad, ay_rad]])[0].tolist()
+        s, (cx, cy) = self.scale_px, self.centre_px
+        about_centre = np.array([[a, b, 0.0], [c, d, 0.0], [e / s, f / s, 1.0]])
+        centred = np.array([[1.0, 0.0, -cx], [0.0, 1.0, -cy], [0.0, 0.0, 1.0]])
+        homography: NDArray[np.float64] = about_centre @ centred
+        homography /= homography[2, 2]
+        return homography

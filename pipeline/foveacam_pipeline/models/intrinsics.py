@@ -1,0 +1,92 @@
+"""A calibrated camera: pixels <-> axis-wise angles, with OpenCV's five-coefficient lens distortion."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from foveacam_hardware.contract import OutOfRange
+from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
+from foveacam_pipeline.geometry.shapes import as_rows
+
+_UNDISTORT_TOLERANCE_PX = 1e-9
+_UNDISTORT_ROUNDS = 100
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Intrinsics:
+    """Camera matrix and distortion (k1, k2, p1, p2, k3) of one camera, px."""
+
+    width: int
+    height: int
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """(3, 3) float64 camera matrix, px."""
+        return np.array([[self.fx_px, 0.0, self.cx_px], [0.0, self.fy_px, self.cy_px], [0.0, 0.0, 1.0]])
+
+    def angles_rad(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, 2) float64 angles, rad, of `pixels`: (n, 2); they may lie outside the image."""
+        rows = as_rows(pixels, columns=2, name="pixels")
+        if len(rows) == 0:
+            return np.empty((0, 2))
+        stop = (
+            cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS,
+            _UNDISTORT_ROUNDS,
+            _UNDISTORT_TOLERANCE_PX,
+        )
+        ideal = cv2.undistortPoints(rows[:, None, :], self.matrix, np.array(self.distortion), criteria=stop)
+        return angles_from_tan(np.asarray(ideal, dtype=np.float64)[:, 0, :])
+
+    def pixels(self, angles_rad: ArrayLike) -> NDArray[np.float64]:
+        """Return (n, 2) float64 pixels of `angles_rad`: (n, 2); they may lie outside the image."""
+        tangents = tan_from_angles(angles_rad)
+        if len(tangents) == 0:
+            return np.empty((0, 2))
+        points = np.column_stack([tangents, np.ones(len(tangents))])
+        zero = np.zeros(3)
+        image, _ = cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.distortion))
+        return np.asarray(image, dtype=np.float64)[:, 0, :]
+
+    def contains(self, x_px: float, y_px: float) -> bool:
+        """Return whether a pixel lies in the image (the first pixel's centre is 0, 0)."""
+        return -0.5 <= x_px <= self.width - 0.5 and -0.5 <= y_px <= self.height - 0.5
+
+    def check_pixel(self, x_px: float, y_px: float) -> None:
+        """Raise OutOfRange unless the pixel lies in the image."""
+        if not (math.isfinite(x_px) and math.isfinite(y_px) and self.contains(x_px, y_px)):
+            raise OutOfRange(
+                f"pixel ({x_px:g}, {y_px:g}) is outside the image: x from -0.5 to {self.width - 0.5:g}, "
+                f"y from -0.5 to {self.height - 0.5:g} px; choose a pixel inside"
+            )
+
+    def check_rectangle(self, x_px: float, y_px: float, *, width_px: float, height_px: float) -> None:
+        """Raise OutOfRange unless the rectangle has an area and lies in the image."""
+        if not (width_px > 0.0 and height_px > 0.0):
+            raise OutOfRange(
+                f"rectangle of {width_px:g} x {height_px:g} px has no area; "
+                "give a width and a height above 0 px"
+            )
+        self.check_pixel(x_px, y_px)
+        self.check_pixel(x_px + width_px, y_px + height_px)
+
+    @property
+    def field_rad(self) -> tuple[float, float, float, float]:
+        """Smallest ax, largest ax, smallest ay, largest ay, rad, along the axes through the centre."""
+        edge = np.array(
+            [
+                [-0.5, self.cy_px],
+                [self.width - 0.5, self.cy_px],
+                [self.cx_px, -0.5],
+                [self.cx_px, self.height - 0.5],
+            ]
+        )
+        angles = self.angles_rad(edge)
+        return float(angles[0, 0]), float(angles[1, 0]), float(angles[2, 1]), float(angles[3, 1])
