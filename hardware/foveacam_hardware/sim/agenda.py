@@ -1,0 +1,58 @@
+"""A list of things to do at given times: the heart of every event-driven far end."""
+
+import heapq
+from collections.abc import Callable
+from typing import TypeAlias
+
+Action: TypeAlias = Callable[[int], None]
+"""Called with the time it was due, ns."""
+
+
+class Entry:
+    """One planned action; `cancel` strikes it out."""
+
+    __slots__ = ("action", "order", "t_ns")
+
+    def __init__(self, t_ns: int, order: int, action: Action) -> None:
+        self.t_ns = t_ns
+        self.order = order
+        self.action: Action | None = action
+
+    def __lt__(self, other: "Entry") -> bool:
+        return (self.t_ns, self.order) < (other.t_ns, other.order)
+
+    def cancel(self) -> None:
+        """Strike it out; harmless when it is done."""
+        self.action = None
+
+
+class Agenda:
+    """Actions in the order of their times; of equal times, in the order of their entry."""
+
+    def __init__(self) -> None:
+        self._entries: list[Entry] = []
+        self._count = 0
+
+    def add(self, t_ns: int, action: Action) -> Entry:
+        """Do `action` at `t_ns`."""
+        self._count += 1
+        entry = Entry(t_ns, self._count, action)
+        heapq.heappush(self._entries, entry)
+        return entry
+
+    def next_ns(self) -> int | None:
+        """Return the time of the next action; None when nothing is planned."""
+        while self._entries and self._entries[0].action is None:
+            heapq.heappop(self._entries)
+        return self._entries[0].t_ns if self._entries else None
+
+    def run_until(self, t_ns: int) -> None:
+        """Do everything due at `t_ns` or before, in order."""
+        while (due_ns := self.next_ns()) is not None and due_ns <= t_ns:
+            entry = heapq.heappop(self._entries)
+            if entry.action is not None:
+                entry.action(entry.t_ns)
+
+    def clear(self) -> None:
+        """Forget everything that was planned."""
+        self._entries.clear()

@@ -1,0 +1,257 @@
+"""The controller's streams and its frame queue: targets, triggers, strobes.
+
+A frame activates its stream, waits for the mirrors, raises the trigger lines, watches the strobes
+and reports the mean of the targets at the start and the end of the exposure.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from foveacam_hardware.sim.agenda import Agenda, Entry
+from foveacam_hardware.sim.cables import (
+    CAMERA_CENTRE,
+    CAMERA_LEFT,
+    CAMERA_RIGHT,
+    CAMERA_ROLES,
+    Cables,
+)
+from foveacam_hardware.sim.mirror_drive import MirrorDrive
+from foveacam_hardware.wire.controller import Method, Packet
+from foveacam_hardware.wire.controller_payloads import (
+    FrameReport,
+    FrameRequest,
+    MirrorCodes,
+    StreamCommand,
+    StreamOperation,
+)
+
+MAX_STREAMS = 64
+MAX_QUEUED_FRAMES = 8
+STROBE_GRACE_US = 5000
+"""After the pulse, how long a strobe may last before the frame is given up."""
+
+Answer: TypeAlias = Callable[[Packet, Method, bytes], None]
+"""Sends a reply to a request: request, method, payload."""
+
+Target: TypeAlias = tuple[MirrorCodes, MirrorCodes]
+
+
+class Refused(Exception):
+    """A request that the firmware answers with REJ and this text."""
+
+
+class Streams:
+    """The table of targets; the active one stands on the mirrors."""
+
+    def __init__(self, drive: MirrorDrive) -> None:
+        self._drive = drive
+        self._targets: dict[int, Target] = {}
+        self._written: Target | None = None
+        self.active: int | None = None
+
+    def __contains__(self, stream: int) -> bool:
+        return stream in self._targets
+
+    @property
+    def target(self) -> Target | None:
+        """The target of the active stream."""
+        return None if self.active is None else self._targets[self.active]
+
+    def clear(self) -> None:
+        """Forget every stream."""
+        self._targets.clear()
+        self._written = None
+        self.active = None
+
+    def apply(self, t_ns: int, command: StreamCommand, *, pending: Callable[[int], bool]) -> None:
+        """Create, update or end a stream; `pending` tells whether a frame still needs it."""
+        stream, target = command.stream, (command.left, command.right)
+        match command.operation:
+            case StreamOperation.CREATE:
+                if stream >= MAX_STREAMS or stream in self._targets:
+                    raise Refused("Stream id out of range, or already exists")
+                self._targets[stream] = target
+                self.active = stream if self.active is None else self.active
+            case StreamOperation.UPDATE:
+                if stream not in self._targets:
+                    raise Refused("Unknown stream id")
+                self._targets[stream] = target
+            case StreamOperation.TERMINATE:
+                if stream not in self._targets or pending(stream):
+                    raise Refused("Unknown stream id, or a frame request is pending on it")
+                del self._targets[stream]
+                self.active = None if self.active == stream else self.active
+            case _:
+                raise Refused("Unknown stream operation")
+        self.write(t_ns)
+
+    def activate(self, t_ns: int, stream: int) -> bool:
+        """Put a stream on the mirrors; return whether another one stood there."""
+        changed = self.active != stream
+        self.active = stream
+        self.write(t_ns)
+        return changed
+
+    def write(self, t_ns: int, *, again: bool = False) -> None:
+        """Write the active target to the DACs if it changed, or `again` in any case."""
+        target = self.target
+        if target is not None and (again or target != self._written):
+            self._written = target
+            self._drive.target(t_ns, *target)
+
+
+@dataclass(slots=True)
+class _Frame:
+    request: Packet
+    order: FrameRequest
+    cameras: int
+    t_trigger_ns: int = 0
+    rises: list[tuple[int, Target]] = field(default_factory=list)
+    falls: list[tuple[int, Target]] = field(default_factory=list)
+    planned: list[Entry] = field(default_factory=list)
+
+    @property
+    def camera_count(self) -> int:
+        return self.cameras.bit_count()
+
+
+class FrameDesk:
+    """One frame in work and a queue of eight, one a stream."""
+
+    def __init__(
+        self,
+        *,
+        agenda: Agenda,
+        streams: Streams,
+        cables: Cables,
+        answer: Answer,
+        time_us: Callable[[int], int],
+    ) -> None:
+        self._agenda = agenda
+        self._streams = streams
+        self._cables = cables
+        self._answer = answer
+        self._time_us = time_us
+        self._queue: deque[_Frame] = deque()
+        self._work: _Frame | None = None
+        self._count = 0
+        self._line_low_ns = 0
+        self._line_stuck = False
+        self.strict = False
+        self.centre_strobe_cable = False
+
+    def pending(self, stream: int) -> bool:
+        """Tell whether a frame of this stream is in work or queued."""
+        frames = [*self._queue] if self._work is None else [self._work, *self._queue]
+        return any(frame.order.stream == stream for frame in frames)
+
+    def request(self, t_ns: int, request: Packet) -> None:
+        """Queue a frame, or refuse it."""
+        order = FrameRequest.unpack(request.payload)
+        cameras = order.cameras or CAMERA_LEFT | CAMERA_RIGHT
+        if order.stream not in self._streams:
+            raise Refused("Unknown stream")
+        if cameras & ~(CAMERA_CENTRE | CAMERA_LEFT | CAMERA_RIGHT):
+            raise Refused("Invalid camera mask")
+        if cameras & CAMERA_CENTRE and not self.centre_strobe_cable:
+            raise Refused("Center camera (C) has no strobe cable connected")
+        if self.pending(order.stream):
+            raise Refused("Stream already has a pending frame request")
+        if len(self._queue) >= MAX_QUEUED_FRAMES:
+            raise Refused("Frame queue is full")
+        position = len(self._queue) + (self._work is not None)
+        self._answer(request, Method.ACK, bytes((position,)))
+        self._queue.append(_Frame(request, order, cameras))
+        self._next(t_ns)
+
+    def trigger_all(self, t_ns: int, *, pulse_us: int) -> None:
+        """Raise all three trigger lines, without watching a strobe."""
+        self._line_low_ns = max(self._line_low_ns, t_ns + pulse_us * 1000)
+        self._cables.trigger(t_ns, pulse_us=pulse_us, cameras=CAMERA_CENTRE | CAMERA_LEFT | CAMERA_RIGHT)
+
+    def cancel(self, text: str) -> None:
+        """End every frame with REJ."""
+        frames = [*self._queue] if self._work is None else [self._work, *self._queue]
+        self.forget()
+        for frame in frames:
+            self._answer(frame.request, Method.REJ, text.encode("ascii"))
+
+    def forget(self) -> None:
+        """End every frame without a word, as a reboot does."""
+        if self._work is not None:
+            self._end(self._work)
+        self._queue.clear()
+
+    def _next(self, t_ns: int) -> None:
+        if self._work is not None or not self._queue:
+            return
+        self._work = frame = self._queue.popleft()
+        changed = self._streams.activate(t_ns, frame.order.stream)
+        wait_ns = frame.order.settle_us * 1000 if changed else 0
+        # A healthy controller lets the last pulse end before it raises the lines again.
+        self._plan(frame, max(t_ns + wait_ns, self._line_low_ns), self._expose)
+
+    def _expose(self, t_ns: int, frame: _Frame) -> None:
+        pulse_us = frame.order.pulse_us
+        frame.t_trigger_ns = t_ns
+        self._plan(frame, t_ns + (pulse_us + STROBE_GRACE_US) * 1000, self._give_up)
+        if self._line_stuck:
+            return  # no edge: the lines are high already, and no camera starts
+        self._line_low_ns = t_ns + pulse_us * 1000
+        self._cables.trigger(t_ns, pulse_us=pulse_us, cameras=frame.cameras)
+        for bit, role in CAMERA_ROLES.items():
+            exposure_us = self._cables.strobe_us(role) if frame.cameras & bit else None
+            if exposure_us is not None:
+                self._plan(frame, t_ns, self._rise)
+                self._plan(frame, t_ns + exposure_us * 1000, self._fall)
+
+    def _plan(self, frame: _Frame, t_ns: int, action: Callable[[int, _Frame], None]) -> None:
+        frame.planned.append(self._agenda.add(t_ns, lambda t: action(t, frame)))
+
+    def _rise(self, t_ns: int, frame: _Frame) -> None:
+        target = self._streams.target
+        if target is not None:
+            frame.rises.append((t_ns, target))
+
+    def _fall(self, t_ns: int, frame: _Frame) -> None:
+        target = self._streams.target
+        if target is None:
+            return
+        frame.falls.append((t_ns, target))
+        if len(frame.falls) == frame.camera_count == len(frame.rises):
+            if self.strict and t_ns < self._line_low_ns:
+                self._line_stuck = True
+            self._finish(t_ns, frame)
+
+    def _finish(self, t_ns: int, frame: _Frame) -> None:
+        start, end = frame.rises[0], frame.falls[-1]
+        self._count += 1
+        report = FrameReport(
+            stream=frame.order.stream,
+            frame_id=self._count,
+            t_trigger_us=self._time_us(frame.t_trigger_ns),
+            t_exposure_us=self._time_us((start[0] + end[0]) // 2),
+            left=_mean(start[1][0], end[1][0]),
+            right=_mean(start[1][1], end[1][1]),
+        )
+        self._end(frame)
+        self._answer(frame.request, Method.FIN, report.pack())
+        self._next(t_ns)
+
+    def _give_up(self, t_ns: int, frame: _Frame) -> None:
+        self._line_stuck = False
+        self._end(frame)
+        self._answer(frame.request, Method.REJ, b"Strobe timeout")
+        self._next(t_ns)
+
+    def _end(self, frame: _Frame) -> None:
+        for entry in frame.planned:
+            entry.cancel()
+        self._work = None
+
+
+def _mean(start: MirrorCodes, end: MirrorCodes) -> MirrorCodes:
+    x_plus, x_minus, y_plus, y_minus = ((a + b + 1) // 2 for a, b in zip(start, end, strict=True))
+    return x_plus, x_minus, y_plus, y_minus

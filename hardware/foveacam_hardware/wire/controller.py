@@ -1,0 +1,105 @@
+"""Packets of the mirror controller: methods, properties, checksum, sequence numbers.
+
+Payloads are in `controller_payloads`. Specification: the controller's protocol page, version 2.1.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import reduce
+from operator import xor
+
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.wire.cobs import cobs_encode
+
+USB_VENDOR_ID = 0x16C0
+USB_PRODUCT_ID = 0x0483
+BAUD = 115_200
+MAX_PACKET_BYTES = 254
+MAX_SEQUENCE = 0xFFFF
+SILENT = 0
+"""The sequence number of a request that is acted on without any reply."""
+_HEADER_BYTES = 4
+
+
+class Method(IntEnum):
+    """What a packet does."""
+
+    NOP = 0x0
+    GET = 0x1
+    SET = 0x2
+    ACK = 0x3
+    REJ = 0x4
+    FIN = 0x5
+    SYN = 0xF
+
+
+class Property(IntEnum):
+    """What a packet is about."""
+
+    NONE = 0x0
+    INFO = 0x1
+    VERSION = 0x2
+    RESET = 0x3
+    ENABLE = 0x4
+    LOG_LEVEL = 0x5
+    LPF = 0x6
+    BIAS = 0x7
+    STREAM = 0x8
+    FRAME = 0x9
+    ACTUATE = 0xA
+    TRIGGER = 0xB
+    TIMESTAMP = 0xC
+    LOG = 0xF
+
+
+TWO_PHASE = frozenset({Property.ACTUATE, Property.TRIGGER, Property.FRAME})
+"""Properties whose request is acknowledged first and finished later."""
+
+
+class BadPacket(DeviceFault):
+    """Bytes that are no packet of this protocol."""
+
+
+class BadChecksum(BadPacket):
+    """A packet whose bytes do not add up to zero by XOR."""
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """One message, either way."""
+
+    method: Method
+    prop: Property
+    sequence: int
+    payload: bytes = b""
+
+
+def encode_packet(packet: Packet) -> bytes:
+    """Return the wire bytes of a packet: checksum, header, payload, stuffed and delimited."""
+    if not 0 <= packet.sequence <= MAX_SEQUENCE:
+        raise BadPacket(f"sequence {packet.sequence} is outside 0..{MAX_SEQUENCE}")
+    header = bytes((packet.method << 4 | packet.prop,)) + packet.sequence.to_bytes(2, "little")
+    body = header + packet.payload
+    if len(body) + 1 > MAX_PACKET_BYTES:
+        raise BadPacket(f"a packet of {len(body) + 1} bytes exceeds {MAX_PACKET_BYTES}")
+    return cobs_encode(bytes((reduce(xor, body),)) + body)
+
+
+def decode_packet(frame: bytes | None) -> Packet:
+    """Return the packet of one unstuffed frame (None = malformed stuffing); raise `BadPacket`."""
+    if frame is None:
+        raise BadPacket("malformed stuffing")
+    if not _HEADER_BYTES <= len(frame) <= MAX_PACKET_BYTES:
+        raise BadPacket(f"a frame of {len(frame)} bytes is no packet (4..{MAX_PACKET_BYTES})")
+    if reduce(xor, frame):
+        raise BadChecksum(f"checksum of {frame.hex(' ')} is wrong")
+    try:
+        method, prop = Method(frame[1] >> 4), Property(frame[1] & 0xF)
+    except ValueError as unknown:
+        raise BadPacket(f"unknown method or property 0x{frame[1]:02x}") from unknown
+    return Packet(method, prop, int.from_bytes(frame[2:4], "little"), frame[4:])
+
+
+def next_sequence(sequence: int) -> int:
+    """Return the sequence number after `sequence`: 1..65535, wrapping past 0."""
+    return sequence % MAX_SEQUENCE + 1
