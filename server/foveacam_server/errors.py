@@ -7,11 +7,13 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from http import HTTPStatus
-from typing import Any
+from typing import Any, cast
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
 from foveacam_hardware.contract import (
     Busy,
     Cancelled,
@@ -24,8 +26,6 @@ from foveacam_hardware.contract import (
     Stopped,
     Timeout,
 )
-from starlette.exceptions import HTTPException
-
 from foveacam_server.plain_words import explain_validation
 
 _log = logging.getLogger(__name__)
@@ -50,6 +50,7 @@ class Kind:
 
 INVALID_INPUT = Kind(slug="invalid-input", status=422, title="The request cannot be used as it stands")
 INTERNAL = Kind(slug="internal", status=500, title="The server made a mistake")
+INTERRUPTED = Kind(slug="interrupted", status=503, title="The server was restarted")
 NOT_FOUND = Kind(slug="not-found", status=404, title="There is nothing here")
 UNAUTHORIZED = Kind(slug="unauthorized", status=401, title="A token is needed")
 FORBIDDEN_ORIGIN = Kind(slug="forbidden-origin", status=403, title="This page may not control the rig")
@@ -101,7 +102,7 @@ class Problem:
 
 
 def problem_of(error: BaseException) -> Problem:
-    """Return the problem that `error` is to the outside; anything unforeseen is internal, without its details."""
+    """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
     for branch in type(error).__mro__:
         kind = KINDS.get(branch)
         if kind is not None and isinstance(error, FoveaError):
@@ -126,7 +127,8 @@ def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) 
     phrase = HTTPStatus(status).phrase
     kind = Kind(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
     allowed = headers.get("Allow") or headers.get("allow")
-    detail = f"{method} is not possible at {path}." if status == HTTPStatus.METHOD_NOT_ALLOWED else f"{phrase}."
+    refused = status == HTTPStatus.METHOD_NOT_ALLOWED
+    detail = f"{method} is not possible at {path}." if refused else f"{phrase}."
     return Problem(
         kind=kind,
         detail=detail,
@@ -137,7 +139,7 @@ def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) 
 
 
 def validation_problem(errors: Sequence[Any]) -> Problem:  # Any: pydantic's error dictionaries
-    """Return the problem of a request that does not fit its model, naming field, value and what is allowed."""
+    """Return the problem of a request that does not fit its model: field, value, what is allowed."""
     words = explain_validation(errors)
     return Problem(
         kind=INVALID_INPUT, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
@@ -151,15 +153,14 @@ def install(app: FastAPI) -> None:
         return problem_of(error).response(instance=request.url.path)
 
     async def on_http_error(request: Request, error: Exception) -> JSONResponse:
-        assert isinstance(error, HTTPException)
+        known = cast(HTTPException, error)
         problem = _of_status(
-            error.status_code, path=request.url.path, method=request.method, headers=dict(error.headers or {})
+            known.status_code, path=request.url.path, method=request.method, headers=dict(known.headers or {})
         )
         return problem.response(instance=request.url.path)
 
     async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
-        assert isinstance(error, RequestValidationError)
-        return validation_problem(error.errors()).response(instance=request.url.path)
+        return validation_problem(cast(RequestValidationError, error).errors()).response(instance=request.url.path)
 
     async def on_anything(request: Request, error: Exception) -> JSONResponse:
         # Starlette re-raises the error after this answer, so that the server logs it once

@@ -21,6 +21,9 @@ _NEEDED = {
     "list_type": "a list",
 }
 
+Failure = Mapping[str, Any]
+"""One of pydantic's error dictionaries, whose values are anything."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlainWords:
@@ -32,7 +35,7 @@ class PlainWords:
     remedy: str | None
 
 
-def explain_validation(errors: Sequence[Mapping[str, Any]]) -> PlainWords:  # Any: pydantic's error dictionaries
+def explain_validation(errors: Sequence[Failure]) -> PlainWords:
     """Tell all failures of one request; the parts repeat the first."""
     if not errors:
         return PlainWords(detail="The request cannot be used.", asked=None, found=None, remedy=None)
@@ -43,14 +46,14 @@ def explain_validation(errors: Sequence[Mapping[str, Any]]) -> PlainWords:  # An
     )
 
 
-def _tell(error: Mapping[str, Any]) -> PlainWords:
+def _tell(error: Failure) -> PlainWords:
     where = _path(error.get("loc", ()))
     kind = str(error.get("type", ""))
     context = error.get("ctx") or {}
     value = error.get("input")
     if kind == "missing":
         return PlainWords(
-            detail=f"{where} is missing.", asked=where, found="nothing", remedy=f"Send {where} with the request."
+            detail=f"{where} is missing.", asked=where, found="nothing", remedy=f"Send {where}."
         )
     if kind == "extra_forbidden":
         return PlainWords(
@@ -61,9 +64,8 @@ def _tell(error: Mapping[str, Any]) -> PlainWords:
         )
     if kind == "json_invalid":
         reason = str(context.get("error", "it cannot be parsed"))
-        return PlainWords(
-            detail=f"The body is not JSON: {reason}.", asked="a JSON body", found=reason, remedy="Send valid JSON."
-        )
+        detail = f"The body is not JSON: {reason}."
+        return PlainWords(detail=detail, asked="a JSON body", found=reason, remedy="Send JSON.")
     needed = _needed(kind, context) or str(error.get("msg", "another value")).removeprefix("Value error, ")
     shown = _show(value)
     return PlainWords(

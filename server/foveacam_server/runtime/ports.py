@@ -1,22 +1,114 @@
-"""What the runtime's parts ask of each other, as Protocols: where frames and pictures go, who shows a fixation."""
+"""What the runtime asks of its neighbours, as Protocols: a rig, a place for pictures, a 3D pane."""
 
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
-from foveacam_hardware.contract import Frame
-from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Camera, Clock, Frame, Head, Mirrors
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+
+
+class RigProblem(Protocol):
+    """One thing that is wrong with one device, for the operator."""
+
+    @property
+    def device(self) -> str:
+        """Name of the device in the rig: `wide`, `left`, `right`, `mirrors`."""
+        ...
+
+    @property
+    def detail(self) -> str:
+        """What was asked and what was found."""
+        ...
+
+    @property
+    def remedy(self) -> str:
+        """What to do."""
+        ...
+
+
+class Rig(Protocol):
+    """An assembled rig, real or simulated; one thread calls it, but for `mirrors.park`."""
+
+    @property
+    def rig_id(self) -> str:
+        """What a calibration must name to fit."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """Name for people."""
+        ...
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the world is simulated."""
+        ...
+
+    @property
+    def clock(self) -> Clock:
+        """Clock of every time stamp."""
+        ...
+
+    @property
+    def wide(self) -> Camera:
+        """The fixed camera."""
+        ...
+
+    @property
+    def left(self) -> Camera:
+        """The left fovea's camera."""
+        ...
+
+    @property
+    def right(self) -> Camera:
+        """The right fovea's camera."""
+        ...
+
+    @property
+    def mirrors(self) -> Mirrors:
+        """Both mirrors' controller."""
+        ...
+
+    @property
+    def head(self) -> Head:
+        """Look and see."""
+        ...
+
+    @property
+    def baseline_m(self) -> float:
+        """Nominal distance between the mirrors, metres."""
+        ...
+
+    @property
+    def problems(self) -> Sequence[RigProblem]:
+        """What is wrong with which device as of the last `connect`."""
+        ...
+
+    def connect(self) -> None:
+        """Connect every device that is not connected; list in `problems` what could not be."""
+        ...
+
+    def close(self) -> None:
+        """Park, then release every device."""
+        ...
 
 
 class PictureSink(Protocol):
     """Where the newest image of each view goes; latest wins, never blocks, callable from any thread."""
 
-    def publish_frame(self, frame: Frame) -> None:
-        """Offer a camera frame to the view named by its role."""
+    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        """Offer a camera frame to the view named by its role; `meta` is its overlay."""
         ...
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
         """Offer a computed picture, (h, w, 3) uint8 RGB, of the moment `t_ns` to the view `name`."""
+        ...
+
+    def watched(self, view: str) -> bool:
+        """Tell whether anybody looks at `view`."""
         ...
 
 

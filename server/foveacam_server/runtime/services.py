@@ -1,12 +1,12 @@
 """What the lifespan built and the routes fetch; nothing here is created by a request."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, cast
 
 from fastapi import Depends
-from foveacam_hardware.contract import Clock
 from starlette.requests import HTTPConnection
 
+from foveacam_hardware.contract import Clock
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.events import EventLog
@@ -18,6 +18,7 @@ from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
+from foveacam_server.runtime.stream import Streams
 from foveacam_server.settings import Settings
 
 
@@ -33,6 +34,7 @@ class Services:
     events: EventLog
     lease: Lease
     hub: FrameHub
+    streams: Streams
     hardware: HardwareThread
     stop: StopSwitch
     calibration: CalibrationService
@@ -45,9 +47,7 @@ class Services:
 
 async def services(connection: HTTPConnection) -> Services:
     """Fetch what the lifespan built; works for requests and for WebSockets."""
-    found = connection.app.state.services
-    assert isinstance(found, Services)
-    return found
+    return cast(Services, connection.app.state.services)
 
 
 ServicesDep = Annotated[Services, Depends(services)]

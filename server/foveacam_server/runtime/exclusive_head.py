@@ -1,0 +1,61 @@
+"""The rig as one job sees it: every look goes through the hardware thread, unless the job was cancelled or stopped."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
+from typing import Protocol, TypeVar
+
+from foveacam_hardware.contract import Cancelled, Frame, Sighting, StereoVolts, Timeout
+
+T = TypeVar("T")
+
+DEADLINE_S = 10.0
+"""Longest that a job waits for one look; the devices' own deadlines are far shorter."""
+
+
+class Looker(Protocol):
+    """What a session asks of the hardware thread."""
+
+    def look(self, volts: StereoVolts) -> "Future[Sighting]":
+        """Enqueue one look."""
+        ...
+
+    def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
+        """Enqueue one wide frame."""
+        ...
+
+
+class ExclusiveHead:
+    """Implements `Head` for one job."""
+
+    def __init__(self, looker: Looker, *, cancelled: Callable[[], bool]) -> None:
+        self._looker = looker
+        self._cancelled = cancelled
+
+    def look(self, volts: StereoVolts) -> Sighting:
+        """Steer, settle, expose, and return what all three cameras saw."""
+        self._check()
+        return answer_of(self._looker.look(volts), asked="a look")
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame."""
+        self._check()
+        return answer_of(self._looker.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
+
+    def _check(self) -> None:
+        if self._cancelled():
+            raise Cancelled("the job was cancelled before its next look")
+
+
+def answer_of(answer: "Future[T]", *, asked: str) -> T:
+    """Wait for a command's answer, for so long and no longer."""
+    try:
+        return answer.result(DEADLINE_S)
+    except FutureTimeout:
+        answer.cancel()
+        raise Timeout(
+            f"asked the rig for {asked}: no answer within {DEADLINE_S:g} s; look at its devices' problems",
+            asked=asked,
+            found=f"no answer within {DEADLINE_S:g} s",
+            remedy="look at the devices' problems",
+        ) from None

@@ -1,0 +1,323 @@
+"""The thread that owns every device: commands first, then live views, then missing devices.
+
+Everybody else enqueues and awaits; the stop alone reaches past the queue, to park.
+"""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TypeVar
+
+from foveacam_hardware.contract import (
+    PARKED,
+    Busy,
+    Clock,
+    FoveaError,
+    Frame,
+    Head,
+    NotConnected,
+    Sighting,
+    StereoVolts,
+    Stopped,
+)
+from foveacam_server.runtime.command_queue import CommandQueue
+from foveacam_server.runtime.device_watch import FOVEAE, DeviceWatch
+from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.exclusive_head import ExclusiveHead
+from foveacam_server.runtime.live_views import LiveViews
+from foveacam_server.runtime.ports import PictureSink, Rig
+from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
+
+_log = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+STATUS_PERIOD_NS = 250_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveRates:
+    """Upper limits of the live views, Hz."""
+
+    wide_hz: float = 15.0
+    fovea_hz: float = 12.0
+
+
+class HardwareThread:
+    """Owner of the rig. `start` returns at once; the rig opens behind it, with whatever devices there are."""
+
+    def __init__(
+        self,
+        opener: Callable[[], Rig],
+        *,
+        sink: PictureSink,
+        events: EventLog,
+        clock: Clock,
+        rates: LiveRates | None = None,
+    ) -> None:
+        self._opener = opener
+        self._events = events
+        self._clock = clock
+        limits = rates or LiveRates()
+        self._live = LiveViews(sink=sink, clock=clock, wide_hz=limits.wide_hz, fovea_hz=limits.fovea_hz)
+        self._watch = DeviceWatch(clock=clock, events=events)
+        self._commands = CommandQueue()
+        self._rig: Rig | None = None
+        self._status = RigStatus()
+        self._status_due_ns = 0
+        self._gaze = PARKED
+        self._opened = threading.Event()
+        self._halted = threading.Event()
+        self._closing = threading.Event()
+        self._session = threading.Lock()
+        self._session_of: str | None = None
+        self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
+
+    # What others ask -------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Begin to open the rig."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Park, release every device, end the thread."""
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=15.0)
+
+    @property
+    def status(self) -> RigStatus:
+        """The rig as last seen."""
+        return self._status
+
+    @property
+    def gaze(self) -> StereoVolts:
+        """Where the mirrors were last sent, volts."""
+        return self._gaze
+
+    @property
+    def halted(self) -> bool:
+        """Whether the stop is engaged."""
+        return self._halted.is_set()
+
+    @property
+    def busy_with(self) -> str | None:
+        """Name of the work that has the rig to itself."""
+        return self._session_of
+
+    def wait_open(self, timeout_s: float) -> bool:
+        """Wait until the rig has been opened as far as it can be."""
+        return self._opened.wait(timeout_s)
+
+    def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
+        """Enqueue `work` for the thread; raise `NotConnected` or `Busy` at once."""
+        if self._rig is None or self._closing.is_set():
+            raise self._not_open()
+        return self._commands.put(work)
+
+    def look(self, volts: StereoVolts) -> "Future[Sighting]":
+        """Enqueue one look; its frames feed the views."""
+        self.check_may_move()
+        return self.submit(lambda rig: self._look(rig, volts))
+
+    def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
+        """Enqueue one wide frame."""
+        return self.submit(lambda rig: self._wide(rig, max_age_ms))
+
+    def steer(self, volts: StereoVolts) -> "Future[StereoVolts]":
+        """Move both mirrors without looking; refused while stopped or while somebody works with the rig."""
+        self.check_may_move()
+        if self._session_of is not None:
+            raise _in_use("steer", self._session_of)
+        return self.submit(lambda rig: self._steer(rig, volts))
+
+    def check_may_move(self) -> None:
+        """Raise `Stopped` or `NotConnected` when the mirrors cannot be moved now."""
+        if self._halted.is_set():
+            raise Stopped(
+                "asked to move: the stop is engaged and the mirrors are parked; release it first (DELETE /api/v1/stop)",
+                asked="move the mirrors",
+                found="the stop is engaged",
+                remedy="release the stop: DELETE /api/v1/stop",
+            )
+        if self._rig is None:
+            raise self._not_open()
+        for problem in self._watch.problems:
+            if problem.device in FOVEAE:
+                raise NotConnected(
+                    f"{problem.device}: {problem.detail}; {problem.remedy}",
+                    asked="move the mirrors",
+                    found=f"{problem.device}: {problem.detail}",
+                    remedy=problem.remedy,
+                )
+
+    @contextmanager
+    def session(self, holder: str, *, cancelled: Callable[[], bool]) -> Iterator[Head]:
+        """Give one job the rig to itself: live looks pause, the job's own looks feed the views."""
+        if not self._session.acquire(blocking=False):
+            raise _in_use(f"give the rig to {holder}", self._session_of or "somebody")
+        self._session_of = holder
+        try:
+            yield ExclusiveHead(self, cancelled=cancelled)
+        finally:
+            self._session_of = None
+            self._session.release()
+
+    # The stop: any thread, no queue -----------------------------------------------------------------------
+
+    def halt(self) -> bool:
+        """Refuse every move from now on and park at once; tell whether the mirrors took it."""
+        self._halted.set()
+        self._gaze = PARKED
+        rig = self._rig
+        if rig is None:
+            return False
+        try:
+            rig.mirrors.park()
+        except FoveaError as error:
+            _log.warning("stop: the mirrors could not be parked: %s", error)
+            return False
+        return True
+
+    def resume(self) -> None:
+        """Allow moves again; the mirrors stay where they are."""
+        self._halted.clear()
+
+    # The thread itself ------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        rig = self._open()
+        self._opened.set()
+        if rig is None:
+            self._closing.wait()
+            return
+        try:
+            while not self._closing.is_set():
+                self._turn(rig)
+        finally:
+            self._rig = None
+            self._commands.refuse_all(NotConnected("the server is shutting down"))
+            rig.close()
+
+    def _open(self) -> Rig | None:
+        try:
+            rig = self._opener()
+        except FoveaError as error:
+            self._watch.fault("rig", detail=str(error), remedy=error.remedy or "correct it and start the server again")
+            self._status = RigStatus(state=RigState.DEGRADED, problems=self._watch.problems)
+            self._tell_state(RigState.DEGRADED)
+            return None
+        self._watch.connect(rig)
+        self._rig = rig
+        self._refresh(rig)
+        return rig
+
+    def _turn(self, rig: Rig) -> None:
+        looks = self._looks_allowed()
+        command = self._commands.take(timeout_s=self._live.wait_s(looks=looks))
+        if command is not None:
+            command.run(rig)
+        elif looks and self._live.look_due():
+            self._try("live look", lambda: self._look(rig, self._gaze))
+        if self._live.wide_due() and not self._watch.lacks("wide"):
+            self._try("live wide frame", lambda: self._wide(rig, None))
+        if self._watch.retry_due():
+            self._reconnect(rig)
+        if self._clock.now_ns() >= self._status_due_ns:
+            self._refresh(rig)
+
+    def _looks_allowed(self) -> bool:
+        return not (self._halted.is_set() or self._session_of is not None or self._watch.lacks(*FOVEAE))
+
+    def _try(self, what: str, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except FoveaError as error:
+            _log.debug("%s: %s", what, error)  # the watch has told the operator
+
+    def _look(self, rig: Rig, volts: StereoVolts) -> Sighting:
+        self._live.look_begins()
+        try:
+            sighting = rig.head.look(volts)
+        except FoveaError as error:
+            self._watch.look_failed(rig, error)
+            raise
+        finally:
+            self._park_again_if_halted(rig)
+        self._watch.look_succeeded()
+        if not self._halted.is_set():
+            self._gaze = volts
+        self._live.show_sighting(sighting)
+        return sighting
+
+    def _wide(self, rig: Rig, max_age_ms: float | None) -> Frame:
+        try:
+            return self._live.take_wide(rig, max_age_ms=max_age_ms, in_session=self._session_of is not None)
+        except FoveaError as error:
+            self._watch.wide_failed(error)
+            raise
+
+    def _steer(self, rig: Rig, volts: StereoVolts) -> StereoVolts:
+        self.check_may_move()
+        try:
+            self._gaze = rig.mirrors.steer(volts)
+        except FoveaError as error:
+            self._watch.look_failed(rig, error)
+            raise
+        finally:
+            self._park_again_if_halted(rig)
+        return self._gaze
+
+    def _park_again_if_halted(self, rig: Rig) -> None:
+        # The stop may have come between a move's check and its command on the wire: then that command was last
+        if not self._halted.is_set():
+            return
+        self._gaze = PARKED
+        self._try("park", rig.mirrors.park)
+
+    def _reconnect(self, rig: Rig) -> None:
+        parked = self._watch.connect(rig)
+        if parked:
+            self._gaze = PARKED
+        self._refresh(rig)
+
+    def _refresh(self, rig: Rig) -> None:
+        self._status_due_ns = self._clock.now_ns() + STATUS_PERIOD_NS
+        problems = self._watch.problems
+        state = RigState.DEGRADED if problems else RigState.READY
+        if self._halted.is_set():
+            state = RigState.STOPPED
+        before = self._status.state
+        self._status = rig_status(rig, state=state, problems=problems, rates=self._live.rates, gaze=self._gaze)
+        if state is not before:
+            self._tell_state(state)
+
+    def _tell_state(self, state: RigState) -> None:
+        level = Level.INFO if state is RigState.READY else Level.WARNING
+        problems = [problem.device for problem in self._watch.problems]
+        self._events.emit(
+            "rig.state", f"the rig is {state.value}", level=level, data={"state": state.value, "devices": problems}
+        )
+
+    def _not_open(self) -> NotConnected:
+        problems = self._watch.problems
+        if problems:
+            first = problems[0]
+            return NotConnected(f"{first.device}: {first.detail}", found=first.detail, remedy=first.remedy)
+        return NotConnected(
+            "the rig is still opening; try again in a moment",
+            found="the rig is still opening",
+            remedy="try again in a moment",
+        )
+
+
+def _in_use(asked: str, holder: str) -> Busy:
+    return Busy(
+        f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
+        asked=asked,
+        found=f"{holder} is using the rig",
+        remedy="wait for it, or cancel its job",
+    )

@@ -1,0 +1,136 @@
+"""Who may move the rig: nobody's until somebody takes it, then one holder's for as long as they are heard of."""
+
+import secrets
+import threading
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Busy, Clock
+from foveacam_server.runtime.events import EventLog, Level
+
+LIFETIME_S = 15.0
+"""How long a lease lasts after it was last heard of."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grant:
+    """What the holder of the lease knows."""
+
+    token: str
+    holder: str
+    expires_in_s: float
+
+
+@dataclass(slots=True, kw_only=True)
+class _Held:
+    token: str
+    holder: str
+    expires_ns: int
+
+
+class Lease:
+    """One holder at a time, by heartbeat; in memory, so a restart frees it."""
+
+    def __init__(self, *, clock: Clock, events: EventLog) -> None:
+        self._clock = clock
+        self._events = events
+        self._lock = threading.Lock()
+        self._held: _Held | None = None
+
+    @property
+    def holder(self) -> str | None:
+        """Name of the present holder."""
+        with self._lock:
+            held = self._current()
+            return held.holder if held else None
+
+    @property
+    def expires_in_s(self) -> float | None:
+        """Time until the present lease ends unless it is heard of."""
+        with self._lock:
+            held = self._current()
+            return (held.expires_ns - self._clock.now_ns()) / 1e9 if held else None
+
+    def take(self, holder: str, *, take_over: bool) -> Grant:
+        """Give the lease to `holder`; from another holder only with `take_over`, which is written down."""
+        with self._lock:
+            before = self._current()
+            if before is not None and not take_over:
+                raise _held_by(before.holder, "take the lease")
+            self._held = _Held(
+                token=secrets.token_urlsafe(16),
+                holder=holder,
+                expires_ns=self._clock.now_ns() + round(LIFETIME_S * 1e9),
+            )
+            granted = self._grant(self._held)
+        if before is not None:
+            message, level = f"{holder} took the control lease over from {before.holder}", Level.WARNING
+        else:
+            message, level = f"{holder} holds the control lease", Level.INFO
+        self._events.emit(
+            "lease.changed",
+            message,
+            level=level,
+            data={"holder": holder, "before": before.holder if before else None},
+        )
+        return granted
+
+    def renew(self, token: str | None) -> Grant:
+        """Extend the lease that `token` belongs to."""
+        with self._lock:
+            held = self._require(token, "keep the lease")
+            held.expires_ns = self._clock.now_ns() + round(LIFETIME_S * 1e9)
+            return self._grant(held)
+
+    def release(self, token: str | None) -> None:
+        """Give the lease back."""
+        with self._lock:
+            held = self._require(token, "give the lease back")
+            self._held = None
+        self._events.emit(
+            "lease.changed",
+            f"{held.holder} gave the control lease back",
+            data={"holder": None, "before": held.holder},
+        )
+
+    def check(self, token: str | None) -> None:
+        """Let a moving request pass, or raise `Busy` naming the holder."""
+        with self._lock:
+            held = self._current()
+            if held is not None and not _same(token, held.token):
+                raise _held_by(held.holder, "move the mirrors")
+
+    def _current(self) -> _Held | None:
+        if self._held is not None and self._held.expires_ns <= self._clock.now_ns():
+            self._held = None
+        return self._held
+
+    def _require(self, token: str | None, asked: str) -> _Held:
+        held = self._current()
+        if held is None:
+            raise Busy(
+                f"asked to {asked}: nobody holds it (any more); take it with POST /api/v1/lease",
+                asked=asked,
+                found="nobody holds the lease",
+                remedy="take it with POST /api/v1/lease",
+            )
+        if not _same(token, held.token):
+            raise _held_by(held.holder, asked)
+        return held
+
+    def _grant(self, held: _Held) -> Grant:
+        left_s = (held.expires_ns - self._clock.now_ns()) / 1e9
+        return Grant(token=held.token, holder=held.holder, expires_in_s=left_s)
+
+
+def _same(token: str | None, expected: str) -> bool:
+    return token is not None and secrets.compare_digest(token.encode(), expected.encode())
+
+
+def _held_by(holder: str, asked: str) -> Busy:
+    remedy = f"ask {holder}, wait, or take over with POST /api/v1/lease and take_over true"
+    return Busy(
+        f"asked to {asked}: {holder} holds the control lease; {remedy}",
+        asked=asked,
+        found=f"the lease is held by {holder}",
+        remedy=remedy,
+    )

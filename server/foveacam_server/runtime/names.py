@@ -1,0 +1,22 @@
+"""Short ids and the moments that documents show."""
+
+import secrets
+from datetime import UTC, datetime
+
+
+def new_id(prefix: str) -> str:
+    """Return a short id that is not used twice, such as `fix-9f3ac01b7d`."""
+    return f"{prefix}-{secrets.token_hex(5)}"
+
+
+def utc_now() -> str:
+    """Return the wall clock, ISO 8601 in UTC to the millisecond. For documents alone; durations use the clock."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def age_s(utc: str) -> float:
+    """Return how long ago the moment `utc` was by the wall clock, seconds, never negative."""
+    moment = datetime.fromisoformat(utc)
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=UTC)
+    return max(0.0, (datetime.now(UTC) - moment).total_seconds())

@@ -1,0 +1,146 @@
+"""What the rest of the server knows of the rig: a frozen picture that the hardware thread renews."""
+
+from collections import deque
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from foveacam_hardware.contract import (
+    PARKED,
+    Camera,
+    CameraCounters,
+    CameraSettings,
+    DeviceInfo,
+    Frame,
+    LinkTelemetry,
+    MirrorState,
+    Role,
+    StereoVolts,
+)
+from foveacam_server.runtime.ports import Rig
+
+
+class RigState(StrEnum):
+    """How far the rig can be used."""
+
+    OPENING = "opening"
+    READY = "ready"
+    DEGRADED = "degraded"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviceProblem:
+    """One thing that is wrong with one device, for the operator."""
+
+    device: str
+    detail: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraStatus:
+    """One camera as last seen."""
+
+    role: Role
+    info: DeviceInfo
+    settings: CameraSettings
+    counters: CameraCounters
+    connected: bool
+    width: int | None
+    height: int | None
+    frame_rate_hz: float
+    """Measured over the last frames shown, not the nominal rate."""
+    newest_t_ns: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigStatus:
+    """The whole rig as last seen; `rig_id` and `mirrors` are None until it is open."""
+
+    state: RigState = RigState.OPENING
+    problems: tuple[DeviceProblem, ...] = ()
+    rig_id: str | None = None
+    name: str = ""
+    simulated: bool = False
+    baseline_m: float | None = None
+    cameras: tuple[CameraStatus, ...] = ()
+    mirrors: MirrorState | None = None
+    telemetry: LinkTelemetry | None = None
+    controller: DeviceInfo | None = None
+    gaze: StereoVolts = PARKED
+
+
+@dataclass(slots=True)
+class FrameRate:
+    """Measured rate and size of one camera's frames."""
+
+    recent_t_ns: deque[int] = field(default_factory=lambda: deque(maxlen=16))
+    last_seq: int | None = None
+    width: int | None = None
+    height: int | None = None
+
+    def add(self, frame: Frame) -> bool:
+        """Count `frame`; tell whether it is new."""
+        if frame.seq == self.last_seq:
+            return False
+        self.last_seq = frame.seq
+        self.height, self.width = int(frame.image.shape[0]), int(frame.image.shape[1])
+        self.recent_t_ns.append(frame.t_ns)
+        return True
+
+    def hz(self, now_ns: int) -> float:
+        """Return the mean rate of the recent frames up to now, 0 when there are too few."""
+        if len(self.recent_t_ns) < 2:
+            return 0.0
+        span_ns = max(now_ns, self.recent_t_ns[-1]) - self.recent_t_ns[0]
+        return (len(self.recent_t_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+
+    @property
+    def newest_t_ns(self) -> int | None:
+        """Time of the newest frame."""
+        return self.recent_t_ns[-1] if self.recent_t_ns else None
+
+
+def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: int) -> CameraStatus:
+    """Return what is known of one camera."""
+    return CameraStatus(
+        role=camera.role,
+        info=camera.info,
+        settings=camera.settings,
+        counters=camera.counters,
+        connected=connected,
+        width=rate.width,
+        height=rate.height,
+        frame_rate_hz=rate.hz(now_ns),
+        newest_t_ns=rate.newest_t_ns,
+    )
+
+
+def rig_status(
+    rig: Rig,
+    *,
+    state: RigState,
+    problems: tuple[DeviceProblem, ...],
+    rates: dict[Role, FrameRate],
+    gaze: StereoVolts,
+) -> RigStatus:
+    """Look at every device once; called by the thread that owns them."""
+    failing = {problem.device for problem in problems}
+    now_ns = rig.clock.now_ns()
+    cameras = tuple(
+        camera_status(camera, rates[camera.role], connected=camera.role.value not in failing, now_ns=now_ns)
+        for camera in (rig.wide, rig.left, rig.right)
+    )
+    return RigStatus(
+        state=state,
+        problems=problems,
+        rig_id=rig.rig_id,
+        name=rig.name,
+        simulated=rig.simulated,
+        baseline_m=rig.baseline_m,
+        cameras=cameras,
+        mirrors=rig.mirrors.state,
+        telemetry=rig.mirrors.telemetry,
+        controller=rig.mirrors.info,
+        gaze=gaze,
+    )

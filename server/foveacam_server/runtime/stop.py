@@ -1,0 +1,70 @@
+"""The stop: parks at once, refuses every move until released. No lease, no queue, no database on its way."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.names import utc_now
+
+
+class Halting(Protocol):
+    """What can be halted: the hardware thread."""
+
+    def halt(self) -> bool:
+        """Refuse moves and park; tell whether the mirrors took it."""
+        ...
+
+    def resume(self) -> None:
+        """Allow moves again."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopState:
+    """Whether the stop is engaged, since when and by whom."""
+
+    engaged: bool
+    since_utc: str | None = None
+    by: str | None = None
+
+
+RELEASED = StopState(engaged=False)
+
+
+class StopSwitch:
+    """Engaged by anybody, at any time, as often as they like."""
+
+    def __init__(self, hardware: Halting, *, cancel_jobs: Callable[[str], None], events: EventLog) -> None:
+        self._hardware = hardware
+        self._cancel_jobs = cancel_jobs
+        self._events = events
+        self._lock = threading.Lock()
+        self._state = RELEASED
+
+    @property
+    def state(self) -> StopState:
+        """Whether it is engaged."""
+        return self._state
+
+    def engage(self, by: str) -> bool:
+        """Park now and cancel what moves; tell whether the mirrors took it."""
+        with self._lock:
+            if not self._state.engaged:
+                self._state = StopState(engaged=True, since_utc=utc_now(), by=by)
+        parked = self._hardware.halt()
+        self._cancel_jobs("the stop was engaged")
+        message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
+        self._events.emit("stop.engaged", message, level=Level.WARNING, data={"by": by, "parked": parked})
+        return parked
+
+    def release(self, by: str) -> StopState:
+        """Allow moves again; harmless when it is not engaged."""
+        with self._lock:
+            was_engaged = self._state.engaged
+            self._state = RELEASED
+            self._hardware.resume()
+        if was_engaged:
+            self._events.emit("stop.released", "the stop was released", data={"by": by})
+        return self._state
