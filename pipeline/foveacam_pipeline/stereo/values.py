@@ -24,6 +24,8 @@ class RectifiedPair:
     u0_left_px: float
     u0_right_px: float
     v0_px: float
+    left_centre_rig_m: tuple[float, float, float]
+    """Where the left virtual pinhole stands, rig frame: its pivot, and the pupil behind it (Sec. 3.2)."""
     pose_sigma_px: float
     """Standard error of u0_left - u0_right from the calibration, px at this window's scale."""
     t_ns: int
@@ -32,6 +34,13 @@ class RectifiedPair:
     def offset_px(self) -> float:
         """What the windows' origins add to the residual disparity: d = residual + offset."""
         return self.u0_left_px - self.u0_right_px
+
+    @property
+    def verged_z_m(self) -> float:
+        """Depth along +z at which the residual is zero, metres; infinite when the gazes do not meet."""
+        if self.offset_px <= 0.0:
+            return float("inf")
+        return self.left_centre_rig_m[2] + self.f_px * self.baseline_m / self.offset_px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,123 @@
+"""Pictures of a stereo look for people: anaglyph, left-right difference, depth as colours with a scale."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+
+BAR_WIDTH = 112
+"""Width of the scale at the right of a depth picture, px, for a picture 540 px high; it grows along."""
+GROUND = (17, 20, 26)
+INK = (214, 220, 228)
+HOLE = ((38, 42, 50), (52, 57, 66))
+"""Two shades of the diagonal stripes that mark pixels without depth."""
+STRIPE_PX = 6
+STEPS_M = (1.0, 2.0, 2.5, 5.0)
+
+
+def anaglyph(pair: RectifiedPair) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: left in red, right in green and blue; what only one eye sees is dimmed."""
+    left, right = gray(pair.left), gray(pair.right)
+    picture = np.stack([left, right, right], axis=2)
+    picture[~(pair.valid_left & pair.valid_right)] //= 3
+    return picture
+
+
+def difference(pair: RectifiedPair) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: left minus right about middle grey, each window's mean brightness taken out."""
+    both = pair.valid_left & pair.valid_right
+    left, right = gray(pair.left).astype(np.int16), gray(pair.right).astype(np.int16)
+    shift = 0
+    if both.any():
+        shift = round(float(left[both].mean() - right[both].mean()))
+    signed = np.clip(128 + left - right - shift, 0, 255).astype(np.uint8)
+    picture = np.stack([signed, signed, signed], axis=2)
+    picture[~both] = GROUND
+    return picture
+
+
+def depth_picture(
+    depth: DepthMap, *, near_m: float | None = None, far_m: float | None = None
+) -> NDArray[np.uint8]:
+    """Return (h, w + bar, 3) uint8: depth as colours, near warm, with a scale in metres; holes are striped.
+
+    Without `near_m` and `far_m` the scale spans the depths present, but for their outer 2 %.
+    """
+    known = np.isfinite(depth.z_m)
+    low, high = _span(depth.z_m[known], near_m, far_m)
+    share = np.zeros(depth.z_m.shape, dtype=np.float32)
+    np.divide(high - depth.z_m, high - low, out=share, where=known)
+    colours = _colours(share)
+    colours[~known] = _stripes(depth.z_m.shape)[~known]
+    bar = _bar(depth.z_m.shape[0], low, high, coverage=float(known.mean()))
+    return np.concatenate([colours, bar], axis=1)
+
+
+def _span(z_m: NDArray[np.float32], near_m: float | None, far_m: float | None) -> tuple[float, float]:
+    """Return the two ends of the scale, m, never equal."""
+    if z_m.size:
+        low, high = (float(q) for q in np.percentile(z_m, (2, 98)))
+        margin = max(0.1 * (high - low), 0.002 * high)
+        low, high = low - margin, high + margin
+    else:
+        low, high = 1.0, 30.0
+    low, high = near_m if near_m is not None else low, far_m if far_m is not None else high
+    return (low, high) if high > low else (low, low + 1e-3)
+
+
+def _colours(share: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return RGB of shares 0 (far, blue) to 1 (near, red)."""
+    level = np.clip(np.rint(share * 255.0), 0, 255).astype(np.uint8)
+    painted = cv2.applyColorMap(level, cv2.COLORMAP_TURBO)
+    return np.asarray(cv2.cvtColor(painted, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def _stripes(shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    rows, columns = np.indices(shape[:2])
+    odd = ((rows + columns) // STRIPE_PX) % 2 == 1
+    return np.where(odd[:, :, None], HOLE[1], HOLE[0]).astype(np.uint8)
+
+
+def _bar(height: int, low_m: float, high_m: float, *, coverage: float) -> NDArray[np.uint8]:
+    """Return the scale (height, bar width, 3): near at the bottom, round depths labelled, holes explained."""
+    zoom = height / 540.0
+    width = round(BAR_WIDTH * zoom)
+    panel = np.full((height, width, 3), GROUND, dtype=np.uint8)
+    top, bottom = round(46 * zoom), height - round(62 * zoom)
+    left, right = round(14 * zoom), round(34 * zoom)
+    ramp = np.linspace(0.0, 1.0, bottom - top, dtype=np.float32)[:, None]
+    panel[top:bottom, left:right] = _colours(np.repeat(ramp, right - left, axis=1))
+    cv2.rectangle(panel, (left - 1, top - 1), (right, bottom), INK, 1)
+    _text(panel, "depth z", (left, round(28 * zoom)), zoom)
+    for value_m in _ticks(low_m, high_m):
+        y = round(bottom - 1 - (value_m - low_m) / (high_m - low_m) * (bottom - 1 - top))
+        cv2.line(panel, (right, y), (right + round(5 * zoom), y), INK, 1)
+        _text(panel, _label(value_m, high_m - low_m), (right + round(9 * zoom), y + round(5 * zoom)), zoom)
+    swatch = round(14 * zoom)
+    y = height - round(38 * zoom)
+    panel[y : y + swatch, left : left + swatch] = _stripes((swatch, swatch))
+    cv2.rectangle(panel, (left - 1, y - 1), (left + swatch, y + swatch), INK, 1)
+    words = f"none {100.0 * (1.0 - coverage):.0f} %"
+    _text(panel, words, (left + swatch + round(6 * zoom), y + round(12 * zoom)), zoom)
+    return np.asarray(panel, dtype=np.uint8)
+
+
+def _ticks(low_m: float, high_m: float) -> list[float]:
+    """Return round depths in the span, about five of them."""
+    rough = (high_m - low_m) / 5.0
+    decade = 10.0 ** np.floor(np.log10(rough))
+    step = next((s * decade for s in STEPS_M if s * decade >= rough), 10.0 * decade)
+    first = int(np.ceil(low_m / step))
+    last = int(np.floor(high_m / step))
+    return [k * step for k in range(first, last + 1)]
+
+
+def _label(value_m: float, span_m: float) -> str:
+    digits = int(np.clip(2 - np.floor(np.log10(span_m)), 0, 4))
+    return f"{value_m:.{digits}f} m"
+
+
+def _text(panel: NDArray[np.uint8], words: str, place: tuple[int, int], zoom: float) -> None:
+    cv2.putText(panel, words, place, INK, cv2.FontFace("sans"), max(8, round(14 * zoom)), 400)

@@ -1,0 +1,55 @@
+"""A cloud as a PLY file: binary little endian, one vertex a point, units and frame in its comments."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.values import Cloud
+
+VERTEX = np.dtype(
+    [
+        ("x", "<f4"),
+        ("y", "<f4"),
+        ("z", "<f4"),
+        ("red", "u1"),
+        ("green", "u1"),
+        ("blue", "u1"),
+        ("sigma", "<f4"),
+    ]
+)
+TYPES = {"<f4": "float", "|u1": "uchar"}
+
+
+def write_ply(cloud: Cloud, path: Path) -> None:
+    """Write the cloud whole under a temporary name, then rename it to `path`."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_bytes(ply_bytes(cloud))
+        os.replace(partial, path)  # noqa: PTH105 - the one call that says: atomic, over an older file
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InvalidInput(
+            f"cloud to {path}: {error.strerror or error}; choose a folder that can be written"
+        ) from error
+
+
+def ply_bytes(cloud: Cloud) -> bytes:
+    """Return the whole file."""
+    vertices = np.empty(len(cloud), dtype=VERTEX)
+    vertices["x"], vertices["y"], vertices["z"] = cloud.points_rig_m.T
+    vertices["red"], vertices["green"], vertices["blue"] = cloud.colors.T
+    vertices["sigma"] = cloud.sigma_m
+    fields = (VERTEX.fields or {}).items()
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment FoveaCam Duo point cloud",
+        "comment frame: rig (= wide camera), x right, y down, z forward, origin at the wide camera's centre",
+        "comment units: metres; sigma is the standard error along z, metres",
+        f"element vertex {len(cloud)}",
+        *(f"property {TYPES[kind.str]} {name}" for name, (kind, *_) in fields),
+        "end_header\n",
+    ]
+    return "\n".join(header).encode("ascii") + vertices.tobytes()
