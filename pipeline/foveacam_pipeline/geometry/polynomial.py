@@ -16,6 +16,7 @@ from foveacam_pipeline.geometry.shapes import as_finite_rows, as_rows
 HUBER_K = 1.345
 """Residuals beyond this many robust standard deviations lose weight (95 % efficiency, Huber 1981)."""
 _IRLS_ROUNDS = 30
+_OUTLIER_SIGMAS = 4.0
 
 
 def exponents(order: int) -> list[tuple[int, int]]:
@@ -185,12 +186,18 @@ def fit_best_order(
     loss: Literal["huber", "square"] = "huber",
     tolerance: float = 0.02,
 ) -> PolynomialFit:
-    """Fit the lowest order whose leave-one-out error is within `tolerance` of the best one's."""
+    """Fit the lowest order whose leave-one-out error is within `tolerance` of the best one's.
+
+    Errors are compared with one limit for all orders, so that no order hides its misses as outliers.
+    """
     rows = as_finite_rows(xy, columns=2, name="xy")
     feasible = [order for order in orders if len(exponents(order)) < len(rows)]
     if not feasible:
         return fit_polynomial(rows, values, min(orders), loss)  # raises with the number of samples needed
     fits = [fit_polynomial(rows, values, order, loss) for order in sorted(feasible)]
-    errors = [float(np.linalg.norm(fit.loo_rms)) for fit in fits]
+    cap = (
+        _OUTLIER_SIGMAS * 1.4826 * np.min([np.median(np.abs(f.loo_residuals), axis=0) for f in fits], axis=0)
+    )
+    errors = [float(np.sqrt(np.mean(np.minimum(np.abs(f.loo_residuals), cap) ** 2))) for f in fits]
     limit = min(errors) * (1.0 + tolerance)
     return next(fit for fit, error in zip(fits, errors, strict=True) if error <= limit)

@@ -1,0 +1,136 @@
+"""Fit of a homography field to all corners of a sweep at once (Eq. 4).
+
+One linear least-squares problem over every pose and corner: robust, leave-one-pose-out by blocks of the hat
+matrix. Fitting the poses one by one first would leave the perspective entries to the noise.
+"""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.geometry.polynomial import (
+    BivariatePolynomial,
+    exponents,
+    huber_weights,
+    monomials,
+    scaling_of,
+)
+from foveacam_pipeline.models.homography import ENTRIES, HomographyField
+
+ORDERS = (1, 2, 3, 4, 5)
+_ROUNDS = 8
+_LOO_TOLERANCE = 0.02
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Corners:
+    """Corners about the image centre, each (n, m), in units of `scale_px`; `seen` is 0 for a missing one."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+    seen: NDArray[np.float64]
+
+
+def fit_homography(
+    angles_rad: NDArray[np.float64],
+    raw_px: NDArray[np.float64],
+    plane_px: NDArray[np.float64],
+    *,
+    width: int,
+    height: int,
+    orders: tuple[int, ...] = ORDERS,
+) -> HomographyField:
+    """Fit the field of lowest order that leaves out one pose about as well as the best.
+
+    `angles_rad`: (n, 2) gazes. `raw_px`, `plane_px`: (n, m, 2), corners in the image (NaN: not seen) and on
+    the virtual pinhole plane relative to the gaze. `width`, `height`: of the fovea image, px.
+    """
+    centre = ((width - 1) / 2.0, (height - 1) / 2.0)
+    scale = width / 2.0
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(raw_px + plane_px).all(axis=2))
+    raw = np.where(seen[:, :, None], (raw_px - np.array(centre)) / scale, 0.0)
+    plane = np.where(seen[:, :, None], plane_px / scale, 0.0)
+    corners = _Corners(
+        x=raw[..., 0], y=raw[..., 1], u=plane[..., 0], v=plane[..., 1], seen=seen.astype(np.float64)
+    )
+    feasible = [order for order in sorted(orders) if _enough(order, corners)]
+    if not feasible:
+        raise InvalidInput(
+            f"homographies of order {min(orders)} need at least {2 * len(exponents(min(orders)))} poses "
+            f"with four corners each, {len(angles_rad)} poses were given; add poses"
+        )
+    fits = [_fit_order(angles_rad, corners, order) for order in feasible]
+    limit = min(loo for _, loo in fits) * (1.0 + _LOO_TOLERANCE)
+    polynomial, loo = next(fit for fit in fits if fit[1] <= limit)
+    logger.info("homographies of order %d, left out %.3f px", polynomial.order, loo * scale)
+    return HomographyField(polynomial=polynomial, centre_px=centre, scale_px=scale, loo_px=loo * scale)
+
+
+def _enough(order: int, corners: _Corners) -> bool:
+    poses = int((corners.seen.sum(axis=1) >= 4).sum())
+    return poses >= 2 * len(exponents(order))
+
+
+def _rows(basis: NDArray[np.float64], corners: _Corners) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the linear equations of every corner: (n, m, 2, 6 k) and right-hand sides (n, m, 2).
+
+    From u (1 + e x + f y) = a x + b y, and so for v; unknowns ordered entry by entry.
+    """
+    x, y, u, v = corners.x, corners.y, corners.u, corners.v
+    zero = np.zeros_like(x)
+    factors = np.stack(
+        [
+            np.stack([x, y, zero, zero, -u * x, -u * y], axis=-1),
+            np.stack([zero, zero, x, y, -v * x, -v * y], axis=-1),
+        ],
+        axis=2,
+    )
+    matrix = factors[..., :, None] * basis[:, None, None, None, :]
+    return matrix.reshape(*factors.shape[:3], ENTRIES * basis.shape[1]), np.stack([u, v], axis=2)
+
+
+def _fit_order(
+    angles: NDArray[np.float64], corners: _Corners, order: int
+) -> tuple[BivariatePolynomial, float]:
+    """Return the field of one order and its leave-one-pose-out error in units of the corners."""
+    centre, scale = scaling_of(angles)
+    basis = monomials((angles[:, 0] - centre[0]) / scale[0], (angles[:, 1] - centre[1]) / scale[1], order)
+    equations, values = _rows(basis, corners)
+    unknowns = equations.shape[-1]
+    perspective = np.ones_like(corners.x)
+    weights = corners.seen
+    for _ in range(_ROUNDS):
+        used = float(np.sum(weights))
+        root = (np.sqrt(weights) / perspective)[:, :, None]
+        matrix, target = equations * root[..., None], values * root
+        flat = matrix.reshape(-1, unknowns)
+        gram = flat.T @ flat
+        solution: NDArray[np.float64] = np.asarray(np.linalg.solve(gram, flat.T @ target.ravel()), np.float64)
+        entries = basis @ solution.reshape(ENTRIES, -1).T
+        perspective = 1.0 + entries[:, 4:5] * corners.x + entries[:, 5:6] * corners.y
+        misses = np.linalg.norm(values - equations @ solution, axis=2) / perspective
+        weights = corners.seen.copy()
+        weights[corners.seen > 0.0] = huber_weights(misses[corners.seen > 0.0])
+    inverse_gram: NDArray[np.float64] = np.asarray(np.linalg.inv(gram), np.float64)
+    loo = _leave_pose_out(matrix, target - matrix @ solution, inverse_gram)
+    error = float(np.sqrt(np.sum(loo**2) / used))
+    coefficients = solution.reshape(ENTRIES, -1).T.copy()
+    return BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients), error
+
+
+def _leave_pose_out(
+    matrix: NDArray[np.float64], residuals: NDArray[np.float64], inverse_gram: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (n, 2 m) weighted residuals of each pose under the fit without it: (I - H_jj)^-1 r_j."""
+    poses = matrix.shape[0]
+    blocks = matrix.reshape(poses, -1, matrix.shape[-1])
+    hat = blocks @ inverse_gram @ blocks.transpose(0, 2, 1)
+    left_out = np.linalg.solve(np.eye(blocks.shape[1]) - hat, residuals.reshape(poses, -1, 1))
+    return np.asarray(left_out[..., 0], dtype=np.float64)
