@@ -111,7 +111,7 @@ class SecurityMiddleware:
             await _answer(refusal, scope)(scope, receive, guarded)
 
     def _sign_in(self, scope: Scope) -> Response | None:
-        """Return the answer to `/?token=…`: the cookie, and the address of the same page without the token."""
+        """Return the answer to `/?token=…`: the cookie, and the page's address without the token."""
         if scope["type"] != "http" or scope["method"] != "GET" or b"token=" not in scope["query_string"]:
             return None
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)

@@ -1,0 +1,218 @@
+"""The 3D pane: the rig, where it looks and what it has seen, served by viser on 127.0.0.1.
+
+All calls may be made from any thread but the hardware's: viser packs arrays in the caller's thread, for
+milliseconds. What is drawn is kept by viser and shown to whoever connects later. Who may do what is
+decided elsewhere: a click only hands the fixation's id over.
+"""
+
+import asyncio
+import logging
+import threading
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable
+from concurrent.futures import Future
+from types import TracebackType
+from typing import TypeAlias
+
+import viser
+
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_web.scene_fixation import FixationNode, Shown
+from foveacam_web.scene_panel import ScenePanel
+from foveacam_web.scene_rig import RigDrawing
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
+from foveacam_web.viser_server import close_viser, open_viser
+
+MAX_FIXATIONS = 24
+"""Older ones leave the scene (not the server): every viewer holds all of them in its graphics memory."""
+UP = (0.0, -1.0, 0.0)
+START_POSITION_M = (0.0, -0.45, -1.3)
+START_LOOK_AT_M = (0.0, 0.1, 2.5)
+START_FOV_RAD = 0.9
+
+OnSelect: TypeAlias = Callable[[str], Awaitable[None]]
+_log = logging.getLogger(__name__)
+
+
+class ViewerScene:
+    """The scene and its server; `start` opens it, `stop` (or leaving the context) closes it."""
+
+    def __init__(self, *, port: int = 0, view_url: str | None = "/view") -> None:
+        self._wanted_port = port
+        self._view_url = view_url
+        self._lock = threading.RLock()
+        self._server: viser.ViserServer | None = None
+        self._rig: RigDrawing | None = None
+        self._panel: ScenePanel | None = None
+        self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
+        self._selected: str | None = None
+        self._shown = Shown()
+        self._hand_over: tuple[OnSelect, asyncio.AbstractEventLoop] | None = None
+
+    def __enter__(self) -> "ViewerScene":
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    @property
+    def port(self) -> int:
+        """Port on 127.0.0.1 that the relay forwards to; raise when the scene is not started."""
+        return self._running().get_port()
+
+    def start(self) -> None:
+        """Open the server and draw what never changes; harmless when started."""
+        with self._lock:
+            if self._server is not None:
+                return
+            server = open_viser(port=self._wanted_port)
+            self._server = server
+            server.scene.set_up_direction("-y")
+            server.scene.configure_environment_map(None)
+            server.initial_camera.up = UP
+            server.initial_camera.position = START_POSITION_M
+            server.initial_camera.look_at = START_LOOK_AT_M
+            server.initial_camera.fov = START_FOV_RAD
+            self._rig = RigDrawing(server.scene)
+            self._rig.draw_floor()
+            self._panel = ScenePanel(server, view_url=self._view_url, shown=self._shown)
+            self._panel.on_change(shown=self._show, rays=self._show_rays, selected_point=self._selected_point)
+
+    def stop(self) -> None:
+        """Close the server and forget what was drawn; harmless when stopped."""
+        with self._lock:
+            server, self._server = self._server, None
+            self._rig = self._panel = None
+            self._fixations.clear()
+        # Without the lock: a callback on viser's loop may be waiting for it
+        if server is not None:
+            close_viser(server)
+
+    close = stop
+
+    def on_select(self, callback: OnSelect, loop: asyncio.AbstractEventLoop) -> None:
+        """Run `callback(fixation_id)` on `loop` when somebody clicks a fixation in the scene."""
+        with self._lock:
+            self._hand_over = (callback, loop)
+
+    def show_rig(self, shape: RigShape) -> None:
+        """Draw the rig: its frame, the wide camera, both foveae."""
+        with self._lock:
+            if self._rig is not None:
+                self._rig.draw(shape)
+
+    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
+        """Turn the foveae; at most a few times a second, since viewers are told of every call."""
+        with self._lock:
+            if self._rig is not None:
+                self._rig.look(left=left, right=right, distance_m=distance_m)
+
+    def show_fixation(
+        self,
+        fixation_id: str,
+        *,
+        label: str,
+        point_rig_m: tuple[float, float, float],
+        distance_m: float,
+        distance_sigma_m: float,
+        cloud: Cloud | None = None,
+        mesh: DepthMesh | None = None,
+    ) -> None:
+        """Add or replace what stands for one fixation."""
+        drawing = FixationDrawing(
+            label=label,
+            point_rig_m=point_rig_m,
+            distance_m=distance_m,
+            distance_sigma_m=distance_sigma_m,
+            cloud=cloud,
+            mesh=mesh,
+        )
+        with self._lock:
+            if self._server is None or self._panel is None:
+                return
+            if mesh is None and cloud is not None:
+                self._shown = self._panel.show_clouds()  # the only shape there is
+            self._drop(fixation_id)
+            with self._server.atomic():
+                node = FixationNode(self._server.scene, fixation_id, drawing, shown=self._shown)
+            node.clickable(self._clicked)
+            self._fixations[fixation_id] = node
+            node.select(selected=fixation_id == self._selected)
+            self._make_room()
+
+    def remove_fixation(self, fixation_id: str) -> None:
+        """Take away what stands for one fixation; harmless when there is nothing."""
+        with self._lock:
+            self._drop(fixation_id)
+            if self._selected == fixation_id:
+                self._selected = None
+
+    def select(self, fixation_id: str | None) -> None:
+        """Highlight one fixation, or none."""
+        with self._lock:
+            self._selected = fixation_id
+            for name, node in self._fixations.items():
+                node.select(selected=name == fixation_id)
+
+    @property
+    def fixations(self) -> tuple[str, ...]:
+        """What is in the scene, oldest first."""
+        with self._lock:
+            return tuple(self._fixations)
+
+    def _running(self) -> viser.ViserServer:
+        with self._lock:
+            if self._server is None:
+                raise RuntimeError("the 3D scene is not started; call start() first")
+            return self._server
+
+    def _drop(self, fixation_id: str) -> None:
+        node = self._fixations.pop(fixation_id, None)
+        if node is not None:
+            node.remove()
+
+    def _make_room(self) -> None:
+        while len(self._fixations) > MAX_FIXATIONS:
+            oldest = next(name for name in self._fixations if name != self._selected)
+            self._drop(oldest)
+
+    def _show(self, shown: Shown) -> None:
+        with self._lock:
+            self._shown = shown
+            for node in self._fixations.values():
+                node.show(shown)
+
+    def _show_rays(self, visible: bool) -> None:  # the only argument, named by the method
+        with self._lock:
+            if self._rig is not None:
+                self._rig.show_rays(visible=visible)
+
+    def _selected_point(self) -> tuple[float, float, float] | None:
+        with self._lock:
+            newest = next(reversed(self._fixations), None)
+            node = self._fixations.get(self._selected or newest or "")
+            return None if node is None else node.drawing.point_rig_m
+
+    async def _clicked(self, fixation_id: str) -> None:
+        """Hand a click over to the server's loop; runs on viser's, which must never wait."""
+        self.select(fixation_id)
+        if self._hand_over is None:
+            return
+        callback, loop = self._hand_over
+
+        async def run() -> None:
+            await callback(fixation_id)
+
+        call = run()
+        try:
+            asyncio.run_coroutine_threadsafe(call, loop).add_done_callback(_report)
+        except RuntimeError:  # the server's loop has closed
+            call.close()
+
+
+def _report(done: "Future[None]") -> None:
+    if not done.cancelled() and done.exception() is not None:
+        _log.error("a click in the 3D scene came to nothing", exc_info=done.exception())

@@ -1,0 +1,90 @@
+"""The panels around the 3D scene: the camera views docked at the left, what to show at the right."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+import viser
+
+from foveacam_web.scene_fixation import Shown
+
+VIEW_PANEL_WIDTH_PX = 440
+_VIEW_FRAME = (
+    '<iframe src="{url}" title="Camera views" data-foveacam-views '
+    'style="display:block;width:100%;height:72vh;border:0;background:#111"></iframe>'
+)
+_HINT = "Click a surface or its marker to select the target. Drag to turn, scroll to come closer."
+_APPROACH = 0.55
+"""Looking at a target, the camera stands this part of the way from the rig to it."""
+
+Point: TypeAlias = tuple[float, float, float]
+
+
+class ScenePanel:
+    """The GUI; its changes reach the scene by the three callbacks of `on_change`."""
+
+    def __init__(self, server: viser.ViserServer, *, view_url: str | None, shown: Shown) -> None:
+        self._shown = shown
+        gui = server.gui
+        gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        if view_url is not None:
+            views = gui.add_panel()
+            with views.add_tab("Camera views"):
+                gui.add_html(_VIEW_FRAME.format(url=view_url))
+            views.dock_left()
+            views.set_width(VIEW_PANEL_WIDTH_PX)
+        with gui.add_folder("Show"):
+            self._surface = gui.add_checkbox("Surfaces", shown.surface)
+            self._cloud = gui.add_checkbox("Point clouds", shown.cloud)
+            self._labels = gui.add_checkbox("Labels", shown.labels)
+            self._rays = gui.add_checkbox("Gaze rays", initial_value=True)
+        self._look = gui.add_button("Look at the target")
+        gui.add_markdown(_HINT)
+
+    def on_change(
+        self,
+        *,
+        shown: Callable[[Shown], None],
+        rays: Callable[[bool], None],
+        selected_point: Callable[[], Point | None],
+    ) -> None:
+        """Connect the panel to the scene. The callbacks run on viser's loop and only set properties."""
+
+        async def changed(_event: object) -> None:
+            self._shown = Shown(
+                surface=self._surface.value, cloud=self._cloud.value, labels=self._labels.value
+            )
+            shown(self._shown)
+
+        async def rays_changed(_event: object) -> None:
+            rays(self._rays.value)
+
+        async def look(event: "viser.GuiEvent[viser.GuiButtonHandle]") -> None:
+            point_m = selected_point()
+            if event.client is not None and point_m is not None:
+                _approach(event.client, point_m)
+
+        for checkbox in (self._surface, self._cloud, self._labels):
+            checkbox.on_update(changed)
+        self._rays.on_update(rays_changed)
+        self._look.on_click(look)
+
+    def show_clouds(self) -> Shown:
+        """Switch the point clouds on; return what is shown then."""
+        if not self._cloud.value:
+            self._cloud.value = True  # type: ignore[misc]  # viser's setter, which mypy does not see
+            self._shown = replace(self._shown, cloud=True)
+        return self._shown
+
+
+def _approach(client: viser.ClientHandle, point_rig_m: Point) -> None:
+    """Bring one viewer's camera near the point, on the rig's side of it and a little above."""
+    point_m = np.asarray(point_rig_m)
+    distance_m = float(np.linalg.norm(point_m))
+    rise_m = distance_m * (1.0 - _APPROACH) * math.tan(math.radians(12.0))
+    with client.atomic():
+        client.camera.up_direction = (0.0, -1.0, 0.0)
+        client.camera.position = _APPROACH * point_m + np.array([0.0, -rise_m, 0.0])
+        client.camera.look_at = point_m

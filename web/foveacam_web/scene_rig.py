@@ -1,0 +1,136 @@
+"""The rig in the 3D scene: its frame, three frusta, the gaze rays, and a floor grid marked in metres."""
+
+import math
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser import transforms
+
+from foveacam_web.scene_values import (
+    DEFAULT_RAY_M,
+    LEFT_COLOR,
+    RIGHT_COLOR,
+    WIDE_COLOR,
+    EyeGaze,
+    Rgb,
+    RigShape,
+)
+
+_FLOOR_Y_M = 0.45
+"""The grid lies below the rig; +y points down."""
+_FLOOR_DEPTH_M = 40.0
+_FLOOR_WIDTH_M = 20.0
+_MARKS_M = (1, 2, 3, 5, 10, 15, 20, 30, 40)
+_GRID_COLOR: Rgb = (92, 96, 104)
+_SECTION_COLOR: Rgb = (134, 140, 150)
+_STRAIGHT = EyeGaze(ax_rad=0.0, ay_rad=0.0)
+
+
+def gaze_direction(gaze: EyeGaze) -> NDArray[np.float64]:
+    """Return the unit vector of an axis-wise direction: (3,) float64, rig frame."""
+    direction = np.array([math.tan(gaze.ax_rad), math.tan(gaze.ay_rad), 1.0])
+    return direction / float(np.linalg.norm(direction))
+
+
+def rig_from_gaze(gaze: EyeGaze) -> NDArray[np.float64]:
+    """Return the rotation, (3, 3) float64, whose z axis is the gaze and whose x axis stays level."""
+    z = gaze_direction(gaze)
+    x = np.cross((0.0, 1.0, 0.0), z)
+    x /= np.linalg.norm(x)
+    return np.stack((x, np.cross(z, x), z), axis=1)
+
+
+class RigDrawing:
+    """What does not depend on fixations; drawn once, the eyes turned when they move."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._shape: RigShape | None = None
+        self._gaze: dict[str, EyeGaze] = {"left": _STRAIGHT, "right": _STRAIGHT}
+        self._ray_m = DEFAULT_RAY_M
+        self._eyes: dict[str, viser.CameraFrustumHandle] = {}
+        self._rays: dict[str, viser.LineSegmentsHandle] = {}
+        self._rays_visible = True
+
+    def draw_floor(self) -> None:
+        """Draw the grid, one line a metre, and its distances from the rig."""
+        self._scene.add_grid(
+            "/floor",
+            width=_FLOOR_WIDTH_M,
+            height=_FLOOR_DEPTH_M,
+            plane="xz",
+            position=(0.0, _FLOOR_Y_M, _FLOOR_DEPTH_M / 2.0),
+            cell_size=1.0,
+            section_size=5.0,
+            cell_color=_GRID_COLOR,
+            section_color=_SECTION_COLOR,
+            shadow_opacity=0.0,
+        )
+        for z_m in _MARKS_M:
+            self._scene.add_label(
+                f"/floor_marks/{z_m}",
+                f"{z_m} m",
+                position=(0.0, _FLOOR_Y_M, float(z_m)),
+                font_screen_scale=0.8,
+                anchor="center-center",
+            )
+
+    def draw(self, shape: RigShape) -> None:
+        """Draw the rig frame and the three cameras, in place of what was there."""
+        self._shape = shape
+        self._scene.add_frame("/rig", axes_length=0.08, axes_radius=0.002)
+        self._scene.add_label("/rig/name", "wide", position=(0.0, -0.05, 0.0), font_screen_scale=0.8)
+        self._frustum("wide", fov_rad=shape.wide_fov_rad, x_m=0.0, color=WIDE_COLOR, scale=0.16)
+        for eye, sign, color in (("left", -0.5, LEFT_COLOR), ("right", 0.5, RIGHT_COLOR)):
+            x_m = sign * shape.baseline_m
+            self._eyes[eye] = self._frustum(eye, fov_rad=shape.fovea_fov_rad, x_m=x_m, color=color, scale=0.3)
+            self._rays[eye] = self._scene.add_line_segments(
+                f"/gaze/{eye}",
+                np.zeros((1, 2, 3), dtype=np.float32),
+                color,
+                thickness=1.5,
+                thickness_units="screen",
+                position=(x_m, 0.0, 0.0),
+                visible=self._rays_visible,
+            )
+        self._turn()
+
+    def look(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None) -> None:
+        """Turn the eyes, their rays as long as `distance_m`; nothing is sent when they look there already."""
+        gaze = {"left": left, "right": right}
+        ray_m = DEFAULT_RAY_M if distance_m is None else distance_m
+        if (gaze, ray_m) == (self._gaze, self._ray_m):
+            return
+        self._gaze, self._ray_m = gaze, ray_m
+        if self._shape is not None:
+            self._turn()
+
+    def show_rays(self, *, visible: bool) -> None:
+        """Show or hide the gaze rays."""
+        self._rays_visible = visible
+        for ray in self._rays.values():
+            ray.visible = visible
+
+    def _turn(self) -> None:
+        for eye, gaze in self._gaze.items():
+            self._eyes[eye].wxyz = transforms.SO3.from_matrix(rig_from_gaze(gaze)).wxyz
+            ends_m = np.stack((np.zeros(3), self._ray_m * gaze_direction(gaze)))
+            self._rays[eye].points = ends_m[None].astype(np.float32)
+
+    def _frustum(
+        self, eye: str, *, fov_rad: tuple[float, float], x_m: float, color: Rgb, scale: float
+    ) -> viser.CameraFrustumHandle:
+        horizontal_rad, vertical_rad = fov_rad
+        return self._scene.add_camera_frustum(
+            f"/cameras/{eye}",
+            fov=vertical_rad,
+            aspect=math.tan(horizontal_rad / 2.0) / math.tan(vertical_rad / 2.0),
+            scale=scale,
+            color=color,
+            thickness=1.5,
+            thickness_units="screen",
+            position=(x_m, 0.0, 0.0),
+            cast_shadow=False,
+            receive_shadow=False,
+        )

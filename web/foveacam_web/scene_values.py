@@ -1,0 +1,52 @@
+"""What the 3D scene is told (the rig's shape, gazes, fixations), and its colours."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+
+Rgb: TypeAlias = tuple[int, int, int]
+
+WIDE_COLOR: Rgb = (160, 160, 170)
+LEFT_COLOR: Rgb = (235, 94, 85)
+RIGHT_COLOR: Rgb = (64, 190, 214)
+TARGET_COLOR: Rgb = (255, 176, 46)
+SELECTED_COLOR: Rgb = (255, 255, 255)
+
+DEFAULT_RAY_M = 10.0
+"""How far a gaze ray is drawn while no distance is known."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigShape:
+    """The rig as drawn: foveae at -baseline/2 and +baseline/2, fields of view (horizontal, vertical)."""
+
+    baseline_m: float
+    wide_fov_rad: tuple[float, float]
+    fovea_fov_rad: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EyeGaze:
+    """Axis-wise direction of one fovea's centre in the rig frame."""
+
+    ax_rad: float
+    ay_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixationDrawing:
+    """One fixation in the scene."""
+
+    label: str
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+    cloud: Cloud | None = None
+    mesh: DepthMesh | None = None
+
+    @property
+    def text(self) -> str:
+        """The label as shown: name, distance and its standard error, to the digits that mean something."""
+        digits = 1 if self.distance_sigma_m >= 0.1 else 2 if self.distance_sigma_m >= 0.01 else 3
+        return f"{self.label}  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"

@@ -1,0 +1,39 @@
+"""viser's client page as we serve it: the wheel's own file with two lines added.
+
+The server relays its WebSocket; that the page and viser's server are of one version follows from one wheel.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import viser
+
+# viser reconnects only while its document has the focus, which a frame inside the console never has
+_RECONNECT = "<script>document.hasFocus = () => true;</script>"
+# No toast about software rendering, no share or licence furniture; kept to what the pinned version names
+_STYLE = "<style>.mantine-Notifications-root { display: none !important; }</style>"
+_BARE_STYLE = "<style>[data-foveacam-views] { display: none !important; }</style>"
+
+
+class PageChanged(RuntimeError):
+    """The viser wheel holds no page, or one that does not look as expected."""
+
+
+@cache
+def viser_page(*, bare: bool = False) -> bytes:
+    """Return the page; `bare` without the docked camera views, for the console that shows them itself."""
+    path = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    try:
+        page = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise PageChanged(f"viser {viser.__version__} has no client page at {path}: {error}") from error
+    head, separator, rest = page.partition("<head>")
+    if not separator:
+        raise PageChanged(f"viser {viser.__version__}: its client page has no <head>")
+    added = _RECONNECT + _STYLE + (_BARE_STYLE if bare else "")
+    return (head + separator + added + rest).encode()
+
+
+def viser_subprotocol() -> str:
+    """Return the WebSocket subprotocol by which viser checks that client and server are of one version."""
+    return f"viser-v{viser.__version__}"
