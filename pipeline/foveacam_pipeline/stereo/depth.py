@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.geometry.triangulate import points_from_plane
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DisparityMap, RectifiedPair
 
 EDGE_JUMP_PX = 2.0
@@ -28,7 +29,6 @@ def depth_map(pair: RectifiedPair, disparity: DisparityMap) -> DepthMap:
     per_px /= f_b
     sigma = per_px * disparity.sigma_px
     per_px *= np.float32(pair.pose_sigma_px)
-    z += np.float32(pair.left_centre_rig_m[2])
     return DepthMap(z_m=z, sigma_m=sigma, pose_sigma_m=per_px)
 
 
@@ -64,23 +64,15 @@ def points_rig_m(
     z_m: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Return (n, 3) float32 points of left window pixels (n,), (n,) at depths (n,) along the rig's z."""
-    x0_m, y0_m, z0_m = pair.left_centre_rig_m
-    reach_m = (z_m.astype(np.float64) - z0_m) / pair.f_px
-    points = np.stack(
-        [
-            x0_m + (columns_px + pair.u0_left_px) * reach_m,
-            y0_m + (rows_px + pair.v0_px) * reach_m,
-            z_m.astype(np.float64),
-        ],
-        axis=1,
-    )
+    plane = np.column_stack([columns_px + pair.u0_left_px, rows_px + pair.v0_px])
+    points = points_from_plane(plane, z_m, f_px=pair.f_px, baseline_m=pair.baseline_m)
     return points.astype(np.float32)
 
 
 def disparity_px(pair: RectifiedPair, depth: DepthMap) -> NDArray[np.float32]:
     """Return (h, w) float32 total disparity of a depth map, px; NaN where unknown."""
     f_b = np.float32(pair.f_px * pair.baseline_m)
-    return np.asarray(f_b / (depth.z_m - np.float32(pair.left_centre_rig_m[2])), dtype=np.float32)
+    return np.asarray(f_b / depth.z_m, dtype=np.float32)
 
 
 def edge_mask(pair: RectifiedPair, depth: DepthMap) -> NDArray[np.bool_]:

@@ -107,11 +107,10 @@ def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tup
     """Return the first residual disparity to search and how many: a multiple of 16, at most 256."""
     low, high = -settings.disparities / 2, settings.disparities / 2
     f_b = pair.f_px * pair.baseline_m
-    height_m = pair.left_centre_rig_m[2]
     if settings.near_m is not None:
-        high = f_b / _positive(settings.near_m - height_m, settings.near_m) - pair.offset_px
+        high = f_b / _positive(settings.near_m) - pair.offset_px
     if settings.far_m is not None:
-        low = f_b / _positive(settings.far_m - height_m, settings.far_m) - pair.offset_px
+        low = f_b / _positive(settings.far_m) - pair.offset_px
     first = math.floor(max(low, -pair.offset_px))
     if high <= first:
         raise InvalidInput(
@@ -129,7 +128,7 @@ def gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
 
 
-def _positive(depth_m: float, asked_m: float) -> float:
+def _positive(depth_m: float) -> float:
     if not depth_m > 0.0:
-        raise InvalidInput(f"stereo search limit {asked_m} m: a depth in front of the rig (> 0 m) is needed")
+        raise InvalidInput(f"stereo search limit {depth_m} m: a depth in front of the rig (> 0 m) is needed")
     return depth_m

@@ -28,7 +28,7 @@ def depth_mesh(pair: RectifiedPair, depth: DepthMap, step_px: int = 4) -> DepthM
     used, faces = np.unique(faces, return_inverse=True)
     ys, xs = rows.ravel()[used], columns.ravel()[used]
     f_b = pair.f_px * pair.baseline_m
-    z_m = (f_b / corners.ravel()[used] + pair.left_centre_rig_m[2]).astype(np.float32)
+    z_m = (f_b / corners.ravel()[used]).astype(np.float32)
     return DepthMesh(
         vertices_rig_m=points_rig_m(pair, xs, ys, z_m),
         faces=faces.reshape(-1, 3).astype(np.uint32),

@@ -12,7 +12,8 @@ class RectifiedPair:
 
     `left`, `right`: (h, w) or (h, w, 3) uint8 RGB. `valid_left`, `valid_right`: (h, w) bool, false where the
     window looks past the fovea's frame. A pixel (x, y) of a window lies at (x + u0, y + v0) px from the
-    principal point of its virtual pinhole, whose focal length is `f_px` at this window's scale.
+    principal point of its virtual pinhole, whose focal length is `f_px` at this window's scale. The pinholes
+    stand at (-B/2, 0, 0) and (+B/2, 0, 0) in the rig frame.
     """
 
     left: NDArray[np.uint8]
@@ -24,8 +25,6 @@ class RectifiedPair:
     u0_left_px: float
     u0_right_px: float
     v0_px: float
-    left_centre_rig_m: tuple[float, float, float]
-    """Where the left virtual pinhole stands, rig frame: its pivot, and the pupil behind it (Sec. 3.2)."""
     pose_sigma_px: float
     """Standard error of u0_left - u0_right from the calibration, px at this window's scale."""
     t_ns: int
@@ -40,7 +39,7 @@ class RectifiedPair:
         """Depth along +z at which the residual is zero, metres; infinite when the gazes do not meet."""
         if self.offset_px <= 0.0:
             return float("inf")
-        return self.left_centre_rig_m[2] + self.f_px * self.baseline_m / self.offset_px
+        return self.f_px * self.baseline_m / self.offset_px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
