@@ -62,7 +62,7 @@ def create_app(settings: Settings) -> FastAPI:
     app = FastAPI(
         title="FoveaCam Duo",
         version=__version__,
-        summary="Foveated stereo: point somewhere, both foveae verge on it, its distance and shape come back.",
+        summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=lifespan,
     )
     errors.install(app)

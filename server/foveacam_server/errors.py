@@ -160,7 +160,8 @@ def install(app: FastAPI) -> None:
         return problem.response(instance=request.url.path)
 
     async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
-        return validation_problem(cast(RequestValidationError, error).errors()).response(instance=request.url.path)
+        failures = cast(RequestValidationError, error).errors()
+        return validation_problem(failures).response(instance=request.url.path)
 
     async def on_anything(request: Request, error: Exception) -> JSONResponse:
         # Starlette re-raises the error after this answer, so that the server logs it once

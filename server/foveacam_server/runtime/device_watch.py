@@ -1,4 +1,4 @@
-"""Notices lost devices and their return, and says when to try them again. Called by the hardware thread alone."""
+"""Notices lost devices and their return; says when to try them. Called by the hardware thread alone."""
 
 from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, NotConnected, Timeout
 from foveacam_server.runtime.events import EventLog, Level

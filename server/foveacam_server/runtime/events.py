@@ -91,7 +91,9 @@ class EventLog:
         self._writer = threading.Thread(target=self._write, name="foveacam-events", daemon=True)
         self._writer.start()
 
-    def emit(self, kind: str, message: str, *, level: Level = Level.INFO, data: Document | None = None) -> Event:
+    def emit(
+        self, kind: str, message: str, *, level: Level = Level.INFO, data: Document | None = None
+    ) -> Event:
         """Tell everybody, from any thread, without waiting for any of them."""
         with self._lock:
             event = Event(
@@ -120,7 +122,9 @@ class EventLog:
         older: list[Event] = []
         if last_id + 1 < oldest:
             with self._store.session() as session:
-                query = select(EventRow).where(EventRow.id > last_id, EventRow.id < oldest).order_by(EventRow.id)
+                query = (
+                    select(EventRow).where(EventRow.id > last_id, EventRow.id < oldest).order_by(EventRow.id)
+                )
                 older = [_event(row) for row in session.scalars(query)]
         return older + [event for event in ring if event.id > last_id]
 
@@ -176,7 +180,9 @@ class EventLog:
         if not events:
             return
         with self._store.session() as session:
-            session.add_all(EventRow(id=event.id, kind=event.kind, document=event.document()) for event in events)
+            session.add_all(
+                EventRow(id=event.id, kind=event.kind, document=event.document()) for event in events
+            )
             if prune:
                 session.execute(delete(EventRow).where(EventRow.id <= events[-1].id - KEPT))
 

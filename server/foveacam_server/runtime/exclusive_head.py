@@ -1,4 +1,4 @@
-"""The rig as one job sees it: every look goes through the hardware thread, unless the job was cancelled or stopped."""
+"""The rig as one job sees it: every look goes through the hardware thread, unless the job was cancelled."""
 
 from collections.abc import Callable
 from concurrent.futures import Future

@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
@@ -27,7 +26,7 @@ from foveacam_server.runtime.command_queue import CommandQueue
 from foveacam_server.runtime.device_watch import FOVEAE, DeviceWatch
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
-from foveacam_server.runtime.live_views import LiveViews
+from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.runtime.ports import PictureSink, Rig
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
 
@@ -36,14 +35,6 @@ _log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LiveRates:
-    """Upper limits of the live views, Hz."""
-
-    wide_hz: float = 15.0
-    fovea_hz: float = 12.0
 
 
 class HardwareThread:
@@ -56,13 +47,13 @@ class HardwareThread:
         sink: PictureSink,
         events: EventLog,
         clock: Clock,
-        rates: LiveRates | None = None,
+        overlay: OverlayOf,
+        limits: LiveRates,
     ) -> None:
         self._opener = opener
         self._events = events
         self._clock = clock
-        limits = rates or LiveRates()
-        self._live = LiveViews(sink=sink, clock=clock, wide_hz=limits.wide_hz, fovea_hz=limits.fovea_hz)
+        self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self._watch = DeviceWatch(clock=clock, events=events)
         self._commands = CommandQueue()
         self._rig: Rig | None = None
@@ -138,7 +129,7 @@ class HardwareThread:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot be moved now."""
         if self._halted.is_set():
             raise Stopped(
-                "asked to move: the stop is engaged and the mirrors are parked; release it first (DELETE /api/v1/stop)",
+                "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
                 asked="move the mirrors",
                 found="the stop is engaged",
                 remedy="release the stop: DELETE /api/v1/stop",
@@ -206,7 +197,8 @@ class HardwareThread:
         try:
             rig = self._opener()
         except FoveaError as error:
-            self._watch.fault("rig", detail=str(error), remedy=error.remedy or "correct it and start the server again")
+            remedy = error.remedy or "correct it and start the server again"
+            self._watch.fault("rig", detail=str(error), remedy=remedy)
             self._status = RigStatus(state=RigState.DEGRADED, problems=self._watch.problems)
             self._tell_state(RigState.DEGRADED)
             return None
@@ -216,14 +208,14 @@ class HardwareThread:
         return rig
 
     def _turn(self, rig: Rig) -> None:
-        looks = self._looks_allowed()
-        command = self._commands.take(timeout_s=self._live.wait_s(looks=looks))
+        looks, wide = self._looks_allowed(), not self._watch.lacks("wide")
+        command = self._commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
             command.run(rig)
         elif looks and self._live.look_due():
             self._try("live look", lambda: self._look(rig, self._gaze))
-        if self._live.wide_due() and not self._watch.lacks("wide"):
-            self._try("live wide frame", lambda: self._wide(rig, None))
+        if wide and self._live.wide_due():
+            self._try("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         if self._watch.retry_due():
             self._reconnect(rig)
         if self._clock.now_ns() >= self._status_due_ns:
@@ -253,9 +245,10 @@ class HardwareThread:
         self._live.show_sighting(sighting)
         return sighting
 
-    def _wide(self, rig: Rig, max_age_ms: float | None) -> Frame:
+    def _wide(self, rig: Rig, max_age_ms: float) -> Frame:
+        self._live.wide_begins(in_session=self._session_of is not None)
         try:
-            return self._live.take_wide(rig, max_age_ms=max_age_ms, in_session=self._session_of is not None)
+            return self._live.take_wide(rig, gaze=self._gaze, max_age_ms=max_age_ms)
         except FoveaError as error:
             self._watch.wide_failed(error)
             raise
@@ -272,7 +265,7 @@ class HardwareThread:
         return self._gaze
 
     def _park_again_if_halted(self, rig: Rig) -> None:
-        # The stop may have come between a move's check and its command on the wire: then that command was last
+        # The stop may have come between a move's check and its command on the wire: then the move was last
         if not self._halted.is_set():
             return
         self._gaze = PARKED
@@ -291,16 +284,15 @@ class HardwareThread:
         if self._halted.is_set():
             state = RigState.STOPPED
         before = self._status.state
-        self._status = rig_status(rig, state=state, problems=problems, rates=self._live.rates, gaze=self._gaze)
+        rates, gaze = self._live.rates, self._gaze
+        self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)
         if state is not before:
             self._tell_state(state)
 
     def _tell_state(self, state: RigState) -> None:
         level = Level.INFO if state is RigState.READY else Level.WARNING
-        problems = [problem.device for problem in self._watch.problems]
-        self._events.emit(
-            "rig.state", f"the rig is {state.value}", level=level, data={"state": state.value, "devices": problems}
-        )
+        data = {"state": state.value, "devices": [problem.device for problem in self._watch.problems]}
+        self._events.emit("rig.state", f"the rig is {state.value}", level=level, data=data)
 
     def _not_open(self) -> NotConnected:
         problems = self._watch.problems

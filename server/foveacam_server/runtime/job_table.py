@@ -127,7 +127,8 @@ class JobTable:
     def newest(self, limit: int) -> list[Job]:
         """Return the newest jobs, newest first."""
         with self._store.session() as session:
-            return [_job(row) for row in session.scalars(select(JobRow).order_by(JobRow.seq.desc()).limit(limit))]
+            rows = session.scalars(select(JobRow).order_by(JobRow.seq.desc()).limit(limit))
+            return [_job(row) for row in rows]
 
 
 def _same_request(earlier: Job, job: Job) -> Job:

@@ -163,7 +163,7 @@ class JobRunner:
         while (job := self._waiting.get()) is not None:
             try:
                 self._work(job)
-            except Exception:  # the worker must outlive a database that fails
+            except Exception:  # noqa: BLE001 - the worker must outlive a database that fails
                 _log.exception("job %s could not be written down", job.id)
             finally:
                 self._forget(job)
@@ -181,7 +181,7 @@ class JobRunner:
             job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
         except FoveaError as error:
             self._failed(job, error)
-        except Exception as error:  # a job's outermost frame: the worker and the other jobs live on
+        except Exception as error:  # noqa: BLE001 - a job's outermost frame: the worker lives on
             _log.exception("job %s (%s) failed unexpectedly", job.id, job.kind)
             self._failed(job, error)
         job.ended_utc = utc_now()

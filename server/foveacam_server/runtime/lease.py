@@ -1,4 +1,4 @@
-"""Who may move the rig: nobody's until somebody takes it, then one holder's for as long as they are heard of."""
+"""Who may move the rig: everybody until somebody takes the lease, then they, for as long as heard of."""
 
 import secrets
 import threading

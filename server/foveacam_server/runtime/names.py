@@ -10,7 +10,7 @@ def new_id(prefix: str) -> str:
 
 
 def utc_now() -> str:
-    """Return the wall clock, ISO 8601 in UTC to the millisecond. For documents alone; durations use the clock."""
+    """Return the wall clock, ISO 8601 in UTC. For documents alone; durations use the injected clock."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Camera, Clock, Frame, Head, Mirrors
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_web.scene_values import EyeGaze, RigShape
 
 
 class RigProblem(Protocol):
@@ -132,6 +133,14 @@ class Viewer(Protocol):
         mesh: DepthMesh | None,
     ) -> None:
         """Add or replace what stands for one fixation."""
+        ...
+
+    def show_rig(self, shape: RigShape) -> None:
+        """Draw the rig itself."""
+        ...
+
+    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
+        """Turn the foveae; at most a few times a second."""
         ...
 
     def remove_fixation(self, fixation_id: str) -> None:

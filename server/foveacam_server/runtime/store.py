@@ -144,8 +144,8 @@ def _take_folder(folder: Path) -> int:
     except OSError as error:
         os.close(lock_fd)
         raise Busy(
-            f"data directory {folder} is in use by another FoveaCam server; stop that one, or give this one its "
-            "own with --data DIR",
+            f"data directory {folder} is in use by another FoveaCam server; stop that one, or give this one "
+            "its own with --data DIR",
             asked=str(folder),
             found="held by another server",
             remedy="stop the other server, or use --data DIR",
@@ -160,7 +160,8 @@ def _open_engine(path: Path) -> Engine:
     def _prepare(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
         cursor = connection.cursor()
         cursor.execute("PRAGMA journal_mode=WAL")
-        cursor.execute("PRAGMA synchronous=NORMAL")  # a power cut may lose the last commits, never damage the file
+        # A power cut may lose the last commits, never damage the file
+        cursor.execute("PRAGMA synchronous=NORMAL")
         cursor.close()
 
     with engine.begin() as connection:

@@ -1,0 +1,102 @@
+"""Which calibration is in force: the one chosen on the command line, else the newest of this rig's own."""
+
+import logging
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, NotCalibrated
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.events import EventLog, Level
+
+_log = logging.getLogger(__name__)
+
+FACTORY = Path(__file__).parents[1] / "factory"
+"""Certificates that ship with the program, one a rig id."""
+
+
+class CalibrationService:
+    """Loads calibrations once the rig is known; `require` is how everybody else gets the present one."""
+
+    def __init__(
+        self, *, chosen: Path | None, folder: Path, events: EventLog, factory: Path = FACTORY
+    ) -> None:
+        self._chosen = chosen
+        self._folder = folder
+        self._factory = factory
+        self._events = events
+        self._known: dict[str, Calibration] = {}
+        self._current: Calibration | None = None
+        self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
+
+    @property
+    def current(self) -> Calibration | None:
+        """The calibration in force."""
+        return self._current
+
+    @property
+    def problem(self) -> str | None:
+        """Why there is none in force."""
+        return None if self._current is not None else self._problem
+
+    def require(self) -> Calibration:
+        """Return the calibration in force or raise `NotCalibrated`."""
+        if self._current is None:
+            raise NotCalibrated(
+                self._problem, asked="a calibrated rig", remedy="load this rig's own with --calibration FILE"
+            )
+        return self._current
+
+    def every(self) -> list[Calibration]:
+        """Return all known calibrations of this rig, newest first."""
+        return sorted(self._known.values(), key=lambda known: known.created, reverse=True)
+
+    def get(self, calibration_id: str) -> Calibration:
+        """Return one by its id or raise `NotFound`."""
+        if calibration_id not in self._known:
+            raise NotFound(
+                f"there is no calibration {calibration_id}; see /api/v1/calibrations", asked=calibration_id
+            )
+        return self._known[calibration_id]
+
+    def choose_for(self, rig_id: str) -> None:
+        """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated."""
+        for path in [self._factory / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
+            self._learn(path, rig_id)
+        try:
+            self._current = self._pick(rig_id)
+        except FoveaError as error:
+            self._problem = str(error)
+            self._events.emit(
+                "rig.calibration", f"not calibrated: {error}", level=Level.ERROR, data={"detail": str(error)}
+            )
+            return
+        current = self._current
+        self._events.emit(
+            "rig.calibration",
+            f"calibration {current.id} ({current.label}) is in force",
+            data={"id": current.id, "label": current.label, "origin": current.origin},
+        )
+
+    def _pick(self, rig_id: str) -> Calibration:
+        if self._chosen is not None:
+            chosen = load_calibration(self._chosen)
+            chosen.check_rig(rig_id)
+            self._known[chosen.id] = chosen
+            return chosen
+        known = self.every()
+        if not known:
+            raise NotCalibrated(
+                f"rig {rig_id} has no calibration: none ships with the program and none lies in "
+                f"{self._folder}; load one with --calibration FILE"
+            )
+        return known[0]
+
+    def _learn(self, path: Path, rig_id: str) -> None:
+        try:
+            known = load_calibration(path)
+            known.check_rig(rig_id)
+        except FoveaError as error:
+            _log.info("%s is passed over: %s", path, error)
+            return
+        self._known[known.id] = known

@@ -1,0 +1,122 @@
+"""The shelf of shapes: one folder a cloud, written whole and then renamed, with its row in the database."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+
+from foveacam_pipeline.stereo.ply import ply_bytes
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.depth_patches import KEPT, DepthPatch, DepthPatches, load_patch, save_patch
+from foveacam_server.runtime.names import new_id, utc_now
+from foveacam_server.runtime.store import CloudRow, Document, Store
+from foveacam_web.glb import write_glb
+
+CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shape:
+    """What one fixation brought besides its distance; `depth_picture`: (h, w, 3) uint8 RGB."""
+
+    fixation_id: str
+    cloud: Cloud
+    mesh: DepthMesh
+    depth_picture: NDArray[np.uint8]
+    patch: DepthPatch | None
+
+
+class CloudShelf:
+    """Keeps, lists and removes clouds; remembers where there is depth."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._folder = store.subfolder("clouds")
+        self.patches = DepthPatches()
+        for partial in self._folder.glob("*.part"):
+            shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off; nobody was told of it
+        for document in reversed(self.newest(KEPT)):
+            path = self._folder / document["id"] / "patch.npz"
+            if path.exists():
+                self.patches.add(load_patch(path))
+
+    def put(self, shape: Shape) -> Document:
+        """Write the files, then the row; return the cloud's document."""
+        cloud_id = new_id("cld")
+        partial = self._folder / f"{cloud_id}.part"
+        partial.mkdir()
+        (partial / "cloud.ply").write_bytes(ply_bytes(shape.cloud))
+        has_mesh = len(shape.mesh.faces) > 0
+        if has_mesh:
+            (partial / "mesh.glb").write_bytes(write_glb(shape.mesh, y_up=True))
+        (partial / "depth.png").write_bytes(_png(shape.depth_picture))
+        if shape.patch is not None:
+            save_patch(shape.patch, partial / "patch.npz")
+        partial.rename(self._folder / cloud_id)
+        document = _document(cloud_id, shape, has_mesh=has_mesh)
+        with self._store.session() as session:
+            session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=document))
+        if shape.patch is not None:
+            self.patches.add(shape.patch)
+        return document
+
+    def get(self, cloud_id: str) -> Document:
+        """Return one or raise `NotFound`."""
+        with self._store.session() as session:
+            row = session.scalars(select(CloudRow).where(CloudRow.id == cloud_id)).one_or_none()
+        if row is None:
+            raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
+        return row.document
+
+    def newest(self, limit: int) -> list[Document]:
+        """Return the newest, newest first."""
+        with self._store.session() as session:
+            rows = session.scalars(select(CloudRow).order_by(CloudRow.seq.desc()).limit(limit))
+            return [row.document for row in rows]
+
+    def file(self, cloud_id: str, name: CloudFile) -> Path:
+        """Return one file of a cloud or raise `NotFound`."""
+        path = self._folder / str(self.get(cloud_id)["id"]) / name
+        if not path.is_file():
+            raise NotFound(f"cloud {cloud_id} has no {name}", asked=name, found="no such file")
+        return path
+
+    def remove(self, cloud_id: str) -> Document:
+        """Remove a cloud and its files; return what it was."""
+        document = self.get(cloud_id)
+        with self._store.session() as session:
+            for row in session.scalars(select(CloudRow).where(CloudRow.id == cloud_id)):
+                session.delete(row)
+        shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
+        self.patches.forget(document["fixation_id"])
+        return document
+
+
+def _document(cloud_id: str, shape: Shape, *, has_mesh: bool) -> Document:
+    points_m = shape.cloud.points_rig_m
+    url = f"/api/v1/clouds/{cloud_id}"
+    return {
+        "id": cloud_id,
+        "fixation_id": shape.fixation_id,
+        "created_utc": utc_now(),
+        "points": len(shape.cloud),
+        "centre_rig_m": [round(float(value), 5) for value in np.median(points_m, axis=0)],
+        "z_min_m": round(float(points_m[:, 2].min()), 5),
+        "z_max_m": round(float(points_m[:, 2].max()), 5),
+        "sigma_median_m": round(float(np.median(shape.cloud.sigma_m)), 6),
+        "ply_url": f"{url}.ply",
+        "glb_url": f"{url}.glb" if has_mesh else None,
+        "depth_url": f"{url}/depth.png",
+    }
+
+
+def _png(picture: NDArray[np.uint8]) -> bytes:
+    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    _, encoded = cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    return encoded.tobytes()

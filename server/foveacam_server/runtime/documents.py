@@ -1,0 +1,85 @@
+"""Pipeline values as JSON: degrees, metres and pixels at the edge, rounded to what they mean."""
+
+import math
+
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.values import Fixation, VergeStep
+from foveacam_server.runtime.names import age_s
+from foveacam_server.runtime.store import Document
+
+
+def deg(angle_rad: float) -> float:
+    """Return degrees to 1e-5 (a fortieth of a fovea pixel)."""
+    return round(math.degrees(angle_rad), 5)
+
+
+def rounded(value: float | None, digits: int) -> float | None:
+    """Return `value` to so many digits; None when there is none, or none that JSON can carry."""
+    return None if value is None or not math.isfinite(value) else round(value, digits)
+
+
+def step_document(step: VergeStep) -> Document:
+    """Return one step of the vergence loop."""
+    return {
+        "index": step.index,
+        "phase": step.phase.value,
+        "left_ax_deg": deg(step.left_ax_rad),
+        "left_ay_deg": deg(step.left_ay_rad),
+        "right_ax_deg": deg(step.right_ax_rad),
+        "right_ay_deg": deg(step.right_ay_rad),
+        "residual_x_px": rounded(step.residual_x_px, 3),
+        "residual_y_px": rounded(step.residual_y_px, 3),
+        "score": rounded(step.score, 4),
+        "compute_ms": rounded(step.compute_ms, 2),
+    }
+
+
+def fixation_document(fixation: Fixation, *, calibration: Calibration) -> Document:
+    """Return the measured part of a fixation; ids and the request are added by who keeps it."""
+    direction = (fixation.target_ax_rad, fixation.target_ay_rad)
+    x_px, y_px = calibration.wide.pixels([direction])[0].tolist()
+    point = fixation.point_rig_m
+    return {
+        "target": {
+            "ax_deg": deg(direction[0]),
+            "ay_deg": deg(direction[1]),
+            "x_px": rounded(x_px, 3),
+            "y_px": rounded(y_px, 3),
+        },
+        "state": fixation.state.value,
+        "reason": fixation.reason,
+        "distance_m": rounded(fixation.distance_m, 6),
+        "distance_sigma_m": rounded(fixation.distance_sigma_m, 6),
+        "point_rig_m": None if point is None else [round(value, 6) for value in point],
+        "residual_px": rounded(fixation.residual_px, 3),
+        "score": rounded(fixation.score, 4),
+        "duration_ms": rounded(fixation.duration_ms, 1),
+        "steps": [step_document(step) for step in fixation.steps],
+        "calibration_id": calibration.id,
+    }
+
+
+def calibration_document(calibration: Calibration) -> Document:
+    """Return what the operator needs to know of a calibration."""
+    eyes = (calibration.left, calibration.right)
+    return {
+        "id": calibration.id,
+        "label": calibration.label,
+        "origin": calibration.origin,
+        "rig_id": calibration.rig_id,
+        "created_utc": calibration.created_utc,
+        "age_s": round(age_s(calibration.created_utc), 1),
+        "baseline_m": calibration.baseline_m,
+        "mirror_sigma_deg": deg(max(max(eye.mirror.sigma_rad) for eye in eyes)),
+        "rectify_sigma_px": rounded(max(eye.homography.loo_px for eye in eyes), 3),
+    }
+
+
+def told(fixation: Fixation) -> str:
+    """Return the outcome as one line for the event log."""
+    if fixation.distance_m is None or fixation.distance_sigma_m is None:
+        return f"{fixation.state.value.replace('_', ' ')}: {fixation.reason}"
+    return (
+        f"verged at {fixation.distance_m:.3f} ± {fixation.distance_sigma_m:.3f} m "
+        f"in {len(fixation.steps)} steps"
+    )

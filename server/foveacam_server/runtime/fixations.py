@@ -1,0 +1,179 @@
+"""Point somewhere, both foveae verge on it: one service for the page, the 3D pane and REST."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foveacam_pipeline.verge.loop import fixate
+
+from foveacam_hardware.contract import Clock
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.values import Fixation, FixationState, VergeStep
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.documents import fixation_document, step_document, told
+from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.fixation_request import check_target, target_of
+from foveacam_server.runtime.fixation_table import FixationTable, TargetTable
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.names import new_id, utc_now
+from foveacam_server.runtime.shapes import Seen, ShapeWorker
+from foveacam_server.runtime.store import Document, Store
+
+KIND = "fixation"
+TYPICAL_STEPS = 6
+"""Looks that a fixation usually needs: what its progress counts towards."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tools:
+    """What the service works with."""
+
+    hardware: HardwareThread
+    calibration: CalibrationService
+    jobs: JobRunner
+    shapes: ShapeWorker
+    events: EventLog
+    clock: Clock
+    on_distance: Callable[[float], None]
+    """Told how far away the foveae verged, metres."""
+
+
+class FixationService:
+    """Accepts targets, runs the loop as a job, keeps the answers."""
+
+    def __init__(self, store: Store, tools: Tools) -> None:
+        self._tools = tools
+        self.table = FixationTable(store)
+        self.targets = TargetTable(store)
+        tools.jobs.handle(KIND, self._run)
+
+    def foveate(self, request: Document, *, source: str, idempotency_key: str | None = None) -> Job:
+        """Queue a fixation; refuse at once what could not be done now."""
+        calibration = self._tools.calibration.require()
+        check_target(target_of(request), calibration)
+        self._tools.hardware.check_may_move()
+        return self._tools.jobs.submit(KIND, {**request, "source": source}, idempotency_key=idempotency_key)
+
+    def look_again(self, target_id: str, *, source: str) -> Job:
+        """Queue a fixation of a target that is known; its label stays, its distance is measured anew."""
+        target = self.targets.get(target_id)
+        direction = {"ax_deg": target["ax_deg"], "ay_deg": target["ay_deg"]}
+        request = {"direction": direction, "label": target["label"], "depth": True, "target_id": target_id}
+        return self.foveate(request, source=source)
+
+    def cloud_came(self, fixation_id: str, cloud: Document) -> None:
+        """Write down that a fixation has got its shape, and tell."""
+        self.table.set_cloud(fixation_id, cloud["id"])
+        target = self.targets.set_cloud(fixation_id, cloud["id"])
+        self._tools.events.emit(
+            "cloud.created",
+            f"{target['label'] if target else fixation_id}: {cloud['points']} points",
+            data={**cloud, "target_id": target["id"] if target else None},
+        )
+        if target is not None:
+            self._tools.events.emit("target.updated", f"{target['label']} has got its shape", data=target)
+
+    def _run(self, context: JobContext) -> str:
+        tools, job = self._tools, context.job
+        calibration = tools.calibration.require()
+        fixation_id = new_id("fix")
+
+        def on_step(step: VergeStep) -> None:
+            done = step.index + 1
+            context.progress(done, total=max(TYPICAL_STEPS, done + 1), note=f"{step.phase.value} look {done}")
+            tools.events.emit(
+                "fixation.step",
+                _step_told(step),
+                data={"fixation_id": fixation_id, "job_id": job.id, "step": step_document(step)},
+            )
+
+        with tools.hardware.session(f"fixation {job.id}", cancelled=context.cancelled) as head:
+            fixation = fixate(
+                head,
+                calibration,
+                target_of(job.request),
+                clock=tools.clock,
+                on_step=on_step,
+                cancelled=context.cancelled,
+            )
+        steps = len(fixation.steps)
+        context.progress(steps, total=steps, note=fixation.state.value)
+        return self._keep(fixation, fixation_id=fixation_id, job=job, calibration=calibration)
+
+    def _keep(self, fixation: Fixation, *, fixation_id: str, job: Job, calibration: Calibration) -> str:
+        request = {key: value for key, value in job.request.items() if key != "target_id"}
+        document = {
+            "id": fixation_id,
+            "job_id": job.id,
+            "created_utc": utc_now(),
+            "request": request,
+            **fixation_document(fixation, calibration=calibration),
+            "target_id": None,
+            "cloud_id": None,
+        }
+        verged = fixation.state is FixationState.VERGED
+        target = self._target(document, job) if verged else None
+        document["target_id"] = target["id"] if target else None
+        self.table.add(document)
+        label = target["label"] if target else (job.request.get("label") or "fixation")
+        self._tools.events.emit(
+            "fixation.done",
+            f"{label}: {told(fixation)}",
+            level=Level.INFO if verged else Level.WARNING,
+            data=document,
+        )
+        if target is not None:
+            self._tell_target(target)
+        self._work_out(fixation, document, label=label, calibration=calibration)
+        return f"/api/v1/fixations/{fixation_id}"
+
+    def _target(self, document: Document, job: Job) -> Document:
+        known_id = job.request.get("target_id")
+        seen = document["target"]
+        return {
+            "id": known_id or new_id("tgt"),
+            "label": job.request.get("label") or self.targets.next_label(),
+            "fixation_id": document["id"],
+            "distance_m": document["distance_m"],
+            "distance_sigma_m": document["distance_sigma_m"],
+            "point_rig_m": document["point_rig_m"],
+            "ax_deg": seen["ax_deg"],
+            "ay_deg": seen["ay_deg"],
+            "x_px": seen["x_px"],
+            "y_px": seen["y_px"],
+            "cloud_id": None,
+            "created_utc": document["created_utc"],
+        }
+
+    def _tell_target(self, target: Document) -> None:
+        created = self.targets.put(target)
+        kind = "target.created" if created else "target.updated"
+        self._tools.events.emit(kind, f"{target['label']} at {target['distance_m']:.3f} m", data=target)
+
+    def _work_out(
+        self, fixation: Fixation, document: Document, *, label: str, calibration: Calibration
+    ) -> None:
+        distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+        if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
+            return
+        self._tools.on_distance(distance_m)
+        if not document["request"].get("depth", True):
+            return
+        self._tools.shapes.put(
+            Seen(
+                fixation_id=document["id"],
+                label=label,
+                sighting=fixation.sighting,
+                calibration=calibration,
+                point_rig_m=point,
+                distance_m=distance_m,
+                distance_sigma_m=sigma_m,
+            )
+        )
+
+
+def _step_told(step: VergeStep) -> str:
+    if step.residual_x_px is None:
+        return f"look {step.index + 1} ({step.phase.value}): no match"
+    return f"look {step.index + 1} ({step.phase.value}): residual {step.residual_x_px:.2f} px"

@@ -1,0 +1,151 @@
+"""After a fixation: depth, pictures, cloud and mesh of its last look, on a thread of its own.
+
+The fixation's answer does not wait for any of it.
+"""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import cloud as cloud_of
+from foveacam_pipeline.stereo.depth import depth_map
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.mesh import depth_mesh
+from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.clouds import CloudShelf, Shape
+from foveacam_server.runtime.depth_patches import project_patch
+from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.names import utc_now
+from foveacam_server.runtime.ports import PictureSink, Viewer
+from foveacam_server.runtime.store import Document
+
+_log = logging.getLogger(__name__)
+
+WAITING = 4
+"""Fixations whose shape may wait; the oldest is dropped for a newer one."""
+MAX_POINTS = 50_000
+MESH_STEP_PX = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """What a fixation leaves to be worked out."""
+
+    fixation_id: str
+    label: str
+    sighting: Sighting
+    calibration: Calibration
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+
+
+OnCloud = Callable[[str, Document], None]
+"""Takes the fixation's id and the new cloud's document."""
+
+
+class ShapeWorker:
+    """One thread from a verged look to what stands on the screen."""
+
+    def __init__(
+        self,
+        *,
+        shelf: CloudShelf,
+        sink: PictureSink,
+        viewer: Viewer | None,
+        events: EventLog,
+        on_cloud: OnCloud,
+    ) -> None:
+        self._shelf = shelf
+        self._sink = sink
+        self._viewer = viewer
+        self._events = events
+        self._on_cloud = on_cloud
+        self._waiting: queue.Queue[Seen | None] = queue.Queue()
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
+
+    def start(self) -> None:
+        """Begin to work."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Drop what waits and end the thread."""
+        while self._drop_one():
+            pass
+        self._waiting.put(None)
+        if self._thread.is_alive():
+            self._thread.join(timeout=10.0)
+
+    def put(self, seen: Seen) -> None:
+        """Hand a fixation over; never blocks."""
+        while self._waiting.qsize() >= WAITING and self._drop_one():
+            self.dropped += 1
+        self._waiting.put(seen)
+
+    def _drop_one(self) -> bool:
+        try:
+            self._waiting.get_nowait()
+        except queue.Empty:
+            return False
+        return True
+
+    def _run(self) -> None:
+        while (seen := self._waiting.get()) is not None:
+            try:
+                self._work(seen)
+            except FoveaError as error:
+                self._failed(seen, str(error))
+            except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
+                _log.exception("no shape for %s", seen.fixation_id)
+                self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
+
+    def _work(self, seen: Seen) -> None:
+        pair = rectify(seen.sighting, seen.calibration, scale=0.5)
+        self._sink.publish_picture("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
+        self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
+        depth = depth_map(pair, match(pair))
+        shape = self._shape(seen, pair, depth)
+        self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
+        document = self._shelf.put(shape)
+        self._on_cloud(seen.fixation_id, document)
+        if self._viewer is not None:
+            self._viewer.show_fixation(
+                seen.fixation_id,
+                label=seen.label,
+                point_rig_m=seen.point_rig_m,
+                distance_m=seen.distance_m,
+                distance_sigma_m=seen.distance_sigma_m,
+                cloud=shape.cloud,
+                mesh=shape.mesh if len(shape.mesh.faces) else None,
+            )
+
+    def _shape(self, seen: Seen, pair: RectifiedPair, depth: DepthMap) -> Shape:
+        cloud = cloud_of(pair, depth, max_points=MAX_POINTS)
+        if len(cloud) == 0:
+            raise NotFound("no pixel of the last look could be matched between the foveae")
+        patch = project_patch(
+            pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
+        )
+        return Shape(
+            fixation_id=seen.fixation_id,
+            cloud=cloud,
+            mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
+            depth_picture=depth_picture(depth),
+            patch=patch,
+        )
+
+    def _failed(self, seen: Seen, reason: str) -> None:
+        self._events.emit(
+            "cloud.failed",
+            f"{seen.label}: no shape: {reason}",
+            level=Level.WARNING,
+            data={"fixation_id": seen.fixation_id, "detail": reason},
+        )
