@@ -1,38 +1,50 @@
-"""Keeps the views alive while nobody works with the rig: when the next wide frame and the next look are due."""
+"""Keeps the views alive while nobody works with the rig: when a wide frame and a look are due."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
-
 from foveacam_server.runtime.ports import PictureSink, Rig
 from foveacam_server.runtime.rig_status import FrameRate
 
 SESSION_WIDE_HZ = 4.0
 """Wide frames while a job works: its own looks bring more."""
+IDLE_WIDE_HZ = 2.0
+IDLE_FOVEA_HZ = 1.0
+"""Rates while nobody watches: snapshots stay fresh and a lost device is noticed, at little cost."""
 LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
 
+OverlayOf = Callable[[StereoVolts], Mapping[str, object] | None]
+"""What is drawn over the wide view under a gaze."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveRates:
+    """Upper limits of the live views, Hz."""
+
+    wide_hz: float = 15.0
+    fovea_hz: float = 12.0
+
 
 class LiveViews:
-    """Paces the live views and counts what they show."""
+    """Paces the live views and counts what they show. Called by the hardware thread alone."""
 
-    def __init__(self, *, sink: PictureSink, clock: Clock, wide_hz: float, fovea_hz: float) -> None:
+    def __init__(self, *, sink: PictureSink, clock: Clock, limits: LiveRates, overlay: OverlayOf) -> None:
         self.rates = {role: FrameRate() for role in Role}
         self._sink = sink
         self._clock = clock
-        self._wide_hz = wide_hz
-        self._fovea_hz = fovea_hz
+        self._limits = limits
+        self._overlay = overlay
         self._wide_due_ns = 0
         self._look_due_ns = 0
 
-    def show(self, frame: Frame) -> None:
-        """Publish a frame unless it was shown before."""
-        if self.rates[frame.role].add(frame):
-            self._sink.publish_frame(frame)
-
     def show_sighting(self, sighting: Sighting) -> None:
         """Publish what one look saw."""
-        for frame in (sighting.wide, sighting.left, sighting.right):
-            self.show(frame)
+        self._show(sighting.wide, meta=self._overlay(sighting.volts))
+        self._show(sighting.left)
+        self._show(sighting.right)
 
     def wide_due(self) -> bool:
         """Tell whether a wide frame is due."""
@@ -42,19 +54,31 @@ class LiveViews:
         """Tell whether a look for the live fovea views is due."""
         return self._clock.now_ns() >= self._look_due_ns
 
-    def take_wide(self, rig: Rig, *, max_age_ms: float | None, in_session: bool) -> Frame:
-        """Show and return the newest wide frame; the next is due one period after this began."""
-        rate_hz = min(self._wide_hz, SESSION_WIDE_HZ) if in_session else self._wide_hz
+    def wide_begins(self, *, in_session: bool) -> None:
+        """Begin a new period of the wide view."""
+        rate_hz = self._limits.wide_hz if self._sink.watched(Role.WIDE.value) else IDLE_WIDE_HZ
+        rate_hz = min(rate_hz, SESSION_WIDE_HZ) if in_session else rate_hz
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
-        frame = rig.wide.latest(max_age_ms=LIVE_AGE_MS if max_age_ms is None else max_age_ms)
-        self.show(frame)
+
+    def take_wide(self, rig: Rig, *, gaze: StereoVolts, max_age_ms: float = LIVE_AGE_MS) -> Frame:
+        """Show and return the newest wide frame."""
+        frame = rig.wide.latest(max_age_ms=max_age_ms)
+        self._show(frame, meta=self._overlay(gaze))
         return frame
 
     def look_begins(self) -> None:
         """Begin a new period of the live fovea views."""
-        self._look_due_ns = self._clock.now_ns() + round(1e9 / self._fovea_hz)
+        watched = self._sink.watched(Role.LEFT.value) or self._sink.watched(Role.RIGHT.value)
+        rate_hz = self._limits.fovea_hz if watched else IDLE_FOVEA_HZ
+        self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
-    def wait_s(self, *, looks: bool) -> float:
-        """Return how long nothing is due."""
-        due_ns = min(self._wide_due_ns, self._look_due_ns) if looks else self._wide_due_ns
-        return min(LONGEST_WAIT_S, max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
+    def wait_s(self, *, wide: bool, looks: bool) -> float:
+        """Return how long nothing is due, of what is wanted."""
+        now_ns = self._clock.now_ns()
+        wanted = [(self._wide_due_ns, wide), (self._look_due_ns, looks)]
+        waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]
+        return max(0.0, min([*waits_s, LONGEST_WAIT_S]))
+
+    def _show(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        if self.rates[frame.role].add(frame):
+            self._sink.publish_frame(frame, meta=meta)
