@@ -1,0 +1,83 @@
+// Talks REST: one function a request, and every failure is a Problem that says what was asked, found and to be done.
+
+/** @typedef {import("./types.js").ProblemDocument} ProblemDocument */
+
+const ROOT = "/api/v1";
+const PATIENCE_MS = 15_000;
+
+/** What went wrong with a request, in the server's words when it had any. */
+export class Problem extends Error {
+  /** @param {ProblemDocument} document */
+  constructor(document) {
+    super(document.detail || document.title);
+    this.document = document;
+  }
+
+  get slug() {
+    return this.document.type.split("/").pop() ?? "";
+  }
+}
+
+/**
+ * @typedef {{body?: unknown, headers?: Record<string, string>, patience_ms?: number, keepalive?: boolean}} Options
+ */
+
+/**
+ * Ask the server. The path is below /api/v1; the answer is parsed JSON, or null where there is no body.
+ * @template T
+ * @param {"GET" | "POST" | "PUT" | "PATCH" | "DELETE"} method
+ * @param {string} path
+ * @param {Options} [options]
+ * @returns {Promise<T>}
+ */
+export async function request(method, path, options = {}) {
+  const { body, headers = {}, patience_ms = PATIENCE_MS, keepalive = false } = options;
+  let response;
+  try {
+    response = await fetch(ROOT + path, {
+      method,
+      headers: body === undefined ? headers : { "Content-Type": "application/json", ...headers },
+      body: body === undefined ? null : JSON.stringify(body),
+      cache: "no-store",
+      keepalive,
+      signal: AbortSignal.timeout(patience_ms),
+    });
+  } catch (error) {
+    throw new Problem(unreachable(method, path, error));
+  }
+  if (!response.ok) throw new Problem(await problemOf(response));
+  if (response.status === 204) return /** @type {T} */ (null);
+  return /** @type {T} */ (await response.json());
+}
+
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} error
+ * @returns {ProblemDocument}
+ */
+function unreachable(method, path, error) {
+  const late = error instanceof DOMException && error.name === "TimeoutError";
+  return {
+    type: "/problems/offline",
+    title: late ? "No answer in time" : "Server not reachable",
+    status: 0,
+    detail: `${method} ${path} ${late ? "got no answer in time" : "did not reach the server"}.`,
+    remedy: "The page reconnects by itself. If it does not, see whether the server still runs.",
+  };
+}
+
+/**
+ * @param {Response} response
+ * @returns {Promise<ProblemDocument>}
+ */
+async function problemOf(response) {
+  const fallback = { type: "/problems/internal", title: response.statusText || "Error", status: response.status };
+  try {
+    const document = await response.json();
+    const detail = typeof document.detail === "string" ? document.detail : `The server answered ${response.status}.`;
+    return { ...fallback, ...document, detail };
+  } catch {
+    return { ...fallback, detail: `The server answered ${response.status} without saying why.` };
+  }
+}

@@ -1,0 +1,247 @@
+// What the operator can order. Clicks keep their order, steering keeps only its newest, the stop waits for nothing.
+
+import { Problem, request } from "./api.js";
+
+/**
+ * @typedef {import("./store.js").Store} Store
+ * @typedef {import("./toasts.js").Toasts} Toasts
+ * @typedef {import("./fixations.js").Fixations} Fixations
+ * @typedef {import("./types.js").Direction} Direction
+ * @typedef {import("./types.js").FixationRequest} FixationRequest
+ * @typedef {import("./types.js").DepthDocument} DepthDocument
+ * @typedef {import("./types.js").JobDocument} JobDocument
+ * @typedef {import("./types.js").LeaseDocument} LeaseDocument
+ * @typedef {import("./types.js").Point} Point
+ * @typedef {import("./types.js").StopDocument} StopDocument
+ */
+
+const STEER_INTERVAL_MS = 50; // 20 a second at most
+const UNDO_MS = 6000;
+
+/** The orders of one page. */
+export class Commands {
+  #store;
+  #toasts;
+  #fixations;
+  /** @type {Promise<unknown>} */
+  #queue = Promise.resolve();
+  /** @type {Direction | null} */
+  #steer_next = null;
+  #steering = false;
+  /** @type {Map<string, ReturnType<typeof setTimeout>>} */
+  #deletions = new Map();
+
+  /** @param {{store: Store, toasts: Toasts, fixations: Fixations}} context */
+  constructor({ store, toasts, fixations }) {
+    this.#store = store;
+    this.#toasts = toasts;
+    this.#fixations = fixations;
+    window.addEventListener("pagehide", () => this.#deletions.forEach((_, id) => void this.#deleteNow(id)));
+  }
+
+  /**
+   * Run something, and show its problem should it have one.
+   * @template T
+   * @param {() => Promise<T>} act
+   * @returns {Promise<T | null>}
+   */
+  async attempt(act) {
+    try {
+      return await act();
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      this.#toasts.problem(error.document, error.slug === "stopped" ? { label: "Release the stop", act: () => this.releaseStop() } : null);
+      return null;
+    }
+  }
+
+  /**
+   * Look at a pixel, a rectangle or a direction. Orders reach the server one after the other.
+   * @param {FixationRequest} body
+   */
+  fixate(body) {
+    const order = this.#queue.then(() => this.#post("/fixations", body));
+    this.#queue = order;
+    return order;
+  }
+
+  /** @param {string} target_id */
+  lookAgain(target_id) {
+    const target = this.#store.state.targets?.find(({ id }) => id === target_id);
+    const there = target ? { direction: { ax_deg: target.ax_deg, ay_deg: target.ay_deg } } : null;
+    const order = this.#queue.then(() => this.#post(`/targets/${target_id}/fixate`, undefined, there));
+    this.#queue = order;
+    return order;
+  }
+
+  /**
+   * @param {string} path
+   * @param {FixationRequest | undefined} body
+   * @param {FixationRequest | null} [shown]
+   */
+  async #post(path, body, shown = body ?? null) {
+    this.#fixations.sending(shown);
+    try {
+      const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.#leaseHeader() }));
+      this.#fixations.follow(job, shown, true);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      this.#fixations.refused(error.document);
+      await this.attempt(() => Promise.reject(error));
+    }
+  }
+
+  /** Cancel the fixation that runs. */
+  cancel() {
+    const current = this.#store.state.current;
+    if (!current?.job_id || !this.#fixations.running) return Promise.resolve(null);
+    return this.attempt(() => request("POST", `/jobs/${current.job_id}/cancel`));
+  }
+
+  /**
+   * Point both eyes open loop. Called as often as the pointer moves; only the newest direction is sent.
+   * @param {Direction} direction
+   */
+  steer(direction) {
+    this.#steer_next = direction;
+    if (!this.#steering) void this.#steerOn();
+  }
+
+  async #steerOn() {
+    this.#steering = true;
+    while (this.#steer_next) {
+      const body = { direction: this.#steer_next, distance_m: this.#store.state.steer_distance_m };
+      this.#steer_next = null;
+      const pause = new Promise((resolve) => setTimeout(resolve, STEER_INTERVAL_MS));
+      const answer = await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.#leaseHeader() }));
+      if (answer === null) this.#steer_next = null; // one message for a refused drag, not twenty a second
+      await pause;
+    }
+    this.#steering = false;
+  }
+
+  /** Park the mirrors now: no queue, no lease. */
+  async stop() {
+    this.#steer_next = null;
+    const answer = await this.attempt(() =>
+      /** @type {Promise<StopDocument>} */ (request("POST", "/stop", { patience_ms: 5000, keepalive: true })));
+    if (!answer) return;
+    this.#store.set({ stop: { ...this.#store.state.stop, ...answer } });
+    if (answer.parked === false) {
+      this.#toasts.show({ tone: "warn", title: "Stop engaged, but the mirrors did not confirm", detail: "Nothing moves them from here until it is released. See the rig's status." });
+    }
+  }
+
+  async releaseStop() {
+    const answer = await this.attempt(() => /** @type {Promise<StopDocument | null>} */ (request("DELETE", "/stop")));
+    const stop = answer ?? (await this.attempt(() => /** @type {Promise<StopDocument>} */ (request("GET", "/stop"))));
+    if (stop) this.#store.set({ stop });
+  }
+
+  /**
+   * How far the newest depth says this wide pixel is, or why there is none.
+   * @param {Point} pixel
+   * @returns {Promise<DepthDocument | string>}
+   */
+  async depthAt(pixel) {
+    try {
+      return await request("GET", `/depth?x_px=${pixel.x.toFixed(3)}&y_px=${pixel.y.toFixed(3)}`);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      return error.slug === "not-found" ? "no fovea has looked here" : error.message;
+    }
+  }
+
+  /**
+   * @param {string} id
+   * @param {string} label
+   */
+  rename(id, label) {
+    return this.attempt(() => request("PATCH", `/targets/${id}`, { body: { label } }));
+  }
+
+  /**
+   * Take a target off the list; it is deleted when the time to undo is over.
+   * @param {string} id
+   * @param {string} label
+   */
+  remove(id, label) {
+    const { hidden_targets } = this.#store.state;
+    this.#store.set({ hidden_targets: [...hidden_targets, id] });
+    this.#deletions.set(id, setTimeout(() => void this.#deleteNow(id), UNDO_MS));
+    this.#toasts.show({
+      tone: "info", title: `Deleted “${label}”`, detail: "", stay_ms: UNDO_MS,
+      action: { label: "Undo", act: () => this.#restore(id) },
+    });
+  }
+
+  /** @param {string} id */
+  #restore(id) {
+    clearTimeout(this.#deletions.get(id));
+    this.#deletions.delete(id);
+    this.#store.set({ hidden_targets: this.#store.state.hidden_targets.filter((hidden) => hidden !== id) });
+  }
+
+  /** @param {string} id */
+  async #deleteNow(id) {
+    if (!this.#deletions.has(id)) return;
+    clearTimeout(this.#deletions.get(id));
+    this.#deletions.delete(id);
+    const gone = await this.attempt(() => request("DELETE", `/targets/${id}`, { keepalive: true }).then(() => true));
+    const { targets, hidden_targets } = this.#store.state;
+    this.#store.set({
+      targets: gone ? (targets ?? []).filter((target) => target.id !== id) : targets,
+      hidden_targets: hidden_targets.filter((hidden) => hidden !== id),
+    });
+  }
+
+  /**
+   * @param {string} holder
+   * @param {boolean} take_over
+   */
+  async takeLease(holder, take_over) {
+    const lease = await this.attempt(() =>
+      /** @type {Promise<LeaseDocument>} */ (request("POST", "/lease", { body: { holder, take_over } })));
+    if (lease?.token) this.#keepToken(lease.token, lease);
+  }
+
+  async giveLease() {
+    await this.attempt(() => request("DELETE", "/lease", { headers: this.#leaseHeader() }));
+    this.#keepToken(null, { holder: null, expires_in_s: null });
+  }
+
+  /** Say that the holder is still there; the lease is lost when the server says so. */
+  async renewLease() {
+    if (!this.#store.state.lease_token) return;
+    try {
+      await request("PUT", "/lease", { headers: this.#leaseHeader() });
+    } catch (error) {
+      if (!(error instanceof Problem) || error.slug === "offline") return;
+      this.#keepToken(null, null);
+      this.#toasts.show({ tone: "warn", title: "Control was lost", detail: error.message });
+    }
+  }
+
+  /**
+   * @param {string | null} token
+   * @param {LeaseDocument | null} lease
+   */
+  #keepToken(token, lease) {
+    this.#store.set(lease ? { lease_token: token, lease } : { lease_token: token });
+    if (token) sessionStorage.setItem("foveacam.lease", token);
+    else sessionStorage.removeItem("foveacam.lease");
+  }
+
+  sayNoCalibration() {
+    this.#toasts.show({
+      tone: "warn", title: "Steering needs a calibration",
+      detail: "Without one the page cannot tell where a pixel looks. Load or make a calibration of this rig.",
+    });
+  }
+
+  /** @returns {Record<string, string>} */
+  #leaseHeader() {
+    const token = this.#store.state.lease_token;
+    return token ? { "X-Lease": token } : {};
+  }
+}

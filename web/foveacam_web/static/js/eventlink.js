@@ -1,0 +1,23 @@
+// How a page comes by the events: through the worker that all tabs share, or alone where there is none.
+
+import { keepEvents } from "./eventsource.js";
+
+/** @typedef {import("./eventsource.js").EventNews} EventNews */
+
+/**
+ * Listen for as long as this page lives.
+ * @param {(news: EventNews) => void} tell
+ */
+export function listenToEvents(tell) {
+  if (typeof SharedWorker !== "function") {
+    keepEvents(tell);
+    return;
+  }
+  const join = () => {
+    const { port } = new SharedWorker(new URL("./events-worker.js", import.meta.url), { type: "module", name: "events" });
+    port.onmessage = ({ data }) => tell(data);
+    window.addEventListener("pagehide", () => port.postMessage("bye"), { once: true });
+  };
+  join();
+  window.addEventListener("pageshow", (event) => event.persisted && join());
+}

@@ -1,0 +1,29 @@
+// One event stream for all of this browser's tabs. A browser opens about six connections to a server: an event stream
+// in every tab would use them up, and the stop button would wait for one.
+
+import { keepEvents } from "./eventsource.js";
+
+/** @typedef {import("./eventsource.js").EventNews} EventNews */
+
+/** @type {Set<MessagePort>} */
+const ports = new Set();
+/** @type {EventNews} */
+let link = { type: "link", open: false };
+
+/** @param {EventNews} news */
+function tellAll(news) {
+  if (news.type === "link") link = news;
+  for (const port of ports) port.postMessage(news);
+}
+
+/** @param {MessageEvent} event */
+function welcome(event) {
+  const port = event.ports[0];
+  if (!port) return;
+  ports.add(port);
+  port.onmessage = () => ports.delete(port); // a page says one thing only: that it goes
+  port.postMessage(link);
+}
+
+/** @type {{onconnect: ((event: MessageEvent) => void) | null}} */ (/** @type {unknown} */ (self)).onconnect = welcome;
+keepEvents(tellAll);

@@ -1,0 +1,40 @@
+// The server's events, through whatever happens to the line: reconnects in at most two seconds, and says when it did.
+
+/**
+ * @typedef {import("./types.js").RigEvent} RigEvent
+ * @typedef {{type: "event", event: RigEvent} | {type: "link", open: boolean}} EventNews
+ */
+
+const URL_OF_EVENTS = "/api/v1/events";
+const FIRST_RETRY_MS = 250;
+const LAST_RETRY_MS = 2000;
+const KINDS = [
+  "message", "rig.state", "fixation.step", "fixation.done", "cloud.created", "target.created", "target.updated",
+  "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
+  "device.recovered", "mirrors.steered",
+];
+
+/**
+ * Listen for as long as this page or worker lives.
+ * @param {(news: EventNews) => void} tell
+ */
+export function keepEvents(tell) {
+  let retry_ms = FIRST_RETRY_MS;
+  const open = () => {
+    const source = new EventSource(URL_OF_EVENTS);
+    source.onopen = () => {
+      retry_ms = FIRST_RETRY_MS;
+      tell({ type: "link", open: true });
+    };
+    source.onerror = () => {
+      source.close(); // the browser's own retry waits three seconds, and never after an HTTP error
+      tell({ type: "link", open: false });
+      setTimeout(open, retry_ms);
+      retry_ms = Math.min(LAST_RETRY_MS, retry_ms * 2);
+    };
+    for (const kind of KINDS) {
+      source.addEventListener(kind, (message) => tell({ type: "event", event: JSON.parse(message.data) }));
+    }
+  };
+  open();
+}

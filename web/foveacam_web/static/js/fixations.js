@@ -1,0 +1,185 @@
+// Follows the fixation in progress, whoever ordered it: steps as they come, the result at the end.
+
+import { Problem, request } from "./api.js";
+
+/**
+ * @typedef {import("./store.js").Store} Store
+ * @typedef {import("./types.js").CurrentFixation} CurrentFixation
+ * @typedef {import("./types.js").FixationDocument} FixationDocument
+ * @typedef {import("./types.js").FixationRequest} FixationRequest
+ * @typedef {import("./types.js").JobDocument} JobDocument
+ * @typedef {import("./types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./types.js").RigEvent} RigEvent
+ * @typedef {import("./types.js").VergeStep} VergeStep
+ */
+
+const LOOK_MS = 700; // events are quicker; this is for when they do not come
+const OVER = new Set(["cancelled", "failed", "succeeded"]);
+
+/** The tracker of one page. */
+export class Fixations {
+  #store;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #look;
+
+  /** @param {Store} store */
+  constructor(store) {
+    this.#store = store;
+  }
+
+  get running() {
+    const state = this.#store.state.current?.state;
+    return state !== undefined && !OVER.has(state);
+  }
+
+  /** @param {FixationRequest | null} request_body */
+  sending(request_body) {
+    if (this.running) return; // it queues behind the one that runs, which stays on show
+    this.#set({ ...fresh(null, request_body, true), state: "sending" });
+  }
+
+  /**
+   * @param {JobDocument} job
+   * @param {FixationRequest | null} request_body
+   * @param {boolean} mine
+   */
+  follow(job, request_body, mine) {
+    const current = this.#store.state.current;
+    const steps = current?.job_id === job.id ? current.steps : []; // its events may have come before its answer
+    this.#set({ ...fresh(job.id, request_body, mine), steps });
+    this.#take(job);
+  }
+
+  /** @param {ProblemDocument} problem */
+  refused(problem) {
+    const current = this.#store.state.current;
+    if (current?.state === "sending") this.#set({ ...current, state: "failed", problem });
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    const data = event.data ?? {};
+    if (event.kind === "fixation.step") this.#step(data);
+    else if (event.kind === "fixation.done") this.#done(data);
+    else if (event.kind === "job.updated") this.#job(data);
+  }
+
+  /** Look up what runs now: after the page opened or the server came back. */
+  async resume() {
+    const current = this.#store.state.current;
+    if (current?.job_id && this.running) await this.#lookUp(current.job_id);
+    if (this.#store.state.current) return;
+    const recent = /** @type {FixationDocument[]} */ (await request("GET", "/fixations?limit=1"));
+    const last = recent[0];
+    if (last) this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
+  }
+
+  /**
+   * Show a fixation of the past.
+   * @param {string} fixation_id
+   */
+  async recall(fixation_id) {
+    if (this.running) return;
+    const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
+    this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #step(data) {
+    const job_id = typeof data["job_id"] === "string" ? data["job_id"] : null;
+    const step = /** @type {VergeStep} */ (data["step"] ?? data);
+    if (typeof step.index !== "number") return;
+    let current = this.#store.state.current;
+    if (!current || (job_id && current.job_id !== job_id)) {
+      current = { ...fresh(job_id, current?.state === "sending" ? current.request : null, false), state: "running" };
+    }
+    const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort((a, b) => a.index - b.index);
+    this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
+    this.#watch();
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #done(data) {
+    const job_id = data["job_id"];
+    const id = data["fixation_id"] ?? data["id"];
+    const current = this.#store.state.current;
+    if (typeof id !== "string" || (current?.job_id && typeof job_id === "string" && current.job_id !== job_id)) return;
+    void this.#load(`/fixations/${id}`);
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #job(data) {
+    const job = /** @type {JobDocument | undefined} */ (data["job"] ?? data);
+    const id = job?.id ?? data["job_id"];
+    const current = this.#store.state.current;
+    if (typeof id !== "string" || current?.job_id !== id || current.fixation) return;
+    if (job?.state && job.result_url !== undefined) this.#take(job);
+    else void this.#lookUp(id);
+  }
+
+  /** @param {JobDocument} job */
+  #take(job) {
+    const current = this.#store.state.current;
+    if (!current || current.job_id !== job.id || current.fixation) return;
+    if (job.state === "succeeded" && job.result_url) {
+      void this.#load(job.result_url.replace(/^.*\/api\/v1/, ""));
+      return;
+    }
+    this.#set({ ...current, state: job.state, problem: job.problem, note: job.progress?.note ?? null });
+    if (!OVER.has(job.state)) this.#watch();
+  }
+
+  #watch() {
+    clearTimeout(this.#look);
+    this.#look = setTimeout(() => {
+      const id = this.#store.state.current?.job_id;
+      if (id && this.running) void this.#lookUp(id);
+    }, LOOK_MS);
+  }
+
+  /** @param {string} job_id */
+  async #lookUp(job_id) {
+    try {
+      this.#take(await request("GET", `/jobs/${job_id}`));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.slug === "offline") return this.#watch(); // it comes back, or the banner says that it does not
+      this.#fail(error.document);
+    }
+  }
+
+  /** @param {ProblemDocument} problem */
+  #fail(problem) {
+    const current = this.#store.state.current;
+    if (current) this.#set({ ...current, state: "failed", problem });
+  }
+
+  /** @param {string} path */
+  async #load(path) {
+    clearTimeout(this.#look);
+    try {
+      const fixation = /** @type {FixationDocument} */ (await request("GET", path));
+      const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
+      if (current.job_id !== fixation.job_id) return; // another one has begun meanwhile
+      this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      this.#fail(error.document);
+    }
+  }
+
+  /** @param {CurrentFixation} current */
+  #set(current) {
+    this.#store.set({ current });
+  }
+}
+
+/**
+ * @param {string | null} job_id
+ * @param {FixationRequest | null} request_body
+ * @param {boolean} mine
+ * @returns {CurrentFixation}
+ */
+function fresh(job_id, request_body, mine) {
+  return { job_id, request: request_body, state: "queued", steps: [], note: null, fixation: null, problem: null, mine };
+}

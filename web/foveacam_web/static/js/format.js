@@ -1,0 +1,118 @@
+// Numbers, ages and states in the words that the operator reads. Nothing here touches the page.
+
+/** @typedef {import("./types.js").FixationState} FixationState */
+
+export const MISSING = "–";
+const MINUS = "−";
+
+/**
+ * A number with this many decimals and a real minus sign.
+ * @param {number | null | undefined} value
+ * @param {number} decimals
+ */
+export function number(value, decimals) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return MISSING;
+  return value.toFixed(decimals).replace("-", MINUS);
+}
+
+/**
+ * A value and its standard error, both cut where the error's second digit is.
+ * @param {number | null | undefined} value_m
+ * @param {number | null | undefined} sigma_m
+ * @returns {{value: string, sigma: string, unit: string}}
+ */
+export function distance(value_m, sigma_m) {
+  if (value_m === null || value_m === undefined) return { value: MISSING, sigma: "", unit: "" };
+  if (!sigma_m || !Number.isFinite(sigma_m)) return { value: number(value_m, 3), sigma: "", unit: "m" };
+  const decimals = Math.min(5, Math.max(0, 1 - Math.floor(Math.log10(sigma_m))));
+  return { value: number(value_m, decimals), sigma: number(sigma_m, decimals), unit: "m" };
+}
+
+/**
+ * @param {number | null | undefined} value_m
+ * @param {number | null | undefined} sigma_m
+ */
+export function distanceText(value_m, sigma_m) {
+  const { value, sigma, unit } = distance(value_m, sigma_m);
+  return [value, sigma && `± ${sigma}`, unit].filter(Boolean).join(" ");
+}
+
+/**
+ * An angle in degrees with its sign always written, so that columns line up.
+ * @param {number | null | undefined} value_deg
+ * @param {number} [decimals]
+ */
+export function angle(value_deg, decimals = 2) {
+  if (value_deg === null || value_deg === undefined || !Number.isFinite(value_deg)) return MISSING;
+  return `${value_deg < 0 ? MINUS : "+"}${Math.abs(value_deg).toFixed(decimals)}°`;
+}
+
+/**
+ * How long, in the largest unit that still says something.
+ * @param {number | null | undefined} seconds
+ */
+export function span(seconds) {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return MISSING;
+  if (seconds < 10) return `${Math.max(0, seconds).toFixed(1)} s`;
+  if (seconds < 90) return `${Math.round(seconds)} s`;
+  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
+  if (seconds < 129600) return `${Math.round(seconds / 3600)} h`;
+  return `${Math.round(seconds / 86400)} days`;
+}
+
+/**
+ * Milliseconds without a tail of digits.
+ * @param {number | null | undefined} milliseconds
+ */
+export function millis(milliseconds) {
+  if (milliseconds === null || milliseconds === undefined || !Number.isFinite(milliseconds)) return MISSING;
+  if (milliseconds < 1) return `${milliseconds.toFixed(2)} ms`;
+  if (milliseconds < 10) return `${milliseconds.toFixed(1)} ms`;
+  if (milliseconds < 10_000) return `${Math.round(milliseconds)} ms`;
+  return span(milliseconds / 1000);
+}
+
+/** @param {string | null | undefined} utc */
+export function clockTime(utc) {
+  const time = utc ? new Date(utc) : null;
+  if (!time || Number.isNaN(time.getTime())) return MISSING;
+  return time.toLocaleTimeString(undefined, { hour12: false });
+}
+
+/** @param {number | null | undefined} count */
+export function count(count) {
+  return count === null || count === undefined ? MISSING : count.toLocaleString("en").replaceAll(",", "\u202f");
+}
+
+/** What each end of a fixation is called, and what kind of news it is. */
+export const ENDS = Object.freeze(
+  /** @type {Record<FixationState, {title: string, tone: "good" | "warn" | "bad", hint: string}>} */ ({
+    verged: { title: "Verged", tone: "good", hint: "" },
+    no_texture: {
+      title: "No texture here",
+      tone: "warn",
+      hint: "Nothing in this patch to match between the eyes. Click on an edge or a marking close by, or drag a rectangle around more of it.",
+    },
+    lost: {
+      title: "Lost",
+      tone: "warn",
+      hint: "The eyes could not agree on the same point. Click again, on something that stands out more.",
+    },
+    out_of_range: {
+      title: "Out of range",
+      tone: "warn",
+      hint: "The mirrors cannot reach it. Click inside the dashed outline of the steerable field.",
+    },
+    timed_out: {
+      title: "Timed out",
+      tone: "warn",
+      hint: "The loop did not settle in time. Look again; if it repeats, see the rig's status.",
+    },
+  }),
+);
+
+/** @param {string} word */
+export function words(word) {
+  const text = word.replaceAll("_", " ");
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

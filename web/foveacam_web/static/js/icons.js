@@ -1,0 +1,35 @@
+// The page's icons, drawn here as strokes on a 16 px grid: nothing is fetched for them.
+
+import { s } from "./dom.js";
+
+const PATHS = Object.freeze({
+  expand: "M2 6V2h4 M14 10v4h-4 M10 2h4v4 M6 14H2v-4",
+  shrink: "M6 2v4H2 M10 14v-4h4 M14 6h-4V2 M2 10h4v4",
+  plus: "M8 3v10 M3 8h10",
+  minus: "M3 8h10",
+  fit: "M2.5 3.5h11v9h-11z M5.5 6.5h5v3h-5z",
+  target: "M8 1v4 M8 11v4 M1 8h4 M11 8h4 M8 7.5v1 M7.5 8h1",
+  again: "M13 8a5 5 0 1 1-1.6-3.7 M13 2v3h-3",
+  trash: "M3 4.5h10 M6.5 4.5v-2h3v2 M4.5 4.5l.6 9h5.8l.6-9",
+  cube: "M8 1.8l5.4 3v6.4L8 14.2l-5.4-3V4.8z M2.8 4.9L8 7.8l5.2-2.9 M8 7.8v6.2",
+  gear: "M8 5.6a2.4 2.4 0 1 0 0 4.8a2.4 2.4 0 1 0 0-4.8z M8 1.5v2 M8 12.5v2 M1.5 8h2 M12.5 8h2 M3.4 3.4l1.4 1.4 M11.2 11.2l1.4 1.4 M12.6 3.4l-1.4 1.4 M4.8 11.2l-1.4 1.4",
+  help: "M5.5 6a2.5 2.5 0 1 1 3.7 2.2c-.8.4-1.2.9-1.2 1.8 M8 12.6v.4",
+  sun: "M8 5a3 3 0 1 0 0 6a3 3 0 1 0 0-6z M8 1v1.5 M8 13.5V15 M1 8h1.5 M13.5 8H15 M3 3l1 1 M12 12l1 1 M13 3l-1 1 M4 12l-1 1",
+  moon: "M13 9.5A5.5 5.5 0 0 1 6.5 3a5.5 5.5 0 1 0 6.5 6.5z",
+  close: "M4 4l8 8 M12 4l-8 8",
+  warn: "M8 2l6.5 11.5h-13z M8 6.5v3.2 M8 11.6v.2",
+  info: "M8 2a6 6 0 1 0 0 12a6 6 0 1 0 0-12z M8 7.3v3.7 M8 5v.2",
+  check: "M3 8.5l3.5 3.5L13 5",
+  hand: "M4 8V5a1 1 0 0 1 2 0V3.5a1 1 0 0 1 2 0V3a1 1 0 0 1 2 0v1.5a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4c-2 0-3-1-4-3L2.6 8.8a1 1 0 0 1 1.7-1z",
+  down: "M8 2v8 M4.5 7L8 10.5L11.5 7 M3 13.5h10",
+});
+
+/** @typedef {keyof typeof PATHS} IconName */
+
+/**
+ * Draw an icon; it says nothing to screen readers, its button does.
+ * @param {IconName} name
+ */
+export function icon(name) {
+  return s("svg", { class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, s("path", { d: PATHS[name] }));
+}

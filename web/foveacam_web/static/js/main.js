@@ -1,0 +1,119 @@
+// The console: builds every part and joins them.
+
+import { Commands } from "./commands.js";
+import { fill, h, need } from "./dom.js";
+import { Fixations } from "./fixations.js";
+import { icon } from "./icons.js";
+import { listenToKeys } from "./keys.js";
+import { makeHelp, makeLease, makeSettings, mountSteerDistance } from "./panels/dialogs.js";
+import { mountEventLog } from "./panels/eventlog.js";
+import { mountFixation } from "./panels/fixation.js";
+import { mountRigStatus } from "./panels/rigstatus.js";
+import { Scene } from "./panels/scene.js";
+import { mountTargets } from "./panels/targets.js";
+import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
+import { changeSettings, createStore } from "./store.js";
+import { Sync } from "./sync.js";
+import { exposeHooks } from "./testhooks.js";
+import { Toasts } from "./toasts.js";
+import { Views } from "./video/views.js";
+
+/** @typedef {import("./types.js").Settings} Settings */
+
+const LEASE_RENEWAL_MS = 5000;
+
+const store = createStore();
+const toasts = new Toasts();
+const fixations = new Fixations(store);
+const commands = new Commands({ store, toasts, fixations });
+const sync = new Sync({ store, fixations });
+const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+const help = makeHelp();
+const settings = makeSettings(store);
+const lease = makeLease({ store, commands });
+
+document.body.append(toasts.element);
+need("wide").append(views.pane("wide").element);
+need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
+mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
+mountStop(need("stop"), need("stopped"), { store, commands });
+mountOffline(need("offline"), store);
+mountProblems(need("problems"), store);
+mountFixation(need("fixation"), need("announcer"), { store, commands });
+const scene = new Scene(need("scene"), store);
+mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
+mountSteerDistance(need("steering"), store);
+mountRigStatus(need("rig"), store);
+const log = mountEventLog(need("events"), store);
+mountTools();
+mountTabs();
+listenToKeys({
+  stop: () => void commands.stop(),
+  escape,
+  letters: () => store.state.settings.single_keys,
+  keys: {
+    "?": () => help.showModal(), i: () => flip("readout"), f: () => flip("footprints"), d: () => void views.wide.probe(),
+    "+": () => views.wide.zoom(1.5), "=": () => views.wide.zoom(1.5), "-": () => views.wide.zoom(1 / 1.5), 0: () => views.wide.fit(),
+  },
+});
+store.on(["settings"], ({ settings: { theme } }) => {
+  if (theme === "system") delete document.documentElement.dataset["theme"];
+  else document.documentElement.dataset["theme"] = theme;
+});
+setInterval(() => void commands.renewLease(), LEASE_RENEWAL_MS);
+sync.followAll();
+exposeHooks({ store, views });
+
+/** @param {import("./types.js").TargetDocument} target */
+function choose(target) {
+  scene.select(target);
+  void commands.attempt(() => fixations.recall(target.fixation_id));
+}
+
+function escape() {
+  if (views.shrinkAll()) return;
+  views.wide.abandon();
+  void commands.cancel();
+}
+
+/** @param {"readout" | "footprints"} key */
+function flip(key) {
+  changeSettings(store, { [key]: !store.state.settings[key] });
+}
+
+function mountTools() {
+  const tool = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {() => void} */ act) =>
+    h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
+  fill(need("tools"), tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
+    tool("Help (?)", "help", () => help.showModal()));
+}
+
+function flipTheme() {
+  const { theme } = store.state.settings;
+  const dark = theme === "dark" || (theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
+  changeSettings(store, { theme: dark ? "light" : "dark" });
+}
+
+/** The tabs between the rig's status and the event log. */
+function mountTabs() {
+  const tabs = [need("tab-rig"), need("tab-events")];
+  const panels = [need("rig"), need("events")];
+  const choose = (/** @type {number} */ chosen) => {
+    tabs.forEach((tab, index) => {
+      tab.setAttribute("aria-selected", String(index === chosen));
+      tab.tabIndex = index === chosen ? 0 : -1;
+    });
+    panels.forEach((panel, index) => (panel.hidden = index !== chosen));
+    store.set({ rig: store.state.rig }); // the panel that appears draws itself
+    log.show();
+  };
+  tabs.forEach((tab, index) => {
+    tab.addEventListener("click", () => choose(index));
+    tab.addEventListener("keydown", (event) => {
+      if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
+      choose(1 - index);
+      tabs[1 - index]?.focus();
+    });
+  });
+  choose(0);
+}

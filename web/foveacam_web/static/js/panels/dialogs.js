@@ -1,0 +1,132 @@
+// The sheets over the page: help, settings, control.
+
+import { fill, h, say } from "../dom.js";
+import { icon } from "../icons.js";
+import { changeSettings } from "../store.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").Settings} Settings
+ */
+
+/** @type {[string, [string, string][]][]} */
+const HELP = [
+  ["On the wide view", [
+    ["Click or tap", "Look there with both eyes"],
+    ["Drag, or press long and drag", "Look at a rectangle"],
+    ["Alt + drag", "Steer both eyes open loop, at the distance set under Steering"],
+    ["Wheel, pinch, + and −", "Zoom where the pointer is"],
+    ["Shift or middle button + drag, two fingers", "Move the picture"],
+    ["Double click, 0", "Fit the picture"],
+    ["Right click, D", "How far is this pixel"],
+    ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
+    ["Enter", "Look at the crosshair"],
+  ]],
+  ["Everywhere", [
+    ["Space", "STOP: park the mirrors now"],
+    ["Escape", "Cancel the fixation; close what is open"],
+    ["I", "Rate and age of every view, on and off"],
+    ["F", "Footprints of the foveae, on and off"],
+    ["?", "This sheet"],
+  ]],
+];
+
+/** @type {{key: keyof Settings, label: string, options?: [string, string][]}[]} */
+const SETTINGS = [
+  { key: "theme", label: "Colours", options: [["system", "as the system"], ["dark", "dark"], ["light", "light"]] },
+  { key: "wide_size", label: "Wide view", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
+  { key: "fovea_size", label: "Other views", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
+  { key: "footprints", label: "Footprints of the foveae" },
+  { key: "field", label: "Outline of the steerable field" },
+  { key: "marks", label: "Targets on the wide view" },
+  { key: "readout", label: "Rate and age of every view" },
+  { key: "scene", label: "3D pane" },
+  { key: "single_keys", label: "Single-key shortcuts (Space always stops)" },
+];
+
+/**
+ * A sheet with a title, closed by Escape, by its button or by a click beside it.
+ * @param {string} title
+ * @param {...Node} content
+ */
+function sheet(title, ...content) {
+  const dialog = h("dialog", { class: "sheet", "aria-label": title });
+  const close = h("button", { type: "button", class: "tool", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"));
+  dialog.append(h("header", {}, h("h2", { text: title }), close), ...content);
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  document.body.append(dialog);
+  return dialog;
+}
+
+export function makeHelp() {
+  const groups = HELP.map(([title, rows]) => h("section", {}, h("h3", { text: title }),
+    h("dl", { class: "keys" }, rows.flatMap(([keys, what]) => [h("dt", { text: keys }), h("dd", { text: what })]))));
+  const links = h("p", { class: "lead" }, "Programs do all of this by REST: ",
+    h("a", { href: "/docs", target: "_blank", rel: "noopener", text: "reference" }), ".");
+  return sheet("Help", ...groups, links);
+}
+
+/** @param {Store} store */
+export function makeSettings(store) {
+  const rows = SETTINGS.map((entry) => settingRow(entry, store));
+  return sheet("Settings", h("div", { class: "settings" }, rows), h("p", { class: "lead", text: "Kept in this browser." }));
+}
+
+/**
+ * @param {(typeof SETTINGS)[number]} entry
+ * @param {Store} store
+ */
+function settingRow({ key, label, options }, store) {
+  const change = (/** @type {unknown} */ value) => changeSettings(store, /** @type {Partial<Settings>} */ ({ [key]: value }));
+  if (!options) {
+    const box = h("input", { type: "checkbox", on: { change: () => change(box.checked) } });
+    store.on(["settings"], ({ settings }) => (box.checked = Boolean(settings[key])));
+    return h("label", { class: "setting" }, label, box);
+  }
+  const select = h("select", { on: { change: () => change(select.value) } }, options.map(([value, text]) => h("option", { value, text })));
+  store.on(["settings"], ({ settings }) => (select.value = String(settings[key])));
+  return h("label", { class: "setting" }, label, select);
+}
+
+/** @param {{store: Store, commands: Commands}} context */
+export function makeLease({ store, commands }) {
+  const state = h("p", { class: "lead" });
+  const name = h("input", { type: "text", id: "holder", maxlength: "60", value: "operator", autocomplete: "name" });
+  const take = h("button", { type: "button", class: "plain", on: { click: () => void act() } });
+  const give = h("button", { type: "button", class: "plain", text: "Give it back", on: { click: () => void commands.giveLease() } });
+  const act = () => commands.takeLease(name.value.trim() || "operator", Boolean(store.state.lease?.holder));
+  const dialog = sheet("Control", state, h("div", { class: "setting" }, h("label", { for: "holder", text: "Your name" }), name),
+    h("p", { class: "buttons" }, take, give));
+  store.on(["lease", "lease_token"], ({ lease, lease_token }) => {
+    const mine = Boolean(lease_token);
+    say(state, mine ? "You have control: others can look, and stop, but not move the mirrors."
+      : lease?.holder ? `${lease.holder} has control. Taking it over is written into the event log.`
+      : "Nobody holds control: everybody may move the mirrors. Take it to be alone.");
+    say(take, lease?.holder ? "Take over" : "Take control");
+    take.hidden = mine;
+    give.hidden = !mine;
+  });
+  return dialog;
+}
+
+/**
+ * The choice of the distance at which Alt + drag steers: the slider is even in 1/distance, its end is infinity.
+ * @param {HTMLElement} place
+ * @param {Store} store
+ */
+export function mountSteerDistance(place, store) {
+  const nearest_m = 0.5;
+  const text = h("output", { class: "number", for: "steer-distance" });
+  const slider = h("input", { type: "range", id: "steer-distance", min: "0", max: "1", step: "0.01", value: "0", "aria-label": "Distance for steering" });
+  slider.addEventListener("input", () => {
+    const closeness = Number(slider.value);
+    store.set({ steer_distance_m: closeness < 0.01 ? null : nearest_m / closeness });
+  });
+  store.on(["steer_distance_m"], ({ steer_distance_m }) => {
+    const words = steer_distance_m === null ? "∞" : `${steer_distance_m.toFixed(steer_distance_m < 10 ? 2 : 1)} m`;
+    say(text, words);
+    slider.setAttribute("aria-valuetext", steer_distance_m === null ? "infinity, eyes parallel" : words);
+  });
+  fill(place, h("label", { for: "steer-distance", text: "Steering at" }), slider, text);
+}

@@ -1,0 +1,151 @@
+// The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
+
+import { fill, h, say } from "../dom.js";
+import { angle, distance, distanceText, ENDS, millis, MISSING, number } from "../format.js";
+import { icon } from "../icons.js";
+import { drawSteps } from "./stepplot.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").CurrentFixation} CurrentFixation
+ * @typedef {import("../types.js").FixationDocument} FixationDocument
+ * @typedef {import("../types.js").FixationRequest} FixationRequest
+ */
+
+const RUNNING = Object.freeze(/** @type {Record<string, string>} */ ({
+  sending: "Sending", queued: "Waiting its turn", running: "Verging", cancelling: "Cancelling",
+}));
+
+/**
+ * @param {HTMLElement} place
+ * @param {HTMLElement} announcer
+ * @param {{store: Store, commands: Commands}} context
+ */
+export function mountFixation(place, announcer, { store, commands }) {
+  const head = h("div", { class: "outcome" });
+  const plot = h("div", { class: "plot" });
+  fill(place, head, plot);
+  store.on(["current"], ({ current }) => {
+    place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
+    fill(head, ...outcome(current, commands));
+    if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
+    say(announcer, announcement(current));
+  });
+}
+
+/**
+ * @param {HTMLElement} plot
+ * @param {CurrentFixation | null} current
+ */
+function redrawSteps(plot, current) {
+  const open = plot.querySelector("details")?.open ?? false;
+  drawSteps(plot, current?.steps ?? []);
+  const details = plot.querySelector("details");
+  if (details) details.open = open;
+}
+
+/**
+ * @param {CurrentFixation | null} current
+ * @param {Commands} commands
+ */
+function outcome(current, commands) {
+  if (!current) {
+    return [h("p", { class: "big quiet", text: MISSING }), h("p", { class: "lead", text: "Click on something in the wide view: both foveae look at it, and its distance appears here." })];
+  }
+  if (current.fixation) return ended(current.fixation);
+  if (current.state === "failed") return failed(current);
+  if (current.state === "cancelled") return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
+  return running(current, commands);
+}
+
+/**
+ * @param {CurrentFixation} current
+ * @param {Commands} commands
+ */
+function running(current, commands) {
+  const last = current.steps.at(-1);
+  const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
+  const note = [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ");
+  return [
+    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), RUNNING[current.state] ?? current.state),
+    h("p", { class: "lead number", text: note || asked(current.request) }),
+    h("button", { type: "button", class: "plain", on: { click: () => void commands.cancel() }, disabled: current.state === "cancelling" || !current.job_id },
+      "Cancel ", h("kbd", { text: "Esc" })),
+  ];
+}
+
+/** @param {CurrentFixation} current */
+function failed({ problem }) {
+  return [
+    title("bad", problem?.title ?? "Failed"),
+    h("p", { class: "lead", text: problem?.detail ?? "The server did not say why." }),
+    problem?.remedy ? h("p", { class: "remedy", text: problem.remedy }) : null,
+  ];
+}
+
+/** @param {FixationDocument} fixation */
+function ended(fixation) {
+  const end = ENDS[fixation.state];
+  const { value, sigma, unit } = distance(fixation.distance_m, fixation.distance_sigma_m);
+  const measured = fixation.distance_m !== null;
+  return [
+    title(end.tone, end.title),
+    measured
+      ? h("p", { class: "big", data: { role: "distance" } }, h("span", { class: "value", text: value }), sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }), h("span", { class: "unit", text: ` ${unit}` }))
+      : null,
+    fixation.reason ? h("p", { class: "lead", text: fixation.reason }) : null,
+    measured || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
+    numbers(fixation),
+    fixation.cloud_id ? downloads(fixation.cloud_id) : null,
+  ];
+}
+
+/** @param {FixationDocument} fixation */
+function numbers(fixation) {
+  const [x, y, z] = fixation.point_rig_m ?? [null, null, null];
+  const verge = fixation.steps.at(-1);
+  /** @type {[string, string][]} */
+  const rows = [
+    ["Residual", fixation.residual_px === null ? MISSING : `${number(fixation.residual_px, 2)} px`],
+    ["Score", number(fixation.score, 3)],
+    ["Steps", `${fixation.steps.length} in ${millis(fixation.duration_ms)}`],
+    ["Vergence", verge ? angle(verge.left_ax_deg - verge.right_ax_deg, 3) : MISSING],
+    ["Direction", `${angle(fixation.target.ax_deg)} ${angle(fixation.target.ay_deg)}`],
+    ["Point x y z", x === null ? MISSING : `${number(x, 3)}  ${number(y, 3)}  ${number(z, 3)} m`],
+  ];
+  return h("dl", { class: "numbers" }, rows.flatMap(([name, text]) => [h("dt", { text: name }), h("dd", { class: "number", text })]));
+}
+
+/** @param {string} cloud_id */
+function downloads(cloud_id) {
+  const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
+    h("a", { href: `/api/v1/clouds/${cloud_id}${path}`, download: "", title: what }, icon("down"), name);
+  return h("p", { class: "downloads" }, link("PLY", ".ply", "Point cloud with colour and standard error"),
+    link("GLB", ".glb", "Textured depth mesh"), link("Depth picture", "/depth.png", "Colour-coded depth"));
+}
+
+/**
+ * @param {string} tone
+ * @param {string} text
+ */
+function title(tone, text) {
+  return h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), text);
+}
+
+/** @param {FixationRequest | null} request */
+function asked(request) {
+  if (!request) return "";
+  if ("pixel" in request) return `pixel ${number(request.pixel.x_px, 1)}, ${number(request.pixel.y_px, 1)}`;
+  if ("direction" in request) return `direction ${angle(request.direction.ax_deg)} ${angle(request.direction.ay_deg)}`;
+  const { x_px, y_px, width_px, height_px } = request.rectangle;
+  return `${number(width_px, 0)} × ${number(height_px, 0)} px at ${number(x_px, 0)}, ${number(y_px, 0)}`;
+}
+
+/** @param {CurrentFixation | null} current */
+function announcement(current) {
+  const fixation = current?.fixation;
+  if (fixation) return `${ENDS[fixation.state].title}. ${distanceText(fixation.distance_m, fixation.distance_sigma_m)}`;
+  if (current?.state === "failed") return `Failed. ${current.problem?.detail ?? ""}`;
+  return current?.state === "cancelled" ? "Cancelled." : "";
+}

@@ -1,0 +1,119 @@
+// The state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
+
+import { fill, h } from "../dom.js";
+import { angle, clockTime, count, millis, MISSING, number, span } from "../format.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../types.js").RigDocument} RigDocument
+ * @typedef {import("../types.js").CameraDocument} CameraDocument
+ * @typedef {import("../types.js").MirrorsDocument} MirrorsDocument
+ */
+
+/**
+ * @param {HTMLElement} place
+ * @param {Store} store
+ */
+export function mountRigStatus(place, store) {
+  store.on(["rig", "server_stats", "overlay"], (state) => {
+    if (place.hidden) return;
+    if (!state.rig) fill(place, h("p", { class: "empty", text: "Loading …" }));
+    else fill(place, ...tables(state, state.rig));
+  });
+}
+
+/**
+ * @param {ConsoleState} state
+ * @param {RigDocument} rig
+ */
+function tables(state, rig) {
+  return [
+    h("table", { class: "status" }, h("caption", { text: "Cameras" }),
+      head(["", "Camera", "Rate", "Age", "Dropped"]), h("tbody", {}, rig.cameras.map(cameraRow))),
+    h("table", { class: "status" }, h("caption", { text: "Views" }), head(["", "Served", "Shown", "Age"]), h("tbody", {}, viewRows(state))),
+    pairs("Mirrors", mirrorRows(rig.mirrors, state)),
+    pairs("Calibration", calibrationRows(rig)),
+    pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id})`], ["Scene", rig.scene ?? MISSING], ["Baseline", `${number(rig.baseline_m * 1000, 1)} mm`]]),
+  ];
+}
+
+/** @param {string[]} names */
+function head(names) {
+  return h("thead", {}, h("tr", {}, names.map((text) => h("th", { scope: "col", text }))));
+}
+
+/** @param {CameraDocument} camera */
+function cameraRow(camera) {
+  const name = [camera.vendor, camera.model].filter(Boolean).join(" ") || MISSING;
+  const state = camera.connected ? h("span", { class: "lamp good", title: "connected" }) : h("span", { class: "lamp bad", title: "missing" });
+  const exposure = camera.exposure_ms === null ? "" : `, ${number(camera.exposure_ms, 2)} ms`;
+  return h("tr", { class: camera.connected ? "" : "missing" },
+    h("th", { scope: "row" }, state, camera.role),
+    h("td", { class: "long", title: `${camera.serial ?? ""} ${camera.width} × ${camera.height}${exposure}`, text: camera.connected ? name : "missing" }),
+    h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
+    h("td", { text: millis(camera.frame_age_ms) }),
+    h("td", { text: `${count(camera.dropped)} of ${count(camera.delivered + camera.dropped)}` }));
+}
+
+/** @param {ConsoleState} state */
+function viewRows({ views, server_stats, shown }) {
+  return views.filter(({ name }) => shown[name]?.count).map(({ name }) => {
+    const served = server_stats[name];
+    return h("tr", {}, h("th", { scope: "row", text: name }),
+      h("td", { text: served?.rate_hz === null || served === undefined ? MISSING : `${number(served.rate_hz, 1)} Hz` }),
+      h("td", { text: `${number(shown[name]?.fps, 1)} fps` }), h("td", { text: millis(shown[name]?.age_ms) }));
+  });
+}
+
+/**
+ * @param {MirrorsDocument | null} mirrors
+ * @param {ConsoleState} state
+ * @returns {[string, string | Node][]}
+ */
+function mirrorRows(mirrors, { overlay }) {
+  if (!mirrors) return [["Controller", "not there"]];
+  const lamp = mirrors.fault ? "bad" : mirrors.connected ? "good" : "bad";
+  const word = mirrors.fault ?? (mirrors.connected ? (mirrors.enabled ? "enabled" : "connected, parked") : "missing");
+  const left = overlay?.gaze.left ?? mirrors.left;
+  const right = overlay?.gaze.right ?? mirrors.right;
+  const verge = left?.ax_deg != null && right?.ax_deg != null ? angle(left.ax_deg - right.ax_deg, 3) : MISSING;
+  const eye = (/** @type {typeof left} */ gaze, /** @type {import("../types.js").EyePose | null} */ pose) =>
+    `${angle(gaze?.ax_deg)} ${angle(gaze?.ay_deg)}  (${number(pose?.x_v, 2)} V, ${number(pose?.y_v, 2)} V)`;
+  return [
+    ["Controller", h("span", {}, h("span", { class: `lamp ${lamp}` }), word)],
+    ["Left eye", eye(left, mirrors.left)],
+    ["Right eye", eye(right, mirrors.right)],
+    ["Vergence", verge],
+    ["Round trip", `${millis(mirrors.rtt_p50_ms)} median, ${millis(mirrors.rtt_p99_ms)} p99`],
+    ["Packets", `${count(mirrors.tx_packets)} out, ${count(mirrors.rx_packets)} in, ${count(mirrors.bad_packets)} bad`],
+    ["Clock offset", millis(mirrors.clock_offset_ms)],
+  ];
+}
+
+/**
+ * @param {RigDocument} rig
+ * @returns {[string, string][]}
+ */
+function calibrationRows({ calibration, steering }) {
+  if (!calibration) return [["State", "none: no pixel can be fixated before a calibration is loaded or made"]];
+  const field = steering
+    ? `${number(steering.ax_min_deg, 1)}° … ${number(steering.ax_max_deg, 1)}° × ${number(steering.ay_min_deg, 1)}° … ${number(steering.ay_max_deg, 1)}°`
+    : MISSING;
+  return [
+    ["Name", calibration.label || calibration.origin], ["Origin", calibration.origin], ["Id", calibration.id.slice(0, 16)],
+    ["Age", span(calibration.age_s)],
+    ["Mirror σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
+    ["Rectification σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
+    ["Steerable", field],
+  ];
+}
+
+/**
+ * @param {string} caption
+ * @param {[string, string | Node][]} rows
+ */
+function pairs(caption, rows) {
+  return h("table", { class: "status pairs" }, h("caption", { text: caption }), h("tbody", {}, rows.map(([name, value]) =>
+    h("tr", {}, h("th", { scope: "row", text: name }), h("td", { class: "long" }, value)))));
+}

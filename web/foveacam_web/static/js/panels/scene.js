@@ -1,0 +1,110 @@
+// The 3D pane: viser in a frame. Where the browser has no WebGL, it says so and offers the files and the depth picture.
+
+import { fill, h } from "../dom.js";
+import { icon } from "../icons.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../types.js").TargetDocument} TargetDocument
+ */
+
+const CLOSEST_M = 0.6;
+
+/** The 3D pane of the console. */
+export class Scene {
+  #place;
+  #store;
+  #webgl = hasWebGL();
+  /** @type {string | null} */
+  #loaded_for = null;
+  /** @type {HTMLIFrameElement | null} */
+  #frame = null;
+
+  /**
+   * @param {HTMLElement} place
+   * @param {Store} store
+   */
+  constructor(place, store) {
+    this.#place = place;
+    this.#store = store;
+    store.on(["settings", "boot_id", "clouds"], (state) => void this.#update(state));
+  }
+
+  /**
+   * Look at a target's cloud.
+   * @param {TargetDocument} target
+   */
+  select(target) {
+    this.#store.set({ selected_target: target.id });
+    if (!this.#frame || !target.point_rig_m) return;
+    this.#frame.src = sceneUrl(this.#store.state, target.point_rig_m);
+  }
+
+  /** @param {ConsoleState} state */
+  async #update(state) {
+    if (!this.#webgl) return this.#offerFiles(state);
+    if (!state.settings.scene) return this.#offer();
+    if (!state.boot_id || this.#loaded_for === state.boot_id) return;
+    this.#loaded_for = state.boot_id; // a new server has a new scene
+    const answer = await fetch("/viser/", { method: "HEAD" }).catch(() => null);
+    if (answer?.ok) this.#load();
+    else this.#failed();
+  }
+
+  #load() {
+    this.#frame = h("iframe", { title: "3D view of the rig and of what it measured", src: sceneUrl(this.#store.state, null), loading: "lazy" });
+    fill(this.#place, this.#frame);
+  }
+
+  #failed() {
+    this.#frame = null;
+    const again = h("button", { type: "button", class: "plain", text: "Try again", on: { click: () => {
+      this.#loaded_for = null;
+      void this.#update(this.#store.state);
+    } } });
+    fill(this.#place, h("div", { class: "notice" }, h("strong", { text: "The 3D pane does not answer" }),
+      h("p", { text: "Everything else works. The server's log says why it could not start." }), again));
+  }
+
+  #offer() {
+    this.#frame = null;
+    this.#loaded_for = null;
+    fill(this.#place, h("div", { class: "notice" }, icon("cube"), h("p", { text: "The 3D pane is switched off in the settings." })));
+  }
+
+  /** @param {ConsoleState} state */
+  #offerFiles({ clouds }) {
+    const newest = clouds[0];
+    const picture = newest && h("img", { src: `/api/v1/clouds/${newest.id}/depth.png`, alt: "Colour-coded depth of the last fixation" });
+    const files = newest && h("p", { class: "downloads" }, h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"), h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"));
+    fill(this.#place, h("div", { class: "notice no-webgl" }, picture,
+      h("div", {}, h("strong", { text: "No 3D here: this browser has no WebGL" }),
+        h("p", { text: "Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured shape in another program." }), files)));
+  }
+}
+
+function hasWebGL() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return context !== null;
+}
+
+/**
+ * The address of the 3D page, with the viewer placed before a point where there is one.
+ * @param {ConsoleState} state
+ * @param {[number, number, number] | null} point_rig_m
+ */
+function sceneUrl({ settings }, point_rig_m) {
+  const url = new URL("/viser/", location.href);
+  const dark = settings.theme === "dark" || (settings.theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
+  url.searchParams.set("bare", "1");
+  if (dark) url.searchParams.set("darkMode", "");
+  if (point_rig_m) {
+    const reach = Math.hypot(...point_rig_m);
+    const back = Math.max(CLOSEST_M, reach * 0.2) / reach;
+    url.searchParams.set("initialCameraPosition", point_rig_m.map((at) => (at * (1 - back)).toFixed(4)).join(","));
+    url.searchParams.set("initialCameraLookAt", point_rig_m.map((at) => at.toFixed(4)).join(","));
+  }
+  return url.href;
+}

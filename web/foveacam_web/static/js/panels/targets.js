@@ -1,0 +1,86 @@
+// The list of what was looked at: name, distance, look again, show in 3D, delete.
+
+import { fill, h, say } from "../dom.js";
+import { angle, distanceText } from "../format.js";
+import { icon } from "../icons.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").TargetDocument} TargetDocument
+ * @typedef {{element: HTMLLIElement, label: HTMLInputElement, distance: HTMLElement, pick: HTMLButtonElement, target: TargetDocument}} Row
+ * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
+ */
+
+/**
+ * @param {HTMLElement} place
+ * @param {Context} context
+ */
+export function mountTargets(place, context) {
+  const list = h("ul", { class: "targets" });
+  const empty = h("p", { class: "empty" });
+  fill(place, list, empty);
+  /** @type {Map<string, Row>} */
+  const rows = new Map();
+  context.store.on(["targets", "hidden_targets", "selected_target"], ({ targets, hidden_targets, selected_target }) => {
+    const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
+    for (const [id, row] of rows) {
+      if (shown.some((target) => target.id === id)) continue;
+      row.element.remove();
+      rows.delete(id);
+    }
+    shown.forEach((target, index) => {
+      const row = rows.get(target.id) ?? makeRow(target, context);
+      rows.set(target.id, row);
+      updateRow(row, target, target.id === selected_target);
+      if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
+    });
+    empty.hidden = shown.length > 0;
+    say(empty, targets === null ? "Loading …" : "Everything that you fixate is listed here.");
+  });
+}
+
+/**
+ * @param {TargetDocument} target
+ * @param {Context} context
+ * @returns {Row}
+ */
+function makeRow(target, { commands, select }) {
+  const label = h("input", { class: "label", type: "text", "aria-label": "Name of the target", maxlength: "120", spellcheck: "false", autocomplete: "off" });
+  const distance = h("span", { class: "distance number" });
+  const button = (/** @type {string} */ name, /** @type {import("../icons.js").IconName} */ picture, /** @type {() => void} */ act) =>
+    h("button", { type: "button", class: "tool", "aria-label": name, title: name, on: { click: act } }, icon(picture));
+  /** @type {Row} */
+  const row = {
+    element: h("li", {}), label, distance, target,
+    pick: button("Show in the 3D pane", "cube", () => select(row.target)),
+  };
+  row.element.append(label, distance, h("span", { class: "tools" }, row.pick,
+    button("Look again", "again", () => void commands.lookAgain(row.target.id)),
+    button("Delete", "trash", () => commands.remove(row.target.id, row.target.label))));
+  label.addEventListener("change", () => void commands.rename(row.target.id, label.value.trim() || row.target.label));
+  label.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") label.value = row.target.label;
+    if (event.key === "Escape" || event.key === "Enter") label.blur();
+    event.stopPropagation(); // the keys belong to the name, not to the console
+  });
+  row.element.addEventListener("click", (event) => {
+    if (event.target === row.element || event.target === distance) select(row.target);
+  });
+  return row;
+}
+
+/**
+ * @param {Row} row
+ * @param {TargetDocument} target
+ * @param {boolean} selected
+ */
+function updateRow(row, target, selected) {
+  row.target = target;
+  row.element.classList.toggle("selected", selected);
+  row.pick.setAttribute("aria-pressed", String(selected));
+  if (document.activeElement !== row.label && row.label.value !== target.label) row.label.value = target.label;
+  row.label.title = target.label;
+  say(row.distance, distanceText(target.distance_m, target.distance_sigma_m));
+  row.distance.title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}`;
+}

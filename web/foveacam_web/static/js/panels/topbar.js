@@ -1,0 +1,136 @@
+// The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
+
+import { fill, h, say } from "../dom.js";
+import { clockTime, number, span } from "../format.js";
+import { icon } from "../icons.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ */
+
+const OLD_CALIBRATION_S = 30 * 86400;
+
+const STATES = Object.freeze(/** @type {Record<string, {text: string, tone: string}>} */ ({
+  opening: { text: "Opening", tone: "warn" },
+  ready: { text: "Ready", tone: "good" },
+  degraded: { text: "Degraded", tone: "warn" },
+  stopped: { text: "Stopped", tone: "bad" },
+}));
+
+/**
+ * Fill the badges of the top bar.
+ * @param {HTMLElement} place
+ * @param {{store: Store, openLease: () => void}} context
+ */
+export function mountBadges(place, { store, openLease }) {
+  const rig = h("span", { class: "rig-name" });
+  const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
+  const state = h("span", { class: "badge", role: "status" });
+  const calibration = h("span", { class: "badge plain" });
+  const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
+  fill(place, rig, simulated, state, calibration, lease);
+  store.on(["rig", "stream", "stop"], (now) => {
+    say(rig, now.rig ? now.rig.name : "");
+    rig.title = now.rig ? `${now.rig.rig_id}, baseline ${number(now.rig.baseline_m * 1000, 0)} mm` : "";
+    simulated.hidden = !now.rig?.simulated;
+    simulated.title = now.rig?.scene ? `Scene “${now.rig.scene}”` : "";
+    showState(state, now);
+    showCalibration(calibration, now);
+  });
+  store.on(["lease", "lease_token"], (now) => showLease(lease, now));
+}
+
+/**
+ * @param {HTMLElement} badge
+ * @param {ConsoleState} now
+ */
+function showState(badge, { rig, stream, stop }) {
+  const word = stream === "down" ? { text: "Offline", tone: "bad" }
+    : stop?.engaged ? STATES["stopped"]
+    : rig ? STATES[rig.state] : { text: "Connecting", tone: "warn" };
+  badge.className = `badge ${word?.tone ?? "warn"}`;
+  say(badge, word?.text ?? rig?.state ?? "");
+  badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
+}
+
+/**
+ * @param {HTMLElement} badge
+ * @param {ConsoleState} now
+ */
+function showCalibration(badge, { rig }) {
+  badge.hidden = !rig;
+  const calibration = rig?.calibration;
+  badge.classList.toggle("warn", Boolean(rig) && (!calibration || calibration.age_s > OLD_CALIBRATION_S));
+  if (!calibration) {
+    say(badge, "Not calibrated");
+    badge.title = "Without a calibration no pixel can be fixated.";
+    return;
+  }
+  say(badge, `Calibrated ${span(calibration.age_s)} ago`);
+  const sigma = calibration.mirror_sigma_deg === null ? "" : `, mirrors ± ${number(calibration.mirror_sigma_deg, 4)}°`;
+  badge.title = `${calibration.label} (${calibration.origin}), ${calibration.id}${sigma}`;
+}
+
+/**
+ * @param {HTMLElement} badge
+ * @param {ConsoleState} now
+ */
+function showLease(badge, { lease, lease_token }) {
+  badge.classList.toggle("mine", Boolean(lease_token));
+  fill(badge, icon("hand"), lease_token ? "You have control" : lease?.holder ? `${lease.holder} has control` : "Control is free");
+  badge.title = "Who may move the mirrors. Stopping needs no control.";
+}
+
+/**
+ * The stop button, and the strip that says that the mirrors are stopped.
+ * @param {HTMLElement} button
+ * @param {HTMLElement} strip
+ * @param {{store: Store, commands: Commands}} context
+ */
+export function mountStop(button, strip, { store, commands }) {
+  button.addEventListener("click", () => void commands.stop());
+  const text = h("span", {});
+  const release = h("button", { type: "button", class: "plain", text: "Release", on: { click: () => void commands.releaseStop() } });
+  fill(strip, icon("warn"), text, release);
+  store.on(["stop"], ({ stop }) => {
+    const engaged = Boolean(stop?.engaged);
+    strip.hidden = !engaged;
+    button.classList.toggle("engaged", engaged);
+    button.setAttribute("aria-pressed", String(engaged));
+    const by = [stop?.by && `by ${stop.by}`, stop?.since_utc && `at ${clockTime(stop.since_utc)}`].filter(Boolean).join(" ");
+    say(text, engaged ? `Stopped ${by}: the mirrors are parked and take no orders.` : "");
+  });
+}
+
+/**
+ * The strip that says that the server is away.
+ * @param {HTMLElement} strip
+ * @param {Store} store
+ */
+export function mountOffline(strip, store) {
+  const text = h("span", { text: "No connection to the server. The page shows what was last known and reconnects by itself." });
+  fill(strip, h("span", { class: "spinner", "aria-hidden": "true" }), text);
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let later;
+  store.on(["stream"], ({ stream }) => {
+    clearTimeout(later);
+    if (stream !== "down") strip.hidden = true;
+    else later = setTimeout(() => (strip.hidden = false), 600); // a hiccup is not worth a banner
+  });
+}
+
+/**
+ * What the rig lacks, one line each with its remedy.
+ * @param {HTMLElement} strip
+ * @param {Store} store
+ */
+export function mountProblems(strip, store) {
+  store.on(["rig"], ({ rig }) => {
+    const problems = rig?.problems ?? [];
+    strip.hidden = problems.length === 0;
+    fill(strip, icon("warn"), h("ul", {}, problems.map((problem) =>
+      h("li", {}, h("b", { text: problem.device }), ` ${problem.detail} `, problem.remedy && h("span", { class: "remedy", text: problem.remedy })))));
+  });
+}

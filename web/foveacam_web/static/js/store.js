@@ -1,0 +1,135 @@
+// The page's one state: who changes it says so, who shows it is told, once a turn however many changes there were.
+
+/** @typedef {import("./types.js").ConsoleState} ConsoleState */
+/** @typedef {import("./types.js").Settings} Settings */
+
+const SETTINGS_KEY = "foveacam.settings";
+
+/** @type {Readonly<Settings>} */
+const DEFAULT_SETTINGS = Object.freeze({
+  theme: "system",
+  wide_size: "auto",
+  fovea_size: "auto",
+  footprints: true,
+  field: true,
+  marks: true,
+  readout: true,
+  scene: true,
+  single_keys: true,
+});
+
+/** State with listeners by key. */
+export class Store {
+  /** @type {ConsoleState} */
+  #state;
+  /** @type {{keys: Set<keyof ConsoleState>, listener: (state: ConsoleState) => void}[]} */
+  #listeners = [];
+  /** @type {Set<keyof ConsoleState>} */
+  #changed = new Set();
+
+  /** @param {ConsoleState} state */
+  constructor(state) {
+    this.#state = state;
+  }
+
+  get state() {
+    return this.#state;
+  }
+
+  /** @param {Partial<ConsoleState>} part */
+  set(part) {
+    this.#state = { ...this.#state, ...part };
+    if (this.#changed.size === 0) queueMicrotask(() => this.#tell());
+    for (const key of /** @type {(keyof ConsoleState)[]} */ (Object.keys(part))) this.#changed.add(key);
+  }
+
+  /**
+   * Call the listener now and whenever one of the keys changes.
+   * @param {(keyof ConsoleState)[]} keys
+   * @param {(state: ConsoleState) => void} listener
+   */
+  on(keys, listener) {
+    this.#listeners.push({ keys: new Set(keys), listener });
+    listener(this.#state);
+  }
+
+  /**
+   * Resolve with the state once it satisfies the test.
+   * @param {(keyof ConsoleState)[]} keys
+   * @param {(state: ConsoleState) => boolean} test
+   * @returns {Promise<ConsoleState>}
+   */
+  until(keys, test) {
+    return new Promise((resolve) => {
+      /** @param {ConsoleState} state */
+      const listener = (state) => {
+        if (!test(state)) return;
+        this.#listeners = this.#listeners.filter((entry) => entry.listener !== listener);
+        resolve(state);
+      };
+      this.on(keys, listener);
+    });
+  }
+
+  #tell() {
+    const changed = this.#changed;
+    this.#changed = new Set();
+    for (const { keys, listener } of [...this.#listeners]) {
+      if ([...keys].some((key) => changed.has(key))) listener(this.#state);
+    }
+  }
+}
+
+/**
+ * A store as it is before the server has said anything.
+ * @returns {Store}
+ */
+export function createStore() {
+  return new Store({
+    stream: "connecting",
+    events_link: "connecting",
+    boot_id: null,
+    rig: null,
+    intrinsics: null,
+    views: [],
+    shown: {},
+    server_stats: {},
+    overlay: null,
+    current: null,
+    targets: null,
+    hidden_targets: [],
+    selected_target: null,
+    clouds: [],
+    log: [],
+    stop: null,
+    lease: null,
+    lease_token: sessionStorage.getItem("foveacam.lease"),
+    steer_distance_m: null,
+    settings: loadSettings(),
+  });
+}
+
+/** @returns {Settings} */
+function loadSettings() {
+  try {
+    const kept = JSON.parse(localStorage.getItem(SETTINGS_KEY) ?? "{}");
+    return { ...DEFAULT_SETTINGS, ...kept };
+  } catch {
+    return { ...DEFAULT_SETTINGS }; // private mode or a damaged entry: the defaults are always good
+  }
+}
+
+/**
+ * Change settings and remember them in this browser.
+ * @param {Store} store
+ * @param {Partial<Settings>} part
+ */
+export function changeSettings(store, part) {
+  const settings = { ...store.state.settings, ...part };
+  store.set({ settings });
+  try {
+    localStorage.setItem(SETTINGS_KEY, JSON.stringify(settings));
+  } catch {
+    // private mode: the change holds until the page closes
+  }
+}

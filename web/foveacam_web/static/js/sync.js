@@ -1,0 +1,144 @@
+// Keeps the page's state equal to the server's: everything once at each (re)connection, then by events.
+
+import { Problem, request } from "./api.js";
+import { listenToEvents } from "./eventlink.js";
+import { withEvent } from "./panels/eventlog.js";
+
+/**
+ * @typedef {import("./store.js").Store} Store
+ * @typedef {import("./fixations.js").Fixations} Fixations
+ * @typedef {import("./types.js").CloudDocument} CloudDocument
+ * @typedef {import("./types.js").Intrinsics} Intrinsics
+ * @typedef {import("./types.js").LeaseDocument} LeaseDocument
+ * @typedef {import("./types.js").RigDocument} RigDocument
+ * @typedef {import("./types.js").RigEvent} RigEvent
+ * @typedef {import("./types.js").StopDocument} StopDocument
+ * @typedef {import("./types.js").TargetDocument} TargetDocument
+ */
+
+const RIG_EVERY_MS = 2000;
+
+/** Reads the server for one page. */
+export class Sync {
+  #store;
+  #fixations;
+  /** @type {string | null} the calibration whose lens is known */
+  #calibration_id = null;
+  #busy = new Set();
+
+  /** @param {{store: Store, fixations: Fixations}} context */
+  constructor({ store, fixations }) {
+    this.#store = store;
+    this.#fixations = fixations;
+    setInterval(() => document.hidden || store.state.stream !== "open" || void this.readRig(), RIG_EVERY_MS);
+  }
+
+  /** Read what a page with panels shows, and follow it. */
+  followAll() {
+    listenToEvents((news) => {
+      if (news.type === "event") this.#hear(news.event);
+      else {
+        this.#store.set({ events_link: news.open ? "open" : "down" });
+        if (news.open) void this.readAll();
+      }
+    });
+  }
+
+  async readAll() {
+    await Promise.all([
+      this.readRig(), this.#readTargets(), this.#readClouds(), this.#readStop(), this.#readLease(), this.#readLog(),
+      this.#quietly("resume", () => this.#fixations.resume()),
+    ]);
+  }
+
+  readRig() {
+    return this.#quietly("rig", async () => {
+      const rig = /** @type {RigDocument} */ (await request("GET", "/rig"));
+      this.#store.set({ rig });
+      await this.#readLens(rig);
+    });
+  }
+
+  /** @param {RigDocument} rig */
+  async #readLens(rig) {
+    const id = rig.calibration?.id ?? null;
+    if (id === this.#calibration_id) return;
+    if (id === null) this.#store.set({ intrinsics: null });
+    else {
+      const current = /** @type {{wide?: Intrinsics}} */ (await request("GET", "/calibrations/current"));
+      this.#store.set({ intrinsics: current.wide ?? null });
+    }
+    this.#calibration_id = id;
+  }
+
+  #readTargets() {
+    return this.#quietly("targets", async () => {
+      const targets = /** @type {TargetDocument[]} */ (await request("GET", "/targets"));
+      this.#store.set({ targets: targets.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
+    });
+  }
+
+  #readClouds() {
+    return this.#quietly("clouds", async () => {
+      this.#store.set({ clouds: /** @type {CloudDocument[]} */ (await request("GET", "/clouds")) });
+    });
+  }
+
+  #readStop() {
+    return this.#quietly("stop", async () => {
+      this.#store.set({ stop: /** @type {StopDocument} */ (await request("GET", "/stop")) });
+    });
+  }
+
+  #readLease() {
+    return this.#quietly("lease", async () => {
+      this.#store.set({ lease: /** @type {LeaseDocument} */ (await request("GET", "/lease")) });
+    });
+  }
+
+  #readLog() {
+    return this.#quietly("log", async () => {
+      const events = /** @type {RigEvent[]} */ (await request("GET", "/events/recent?limit=100"));
+      let log = this.#store.state.log;
+      for (const event of events) log = withEvent(log, event);
+      this.#store.set({ log });
+    });
+  }
+
+  /** @param {RigEvent} event */
+  #hear(event) {
+    this.#store.set({ log: withEvent(this.#store.state.log, event) });
+    this.#fixations.hear(event);
+    const subject = event.kind.split(".")[0];
+    if (subject === "target") void this.#readTargets();
+    else if (subject === "cloud") void this.#readClouds();
+    else if (subject === "stop") void Promise.all([this.#readStop(), this.readRig()]);
+    else if (subject === "lease") void this.#readLease();
+    else if (subject === "rig" || subject === "device") void this.readRig();
+  }
+
+  /**
+   * Read something; when it is asked for again meanwhile, read it once more after. A failure is left to the next try:
+   * the banner says that the server is away, and each panel says what it lacks.
+   * @param {string} what
+   * @param {() => Promise<void>} read
+   */
+  async #quietly(what, read) {
+    if (this.#busy.has(what)) {
+      this.#busy.add(`${what} again`);
+      return;
+    }
+    this.#busy.add(what);
+    try {
+      do {
+        this.#busy.delete(`${what} again`);
+        await read();
+      } while (this.#busy.has(`${what} again`));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+    } finally {
+      this.#busy.delete(what);
+      this.#busy.delete(`${what} again`);
+    }
+  }
+}

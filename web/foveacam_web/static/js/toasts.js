@@ -1,0 +1,90 @@
+// Short messages at the corner: what happened, why, and what to do. Equal ones are counted, not piled up.
+
+import { fill, h } from "./dom.js";
+import { icon } from "./icons.js";
+
+/**
+ * @typedef {import("./types.js").ProblemDocument} ProblemDocument
+ * @typedef {{label: string, act: () => unknown}} Action
+ * @typedef {{
+ *   tone: "info" | "good" | "warn" | "bad", title: string, detail: string, remedy?: string | undefined,
+ *   action?: Action | null, stay_ms?: number
+ * }} Message
+ */
+
+const STAY_MS = 9000;
+const MOST = 4;
+
+/** The stack of toasts. */
+export class Toasts {
+  /** @type {Map<string, {element: HTMLElement, times: number, counter: HTMLElement, timer: ReturnType<typeof setTimeout>}>} */
+  #shown = new Map();
+
+  constructor() {
+    this.element = h("div", { class: "toasts", role: "region", "aria-label": "Messages" });
+  }
+
+  /**
+   * @param {ProblemDocument} problem
+   * @param {Action | null} [action]
+   */
+  problem(problem, action = null) {
+    const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
+    this.show({ tone, title: problem.title, detail: problem.detail, remedy: problem.remedy, action, stay_ms: 2 * STAY_MS });
+  }
+
+  /** @param {Message} message */
+  show(message) {
+    const key = `${message.title}\n${message.detail}`;
+    const stay_ms = message.stay_ms ?? STAY_MS;
+    const same = this.#shown.get(key);
+    if (same) {
+      same.times += 1;
+      fill(same.counter, `×${same.times}`);
+      clearTimeout(same.timer);
+      same.timer = setTimeout(() => this.#close(key), stay_ms);
+      return;
+    }
+    this.#add(key, message, stay_ms);
+    const oldest = this.#shown.keys().next().value;
+    if (this.#shown.size > MOST && oldest !== undefined) this.#close(oldest);
+  }
+
+  /**
+   * @param {string} key
+   * @param {Message} message
+   * @param {number} stay_ms
+   */
+  #add(key, { tone, title, detail, remedy, action }, stay_ms) {
+    const counter = h("span", { class: "times" });
+    const element = h("div", { class: `toast ${tone}`, role: tone === "bad" || tone === "warn" ? "alert" : "status" },
+      icon(tone === "info" ? "info" : tone === "good" ? "check" : "warn"),
+      h("div", { class: "body" },
+        h("strong", {}, title, " ", counter),
+        detail && h("p", { text: detail }),
+        remedy && h("p", { class: "remedy", text: remedy }),
+        action && h("button", { type: "button", class: "plain", text: action.label, on: { click: () => this.#act(key, action) } })),
+      h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => this.#close(key) } }, icon("close")));
+    const timer = setTimeout(() => this.#close(key), stay_ms);
+    this.#shown.set(key, { element, times: 1, counter, timer });
+    this.element.append(element);
+  }
+
+  /**
+   * @param {string} key
+   * @param {Action} action
+   */
+  #act(key, action) {
+    this.#close(key);
+    action.act();
+  }
+
+  /** @param {string} key */
+  #close(key) {
+    const toast = this.#shown.get(key);
+    if (!toast) return;
+    clearTimeout(toast.timer);
+    toast.element.remove();
+    this.#shown.delete(key);
+  }
+}

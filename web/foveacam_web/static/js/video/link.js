@@ -1,0 +1,77 @@
+// The page's end of the stream: a worker where canvases can be handed over, the stream itself where they cannot.
+
+import { socketUrl } from "./protocol.js";
+import { ViewStream } from "./stream.js";
+
+/**
+ * @typedef {import("../types.js").StreamReport} StreamReport
+ * @typedef {import("../types.js").StreamOrder} StreamOrder
+ * @typedef {import("../types.js").ViewName} ViewName
+ * @typedef {import("../types.js").Subscription} Subscription
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {{
+ *   addCanvas(view: ViewName, canvas: HTMLCanvasElement): void, setLoupeCanvas(canvas: HTMLCanvasElement): void,
+ *   aimLoupe(at: Point | null, zoom: number): void, subscribe(views: Subscription): void
+ * }} StreamLink
+ */
+
+/**
+ * Open the view stream.
+ * @param {(report: StreamReport) => void} hear
+ * @returns {StreamLink}
+ */
+export function openStream(hear) {
+  const url = socketUrl(location.href);
+  const offscreen = typeof OffscreenCanvas === "function" && "transferControlToOffscreen" in HTMLCanvasElement.prototype;
+  return offscreen ? new WorkerLink(url, hear) : new ViewStream(url, hear);
+}
+
+/** Sends every call on to the worker. */
+class WorkerLink {
+  #worker = new Worker(new URL("./stream-worker.js", import.meta.url), { type: "module", name: "views" });
+
+  /**
+   * @param {string} url
+   * @param {(report: StreamReport) => void} hear
+   */
+  constructor(url, hear) {
+    this.#worker.onmessage = ({ data }) => hear(data);
+    this.#order({ type: "start", url });
+  }
+
+  /**
+   * @param {ViewName} view
+   * @param {HTMLCanvasElement} element
+   */
+  addCanvas(view, element) {
+    const canvas = element.transferControlToOffscreen();
+    this.#order({ type: "canvas", view, canvas }, [canvas]);
+  }
+
+  /** @param {HTMLCanvasElement} element */
+  setLoupeCanvas(element) {
+    const canvas = element.transferControlToOffscreen();
+    this.#order({ type: "loupe-canvas", canvas }, [canvas]);
+  }
+
+  /**
+   * @param {Point | null} at
+   * @param {number} zoom
+   */
+  aimLoupe(at, zoom) {
+    this.#order({ type: "loupe", at, zoom });
+  }
+
+  /** @param {Subscription} views */
+  subscribe(views) {
+    this.#order({ type: "subscribe", views });
+  }
+
+  /**
+   * @param {StreamOrder} order
+   * @param {Transferable[]} [handed]
+   */
+  #order(order, handed = []) {
+    this.#worker.postMessage(order, handed);
+  }
+}

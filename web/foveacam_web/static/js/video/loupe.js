@@ -1,0 +1,69 @@
+// The magnifier beside the wide picture: what is under the pointer, which pixel it is, where it looks, how far it is.
+
+import { fill, h, say } from "../dom.js";
+import { angle, distanceText, span } from "../format.js";
+import { directionOf, inField } from "./angles.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {import("./link.js").StreamLink} StreamLink
+ */
+
+const SIDE_PX = 120;
+const MAGNIFY = 6;
+
+/** The loupe and its readout. */
+export class Loupe {
+  /** @param {StreamLink} stream */
+  constructor(stream) {
+    this.stream = stream;
+    this.canvas = h("canvas", { width: SIDE_PX, height: SIDE_PX });
+    this.pixel = h("span", { class: "number" });
+    this.direction = h("span", { class: "number" });
+    this.verdict = h("span", { class: "verdict" });
+    this.depth = h("span", { class: "probe" });
+    this.element = h("div", { class: "loupe", hidden: true, "aria-live": "off" },
+      h("div", { class: "glass" }, this.canvas), h("div", { class: "words" }, this.pixel, this.direction, this.verdict, this.depth));
+    stream.setLoupeCanvas(this.canvas);
+  }
+
+  /**
+   * Show what is at this sensor pixel.
+   * @param {Point | null} pixel null when the pointer is off the picture
+   * @param {ConsoleState} state
+   * @param {{css: Point, scale: number, width: number}} place of the pointer: the loupe keeps to the other side
+   */
+  show(pixel, state, place) {
+    this.element.hidden = pixel === null;
+    this.stream.aimLoupe(pixel, Math.max(MAGNIFY, place.scale * 2));
+    if (!pixel) return;
+    this.element.classList.toggle("to-left", place.css.x > place.width / 2);
+    say(this.pixel, `${pixel.x.toFixed(2)}, ${pixel.y.toFixed(2)} px`);
+    const { text, beyond } = judge(pixel, state);
+    say(this.direction, text);
+    say(this.verdict, beyond);
+    this.element.classList.toggle("beyond", beyond !== "");
+  }
+
+  /**
+   * @param {import("../types.js").DepthDocument | string | null} found a sentence when there is no depth
+   */
+  showDepth(found) {
+    if (found === null) fill(this.depth);
+    else if (typeof found === "string") fill(this.depth, found);
+    else fill(this.depth, h("b", { text: distanceText(found.distance_m, found.distance_sigma_m) }), ` ${span(found.age_s)} ago`);
+  }
+}
+
+/**
+ * @param {Point} pixel
+ * @param {ConsoleState} state
+ */
+function judge(pixel, { intrinsics, rig }) {
+  if (!intrinsics) return { text: "", beyond: "" };
+  const direction = directionOf(intrinsics, pixel);
+  const text = `${angle(direction.ax_deg)} ${angle(direction.ay_deg)}`;
+  const beyond = rig?.steering && !inField(rig.steering, direction) ? "beyond the mirrors" : "";
+  return { text, beyond };
+}

@@ -1,0 +1,175 @@
+// What is drawn over the wide picture: footprints, steerable field, targets, the rectangle, the crosshair.
+// Drawn in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
+
+import { fill, s } from "../dom.js";
+import { distanceText } from "../format.js";
+import { fieldOutline } from "./angles.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {import("./viewport.js").Viewport} Viewport
+ * @typedef {{x: number, y: number, width: number, height: number}} Box
+ */
+
+/** The drawing over one surface. */
+export class Overlay {
+  #field = s("g", { class: "field" });
+  #prints = s("g", { class: "footprints" });
+  #marks = s("g", { class: "marks" });
+  #aim = s("g", { class: "aim" });
+  /** @type {Box | null} */
+  #rectangle = null;
+  /** @type {Point | null} */
+  #cross = null;
+
+  constructor() {
+    this.element = s("svg", { class: "overlay", "aria-hidden": "true" }, this.#field, this.#prints, this.#marks, this.#aim);
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {ConsoleState} state
+   */
+  draw(viewport, state) {
+    this.drawField(viewport, state);
+    this.drawFootprints(viewport, state);
+    this.drawMarks(viewport, state);
+    this.#drawAim(viewport);
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {ConsoleState} state
+   */
+  drawField(viewport, { rig, intrinsics, settings }) {
+    if (!settings.field || !rig?.steering || !intrinsics) return fill(this.#field);
+    const inner = path(fieldOutline(intrinsics, rig.steering), viewport);
+    const outer = path(corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height }), viewport);
+    fill(this.#field, s("path", { class: "beyond", d: `${outer} ${inner}`, "fill-rule": "evenodd" }), s("path", { class: "edge", d: inner }));
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {ConsoleState} state
+   */
+  drawFootprints(viewport, { overlay, settings }) {
+    if (!settings.footprints || !overlay) return fill(this.#prints);
+    const eyes = /** @type {const} */ (["left", "right"]);
+    fill(this.#prints, ...eyes.flatMap((eye) => {
+      const points = overlay.footprints[eye]?.map(([x, y]) => ({ x, y }));
+      return points && points.length > 2 ? footprint(eye, points, viewport) : [];
+    }));
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {ConsoleState} state
+   */
+  drawMarks(viewport, { targets, hidden_targets, selected_target, current, settings }) {
+    const kept = settings.marks ? (targets ?? []).filter(({ id }) => !hidden_targets.includes(id)) : [];
+    const marks = kept.map((target) => {
+      if (target.x_px === null || target.y_px === null) return null;
+      return mark({ x: target.x_px, y: target.y_px }, viewport, {
+        kind: target.id === selected_target ? "mark selected" : "mark",
+        label: target.id === selected_target ? `${target.label} ${distanceText(target.distance_m, target.distance_sigma_m)}` : target.label,
+      });
+    });
+    fill(this.#marks, ...marks, ...asked(current?.request ?? null, viewport));
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {Box | null} box sensor px
+   */
+  showRectangle(viewport, box) {
+    this.#rectangle = box;
+    this.#drawAim(viewport);
+  }
+
+  /**
+   * @param {Viewport} viewport
+   * @param {Point | null} at sensor px
+   */
+  showCross(viewport, at) {
+    this.#cross = at;
+    this.#drawAim(viewport);
+  }
+
+  /** @param {Viewport} viewport */
+  #drawAim(viewport) {
+    const box = this.#rectangle && s("path", { class: "rectangle", d: path(corners(this.#rectangle), viewport) });
+    fill(this.#aim, box, this.#cross && cross(viewport.toCss(this.#cross), "cross", 9));
+  }
+}
+
+/**
+ * @param {"left" | "right"} eye
+ * @param {Point[]} points
+ * @param {Viewport} viewport
+ */
+function footprint(eye, points, viewport) {
+  const places = points.map((point) => viewport.toCss(point));
+  const lowest = Math.max(...places.map(({ y }) => y));
+  const side = eye === "left" ? Math.min(...places.map(({ x }) => x)) : Math.max(...places.map(({ x }) => x));
+  return [
+    s("path", { class: `print-shadow`, d: path(points, viewport) }),
+    s("path", { class: `print ${eye}`, d: path(points, viewport) }),
+    s("text", { class: `print-name ${eye}`, x: side, y: lowest + 13, "text-anchor": eye === "left" ? "start" : "end", text: eye === "left" ? "L" : "R" }),
+  ];
+}
+
+/**
+ * What was asked for last, where it was asked.
+ * @param {import("../types.js").FixationRequest | null} request
+ * @param {Viewport} viewport
+ */
+function asked(request, viewport) {
+  if (!request) return [];
+  if ("pixel" in request) {
+    return [cross(viewport.toCss({ x: request.pixel.x_px, y: request.pixel.y_px }), "asked", 12)];
+  }
+  if (!("rectangle" in request)) return [];
+  const { x_px, y_px, width_px, height_px } = request.rectangle;
+  const box = { x: x_px, y: y_px, width: width_px, height: height_px };
+  return [s("path", { class: "asked-box", d: path(corners(box), viewport) })];
+}
+
+/**
+ * @param {Point} at
+ * @param {string} kind
+ * @param {number} reach
+ */
+function cross({ x, y }, kind, reach) {
+  const gap = reach / 3;
+  const arms = `M${x - reach} ${y}H${x - gap}M${x + gap} ${y}H${x + reach}M${x} ${y - reach}V${y - gap}M${x} ${y + gap}V${y + reach}`;
+  return s("g", { class: kind }, s("path", { class: "under", d: arms }), s("path", { d: arms }));
+}
+
+/**
+ * @param {Point} pixel
+ * @param {Viewport} viewport
+ * @param {{kind: string, label: string}} look
+ */
+function mark(pixel, viewport, { kind, label }) {
+  const { x, y } = viewport.toCss(pixel);
+  const short = label.length > 28 ? `${label.slice(0, 27)}…` : label;
+  return s("g", { class: kind }, s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }), s("text", { x: x + 8, y: y + 4, text: short }));
+}
+
+/**
+ * @param {Box} box
+ * @returns {Point[]}
+ */
+function corners({ x, y, width, height }) {
+  return [{ x, y }, { x: x + width, y }, { x: x + width, y: y + height }, { x, y: y + height }];
+}
+
+/**
+ * @param {Point[]} points sensor px
+ * @param {Viewport} viewport
+ */
+function path(points, viewport) {
+  const places = points.map((point) => viewport.toCss(point));
+  return `M${places.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;
+}

@@ -1,0 +1,177 @@
+// One view in its frame: the canvas, how fresh it is, and what to read when there is no picture.
+
+import { fill, h, say } from "../dom.js";
+import { millis, span } from "../format.js";
+import { icon } from "../icons.js";
+import { Viewport } from "./viewport.js";
+
+/**
+ * @typedef {import("../types.js").ViewName} ViewName
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../types.js").ViewInfo} ViewInfo
+ * @typedef {import("../types.js").ShownView} ShownView
+ */
+
+/** @type {Readonly<Record<ViewName, {title: string, needs: import("../types.js").Role[]}>>} */
+export const VIEWS = Object.freeze({
+  wide: { title: "Wide", needs: ["wide"] },
+  left: { title: "Left fovea", needs: ["left"] },
+  right: { title: "Right fovea", needs: ["right"] },
+  anaglyph: { title: "Anaglyph", needs: ["left", "right"] },
+  difference: { title: "Difference", needs: ["left", "right"] },
+  depth: { title: "Depth", needs: ["left", "right"] },
+});
+
+const SILENT_MS = 2500;
+const STILL = new Set(["depth"]); // changes with each fixation, not with each frame
+
+/** The surface of one view; `wide.js` adds its gestures. */
+export class Pane {
+  /** @param {ViewName} name */
+  constructor(name) {
+    this.name = name;
+    this.viewport = new Viewport(1440, 1080);
+    this.canvas = h("canvas", { class: "picture", width: 1440, height: 1080 });
+    this.notice = h("div", { class: "notice", hidden: true });
+    this.badge = h("div", { class: "frozen-badge", hidden: true, role: "status" });
+    this.readout = h("span", { class: "rate" });
+    this.title = h("h2", { text: VIEWS[name].title });
+    this.tools = h("div", { class: "tools" });
+    this.surface = h("div", { class: "surface" }, this.canvas, this.badge, this.notice);
+    this.enlarge = h("button", {
+      class: "tool", type: "button", "aria-pressed": "false", "aria-label": `Enlarge the view ${VIEWS[name].title}`,
+      title: "Enlarge (Escape returns)", on: { click: () => this.setLarge(!this.large) },
+    }, icon("expand"));
+    this.tools.append(this.enlarge);
+    this.header = h("header", {}, this.title, this.readout, this.tools);
+    this.element = h("section", {
+      class: `pane pane-${name}`, "aria-label": `View ${VIEWS[name].title}`, data: { view: name },
+    }, this.header, this.surface);
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `Live picture: ${VIEWS[name].title}`);
+    this.placed = () => {};
+    this.resized = () => {};
+    new ResizeObserver(() => {
+      this.place();
+      this.resized();
+    }).observe(this.surface);
+  }
+
+  get large() {
+    return this.element.classList.contains("large");
+  }
+
+  /** @param {boolean} large */
+  setLarge(large) {
+    this.element.classList.toggle("large", large);
+    document.body.classList.toggle("has-large", large);
+    this.enlarge.setAttribute("aria-pressed", String(large));
+    fill(this.enlarge, icon(large ? "shrink" : "expand"));
+    this.resized();
+  }
+
+  /** Whether anybody could see it now. */
+  get visible() {
+    return this.surface.clientWidth > 0 && this.surface.clientHeight > 0;
+  }
+
+  /** Device pixels that one picture's width takes on the screen. */
+  get device_width() {
+    return this.viewport.scale * this.viewport.width * devicePixelRatio;
+  }
+
+  /** @param {ViewInfo} info */
+  describe(info) {
+    if (info.width === this.viewport.width && info.height === this.viewport.height) return;
+    this.viewport = new Viewport(info.width, info.height);
+    this.place();
+  }
+
+  /** Put the canvas where the viewport says. */
+  place() {
+    const { viewport, canvas } = this;
+    viewport.resize(this.surface.clientWidth, this.surface.clientHeight);
+    const { x, y } = viewport.origin;
+    canvas.style.width = `${viewport.width}px`;
+    canvas.style.height = `${viewport.height}px`;
+    canvas.style.transform = `translate(${x}px, ${y}px) scale(${viewport.scale})`;
+    canvas.classList.toggle("coarse", viewport.scale * devicePixelRatio >= 3);
+    this.placed();
+  }
+
+  /** @param {ConsoleState} state */
+  update(state) {
+    const shown = state.shown[this.name];
+    const trouble = this.#trouble(state, shown);
+    this.notice.hidden = trouble === null;
+    if (trouble) fill(this.notice, h("strong", { text: trouble.title }), h("p", { text: trouble.detail }));
+    this.canvas.classList.toggle("dim", trouble !== null && !trouble.empty);
+    this.canvas.hidden = trouble !== null && trouble.empty;
+    this.#showRate(state, shown);
+    this.#showFrozen(state, shown, trouble !== null);
+  }
+
+  /**
+   * @param {ConsoleState} state
+   * @param {ShownView | undefined} shown
+   */
+  #showRate(state, shown) {
+    this.readout.hidden = !state.settings.readout;
+    if (!shown || shown.count === 0 || state.stream !== "open") say(this.readout, "");
+    else if (STILL.has(this.name)) say(this.readout, span(shown.age_ms / 1000) + " old");
+    else say(this.readout, `${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
+    this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
+  }
+
+  /**
+   * @param {ConsoleState} state
+   * @param {ShownView | undefined} shown
+   * @param {boolean} noticed
+   */
+  #showFrozen(state, shown, noticed) {
+    const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
+    const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
+    const frozen_ms = server_ms ?? (shown?.frozen || silent_ms > SILENT_MS ? silent_ms : null);
+    const showing = !noticed && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
+    this.badge.hidden = !showing;
+    if (showing) say(this.badge, `Frozen for ${span((frozen_ms ?? 0) / 1000)}`);
+  }
+
+  /**
+   * Why there is no picture, or no fresh one; null when all is well.
+   * @param {ConsoleState} state
+   * @param {ShownView | undefined} shown
+   * @returns {{title: string, detail: string, empty: boolean} | null}
+   */
+  #trouble(state, shown) {
+    const empty = !shown || shown.count === 0;
+    if (state.stream === "down") {
+      return { title: "Offline", detail: "The last picture stands. Reconnecting by itself.", empty };
+    }
+    const missing = state.rig?.cameras.filter((camera) => VIEWS[this.name].needs.includes(camera.role) && !camera.connected) ?? [];
+    if (missing.length > 0) return { ...missingCamera(state, missing.map((camera) => camera.role)), empty };
+    if (!empty) return null;
+    if (this.name === "depth") return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
+    if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {
+      return { ...missingMirrors(state), empty };
+    }
+    return { title: "Waiting for the first picture", detail: state.rig?.state === "opening" ? "The rig is opening." : "", empty };
+  }
+}
+
+/**
+ * @param {ConsoleState} state
+ * @param {string[]} roles
+ */
+function missingCamera(state, roles) {
+  const problem = state.rig?.problems.find(({ device }) => roles.some((role) => device.includes(role)));
+  const detail = problem ? [problem.detail, problem.remedy].filter(Boolean).join(" ") : "See the rig's status.";
+  return { title: `No ${roles.join(" and ")} camera`, detail };
+}
+
+/** @param {ConsoleState} state */
+function missingMirrors(state) {
+  const problem = state.rig?.problems.find(({ device }) => /mirror|controller/.test(device));
+  const detail = problem ? [problem.detail, problem.remedy].filter(Boolean).join(" ") : "See the rig's status.";
+  return { title: "No trigger: the mirror controller is missing", detail };
+}

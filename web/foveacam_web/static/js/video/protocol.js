@@ -1,0 +1,43 @@
+// The bytes of the view socket. Shared by the page and its worker.
+
+export const HEADER_BYTES = 24;
+const FROZEN = 1;
+
+/**
+ * @typedef {{view: number, scale: number, frozen: boolean, seq: number, t_capture_us: bigint, age_us: number}} FrameHeader
+ */
+
+/**
+ * Read the header of one binary message (little-endian; a JPEG follows it).
+ * @param {ArrayBuffer} message
+ * @returns {FrameHeader}
+ */
+export function readHeader(message) {
+  if (message.byteLength <= HEADER_BYTES) {
+    throw new RangeError(`a frame of ${message.byteLength} bytes is shorter than its header of ${HEADER_BYTES}`);
+  }
+  const bytes = new DataView(message, 0, HEADER_BYTES);
+  return {
+    view: bytes.getUint8(0),
+    scale: bytes.getUint8(1),
+    frozen: (bytes.getUint16(2, true) & FROZEN) !== 0,
+    seq: bytes.getUint32(4, true),
+    t_capture_us: bytes.getBigUint64(8, true),
+    age_us: bytes.getUint32(16, true),
+  };
+}
+
+/** @param {ArrayBuffer} message */
+export function jpegOf(message) {
+  return new Blob([new Uint8Array(message, HEADER_BYTES)], { type: "image/jpeg" });
+}
+
+/**
+ * Where the view socket of this page is.
+ * @param {string} page_url
+ */
+export function socketUrl(page_url) {
+  const url = new URL("/api/v1/views/ws", page_url);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
+}

@@ -1,0 +1,17 @@
+// The worker that decodes and draws, so that the 3D pane's work on the page's thread costs the views nothing.
+
+import { ViewStream } from "./stream.js";
+
+/** @typedef {import("../types.js").StreamOrder} StreamOrder */
+
+/** @type {ViewStream | null} */
+let stream = null;
+
+/** @param {MessageEvent<StreamOrder>} event */
+self.onmessage = ({ data }) => {
+  if (data.type === "start") stream = new ViewStream(data.url, (report) => self.postMessage(report));
+  else if (data.type === "canvas") stream?.addCanvas(data.view, data.canvas);
+  else if (data.type === "loupe-canvas") stream?.setLoupeCanvas(data.canvas);
+  else if (data.type === "loupe") stream?.aimLoupe(data.at, data.zoom);
+  else stream?.subscribe(data.views);
+};

@@ -1,0 +1,133 @@
+// Where the picture lies in its pane: fit, zoom and pan, and the way between CSS and sensor pixels. Pure arithmetic.
+// Inside, places on the picture are measured from its top left edge; a sensor pixel (x, y) has its centre half a pixel
+// further in, so that (0, 0) is the centre of the first one.
+
+/** @typedef {import("../types.js").Point} Point */
+
+const FINEST = 48; // CSS pixels for one sensor pixel, at most
+
+/** The placement of one picture in one box. */
+export class Viewport {
+  #box = { width: 1, height: 1 };
+  #zoom = 1;
+  /** The place on the picture, from its edge, that stands in the middle of the box. */
+  #middle;
+
+  /**
+   * @param {number} width of the picture, sensor px
+   * @param {number} height of the picture, sensor px
+   */
+  constructor(width, height) {
+    this.width = width;
+    this.height = height;
+    this.#middle = { x: width / 2, y: height / 2 };
+  }
+
+  get zoom() {
+    return this.#zoom;
+  }
+
+  /** CSS pixels for one sensor pixel. */
+  get scale() {
+    return this.#zoom * Math.min(this.#box.width / this.width, this.#box.height / this.height);
+  }
+
+  /** Where the picture's top left corner is in the box, CSS px. */
+  get origin() {
+    const scale = this.scale;
+    return {
+      x: this.#box.width / 2 - this.#middle.x * scale,
+      y: this.#box.height / 2 - this.#middle.y * scale,
+    };
+  }
+
+  /**
+   * @param {number} width CSS px
+   * @param {number} height CSS px
+   */
+  resize(width, height) {
+    if (width > 0 && height > 0) this.#box = { width, height };
+    this.#keepInside();
+  }
+
+  /**
+   * The sensor pixel at a place in the box.
+   * @param {Point} css
+   * @returns {Point}
+   */
+  toSensor(css) {
+    const { x, y } = this.origin;
+    return { x: (css.x - x) / this.scale - 0.5, y: (css.y - y) / this.scale - 0.5 };
+  }
+
+  /**
+   * The place in the box of a sensor pixel.
+   * @param {Point} pixel
+   * @returns {Point}
+   */
+  toCss(pixel) {
+    const { x, y } = this.origin;
+    return { x: x + (pixel.x + 0.5) * this.scale, y: y + (pixel.y + 0.5) * this.scale };
+  }
+
+  /**
+   * Whether the picture has this sensor pixel.
+   * @param {Point} pixel
+   */
+  holds(pixel) {
+    return pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= this.width - 0.5 && pixel.y <= this.height - 0.5;
+  }
+
+  /**
+   * Magnify by a factor while what lies under this place of the box stays there.
+   * @param {Point} css
+   * @param {number} factor
+   */
+  zoomAt(css, factor) {
+    const before = this.toSensor(css);
+    const fit = this.scale / this.#zoom;
+    this.#zoom = Math.min(Math.max(1, FINEST / fit), Math.max(1, this.#zoom * factor));
+    const after = this.toSensor(css);
+    this.#middle = { x: this.#middle.x + before.x - after.x, y: this.#middle.y + before.y - after.y };
+    this.#keepInside();
+  }
+
+  /**
+   * Move the picture by this many CSS pixels.
+   * @param {number} dx
+   * @param {number} dy
+   */
+  pan(dx, dy) {
+    this.#middle = { x: this.#middle.x - dx / this.scale, y: this.#middle.y - dy / this.scale };
+    this.#keepInside();
+  }
+
+  /**
+   * Pan just so far that this sensor pixel is well inside the box.
+   * @param {Point} pixel
+   * @param {number} [margin] CSS px
+   */
+  reveal(pixel, margin = 40) {
+    const { x, y } = this.toCss(pixel);
+    const shift = (/** @type {number} */ at, /** @type {number} */ size) =>
+      at < margin ? margin - at : at > size - margin ? size - margin - at : 0;
+    this.pan(shift(x, this.#box.width), shift(y, this.#box.height));
+  }
+
+  reset() {
+    this.#zoom = 1;
+    this.#middle = { x: this.width / 2, y: this.height / 2 };
+  }
+
+  #keepInside() {
+    const scale = this.scale;
+    const hold = (/** @type {number} */ at, /** @type {number} */ picture, /** @type {number} */ box) => {
+      const half = box / scale / 2;
+      return half * 2 >= picture ? picture / 2 : Math.min(picture - half, Math.max(half, at));
+    };
+    this.#middle = {
+      x: hold(this.#middle.x, this.width, this.#box.width),
+      y: hold(this.#middle.y, this.height, this.#box.height),
+    };
+  }
+}

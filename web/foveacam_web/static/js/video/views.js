@@ -1,0 +1,139 @@
+// All views of a page: their panes, the one stream that feeds them, and what is asked of it at which size.
+
+import { h } from "../dom.js";
+import { openStream } from "./link.js";
+import { Pane, VIEWS } from "./pane.js";
+import { WideView } from "./wide.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").ViewName} ViewName
+ * @typedef {import("../types.js").StreamReport} StreamReport
+ * @typedef {import("../types.js").Subscription} Subscription
+ */
+
+/** @type {ViewName[]} */
+const DERIVED = ["anaglyph", "difference", "depth"];
+
+/** The views and their stream. */
+export class Views {
+  #store;
+  #stream;
+  #asked = "";
+  /** @type {Map<ViewName, Pane>} */
+  #panes = new Map();
+  /** @type {ViewName} */
+  #tab = "anaglyph";
+
+  /**
+   * @param {{store: Store, commands: Commands, onBoot: (boot_id: string) => void}} context
+   */
+  constructor({ store, commands, onBoot }) {
+    this.#store = store;
+    this.#stream = openStream((report) => this.#hear(report, onBoot));
+    for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) this.#addPane(name);
+    this.wide = new WideView(this.pane("wide"), { store, commands, stream: this.#stream });
+    document.addEventListener("visibilitychange", () => this.#subscribe());
+    store.on(["settings"], () => this.#subscribe());
+    store.on(["shown", "stream", "rig", "server_stats", "settings"], (state) => {
+      for (const pane of this.#panes.values()) pane.update(state);
+    });
+  }
+
+  /**
+   * @param {ViewName} name
+   * @returns {Pane}
+   */
+  pane(name) {
+    return /** @type {Pane} */ (this.#panes.get(name)); // one of each was made
+  }
+
+  /** Make every pane small again; says whether one was large. */
+  shrinkAll() {
+    const large = [...this.#panes.values()].filter((pane) => pane.large);
+    for (const pane of large) pane.setLarge(false);
+    return large.length > 0;
+  }
+
+  /** The tabs that choose between the views derived from both eyes. */
+  derived() {
+    const panels = h("div", { class: "derived-panes" }, DERIVED.map((name) => this.pane(name).element));
+    const tabs = DERIVED.map((name) => h("button", {
+      type: "button", role: "tab", id: `tab-${name}`, text: VIEWS[name].title, on: { click: () => choose(name) },
+    }));
+    const choose = (/** @type {ViewName} */ chosen) => {
+      this.#tab = chosen;
+      DERIVED.forEach((name, index) => {
+        this.pane(name).element.hidden = name !== chosen;
+        tabs[index]?.setAttribute("aria-selected", String(name === chosen));
+        if (tabs[index]) tabs[index].tabIndex = name === chosen ? 0 : -1;
+      });
+      this.#subscribe();
+    };
+    const list = h("div", { class: "tabs", role: "tablist", "aria-label": "Views of both eyes" }, tabs);
+    list.addEventListener("keydown", (event) => {
+      const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+      const next = DERIVED[(DERIVED.indexOf(this.#tab) + step + DERIVED.length) % DERIVED.length];
+      if (step === 0 || !next) return;
+      choose(next);
+      tabs[DERIVED.indexOf(next)]?.focus();
+    });
+    for (const name of DERIVED) {
+      this.pane(name).element.setAttribute("role", "tabpanel");
+      this.pane(name).element.setAttribute("aria-labelledby", `tab-${name}`);
+    }
+    choose(this.#tab);
+    return h("div", { class: "derived" }, list, panels);
+  }
+
+  /** @param {ViewName} name */
+  #addPane(name) {
+    const pane = new Pane(name);
+    pane.resized = () => this.#subscribe();
+    this.#panes.set(name, pane);
+    this.#stream.addCanvas(name, pane.canvas);
+  }
+
+  /**
+   * @param {StreamReport} report
+   * @param {(boot_id: string) => void} onBoot
+   */
+  #hear(report, onBoot) {
+    const store = this.#store;
+    if (report.type === "hello") {
+      for (const info of report.hello.views) this.#panes.get(info.name)?.describe(info);
+      store.set({ stream: "open", views: report.hello.views, boot_id: report.hello.server });
+      onBoot(report.hello.server);
+    } else if (report.type === "down") store.set({ stream: "down" });
+    else if (report.type === "overlay") store.set({ overlay: report.overlay });
+    else if (report.type === "stats") store.set({ server_stats: report.stats.views });
+    else store.set({ shown: { ...store.state.shown, ...report.views } });
+  }
+
+  /** Ask for what can be seen, each at the size that it is seen at. */
+  #subscribe() {
+    /** @type {Subscription} */
+    const views = {};
+    if (!document.hidden) {
+      for (const [name, pane] of this.#panes) {
+        if (pane.visible) views[name] = { scale: this.#scale(pane) };
+      }
+    }
+    const asked = JSON.stringify(views);
+    if (asked === this.#asked) return;
+    this.#asked = asked;
+    this.#stream.subscribe(views);
+  }
+
+  /**
+   * @param {Pane} pane
+   * @returns {1 | 2}
+   */
+  #scale(pane) {
+    const { wide_size, fovea_size } = this.#store.state.settings;
+    const wish = pane.name === "wide" ? wide_size : fovea_size;
+    if (wish !== "auto") return wish === "full" ? 1 : 2;
+    return pane.device_width > (pane.viewport.width / 2) * 1.1 ? 1 : 2;
+  }
+}

@@ -1,0 +1,255 @@
+// The wide view as an instrument: click, rectangle, steering, zoom, keyboard crosshair.
+
+import { h, say } from "../dom.js";
+import { icon } from "../icons.js";
+import { directionOf, inField } from "./angles.js";
+import { Gestures } from "./gestures.js";
+import { Loupe } from "./loupe.js";
+import { Overlay } from "./overlay.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {import("./pane.js").Pane} Pane
+ * @typedef {import("./link.js").StreamLink} StreamLink
+ */
+
+const ZOOM_STEP = 1.5;
+const SMALLEST_SIDE_PX = 4; // a rectangle of less is a slip of the hand
+
+/** Gestures, overlay and loupe on the wide pane. */
+export class WideView {
+  #pane;
+  #store;
+  #commands;
+  #overlay = new Overlay();
+  #loupe;
+  #gestures;
+  #zoom_text = h("span", { class: "zoom number", text: "100 %" });
+  /** @type {Point | null} */
+  #pointer = null;
+  /** @type {Point | null} */
+  #cross = null;
+  #hover_due = false;
+  /** @type {Point | null} the last click, sensor px: read by tests */
+  last_click = null;
+
+  /**
+   * @param {Pane} pane
+   * @param {{store: Store, commands: Commands, stream: StreamLink}} context
+   */
+  constructor(pane, { store, commands, stream }) {
+    this.#pane = pane;
+    this.#store = store;
+    this.#commands = commands;
+    this.#loupe = new Loupe(stream);
+    pane.surface.append(this.#overlay.element, this.#loupe.element);
+    pane.tools.prepend(...this.#tools());
+    pane.placed = () => this.#redraw();
+    this.#makeReachable();
+    this.#gestures = new Gestures(pane.surface, this.#meanings());
+    store.on(["overlay", "settings"], (state) => this.#overlay.drawFootprints(pane.viewport, state));
+    store.on(["rig", "intrinsics", "settings"], (state) => this.#overlay.drawField(pane.viewport, state));
+    store.on(["targets", "hidden_targets", "selected_target", "current", "settings"], (state) =>
+      this.#overlay.drawMarks(pane.viewport, state));
+  }
+
+  /** The sensor pixel under the pointer or the crosshair, if any. */
+  get aimed() {
+    return this.#cross ?? (this.#pointer && this.#inside(this.#pointer));
+  }
+
+  abandon() {
+    this.#gestures.abandon();
+    this.#setCross(null);
+  }
+
+  /** @param {number} factor */
+  zoom(factor) {
+    const { clientWidth, clientHeight } = this.#pane.surface;
+    this.#zoomAt(this.#pointer ?? { x: clientWidth / 2, y: clientHeight / 2 }, factor);
+  }
+
+  fit() {
+    this.#pane.viewport.reset();
+    this.#pane.place();
+    this.#pane.resized();
+  }
+
+  /** Ask how far the aimed pixel is. */
+  async probe() {
+    const pixel = this.aimed;
+    if (!pixel) return;
+    this.#loupe.showDepth("measuring …");
+    this.#loupe.showDepth(await this.#commands.depthAt(pixel));
+  }
+
+  #tools() {
+    const tool = (/** @type {string} */ label, /** @type {import("../icons.js").IconName} */ name, /** @type {() => void} */ act) =>
+      h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
+    return [
+      tool("Zoom out (−)", "minus", () => this.zoom(1 / ZOOM_STEP)),
+      this.#zoom_text,
+      tool("Zoom in (+)", "plus", () => this.zoom(ZOOM_STEP)),
+      tool("Fit (0)", "fit", () => this.fit()),
+    ];
+  }
+
+  #makeReachable() {
+    const { surface } = this.#pane;
+    surface.tabIndex = 0;
+    surface.setAttribute("role", "application");
+    surface.setAttribute("aria-label", "Wide view. Arrow keys move a crosshair, Enter looks there, Escape cancels.");
+    surface.addEventListener("keydown", (event) => this.#key(event));
+    surface.addEventListener("blur", () => this.#setCross(null));
+  }
+
+  /** @returns {import("./gestures.js").Meanings} */
+  #meanings() {
+    return {
+      click: (at) => this.#click(this.#pane.viewport.toSensor(at)),
+      probe: (at) => {
+        this.#pointer = at;
+        void this.probe();
+      },
+      hover: (at) => this.#hover(at),
+      rectangle: (from, to, done) => this.#rectangle(from, to, done),
+      rectangleCancelled: () => this.#overlay.showRectangle(this.#pane.viewport, null),
+      steer: (at, done) => this.#steer(at, done),
+      pan: (dx, dy) => {
+        this.#pane.viewport.pan(dx, dy);
+        this.#pane.place();
+      },
+      zoom: (at, factor) => this.#zoomAt(at, factor),
+      fit: () => this.fit(),
+    };
+  }
+
+  /** @param {Point} pixel */
+  #click(pixel) {
+    if (!this.#pane.viewport.holds(pixel)) return; // the margin beside the picture
+    this.last_click = pixel;
+    void this.#commands.fixate({ pixel: { x_px: pixel.x, y_px: pixel.y } });
+  }
+
+  /**
+   * @param {Point} from
+   * @param {Point} to
+   * @param {boolean} done
+   */
+  #rectangle(from, to, done) {
+    const { viewport } = this.#pane;
+    const box = between(hold(viewport.toSensor(from), viewport), hold(viewport.toSensor(to), viewport));
+    this.#overlay.showRectangle(viewport, done ? null : box);
+    if (!done || box.width < SMALLEST_SIDE_PX || box.height < SMALLEST_SIDE_PX) return;
+    void this.#commands.fixate({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
+  }
+
+  /**
+   * @param {Point} at
+   * @param {boolean} done
+   */
+  #steer(at, done) {
+    const { intrinsics } = this.#store.state;
+    this.#pane.surface.classList.toggle("steering", !done);
+    if (!intrinsics) {
+      if (done) this.#commands.sayNoCalibration();
+      return;
+    }
+    this.#commands.steer(directionOf(intrinsics, hold(this.#pane.viewport.toSensor(at), this.#pane.viewport)));
+  }
+
+  /** @param {Point | null} at */
+  #hover(at) {
+    this.#pointer = at;
+    this.#loupe.showDepth(null);
+    if (at) this.#setCross(null);
+    if (this.#hover_due) return;
+    this.#hover_due = true;
+    requestAnimationFrame(() => {
+      this.#hover_due = false;
+      this.#showAimed();
+    });
+  }
+
+  #showAimed() {
+    const { viewport, surface } = this.#pane;
+    const pixel = this.aimed;
+    const { rig, intrinsics } = this.#store.state;
+    const beyond = pixel && rig?.steering && intrinsics && !inField(rig.steering, directionOf(intrinsics, pixel));
+    surface.classList.toggle("beyond", Boolean(beyond));
+    const css = this.#cross ? viewport.toCss(this.#cross) : this.#pointer;
+    this.#loupe.show(pixel, this.#store.state, {
+      css: css ?? { x: 0, y: 0 }, scale: viewport.scale, width: surface.clientWidth,
+    });
+  }
+
+  /** @param {Point} at */
+  #inside(at) {
+    const pixel = this.#pane.viewport.toSensor(at);
+    return this.#pane.viewport.holds(pixel) ? pixel : null;
+  }
+
+  /**
+   * @param {Point} at
+   * @param {number} factor
+   */
+  #zoomAt(at, factor) {
+    this.#pane.viewport.zoomAt(at, factor);
+    this.#pane.place();
+    this.#pane.resized();
+    this.#showAimed();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const { viewport } = this.#pane;
+    const step = (event.shiftKey ? 10 : 1) / Math.max(1, viewport.scale);
+    const moves = /** @type {Record<string, [number, number]>} */ ({
+      ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
+    });
+    const move = moves[event.key];
+    if (event.key === "Enter" && this.#cross) this.#click(this.#cross);
+    else if (!move) return;
+    else {
+      const at = this.aimed ?? { x: (viewport.width - 1) / 2, y: (viewport.height - 1) / 2 };
+      this.#setCross(hold({ x: at.x + move[0], y: at.y + move[1] }, viewport));
+    }
+    event.preventDefault();
+  }
+
+  /** @param {Point | null} pixel */
+  #setCross(pixel) {
+    if (!pixel && !this.#cross) return;
+    this.#cross = pixel;
+    if (pixel) {
+      this.#pane.viewport.reveal(pixel);
+      this.#pane.place();
+    }
+    this.#overlay.showCross(this.#pane.viewport, pixel);
+    this.#showAimed();
+  }
+
+  #redraw() {
+    this.#overlay.draw(this.#pane.viewport, this.#store.state);
+    say(this.#zoom_text, `${Math.round(this.#pane.viewport.zoom * 100)} %`);
+  }
+}
+
+/**
+ * The nearest place on the picture.
+ * @param {Point} pixel
+ * @param {{width: number, height: number}} picture
+ */
+function hold({ x, y }, { width, height }) {
+  return { x: Math.min(width - 1, Math.max(0, x)), y: Math.min(height - 1, Math.max(0, y)) };
+}
+
+/**
+ * @param {Point} a
+ * @param {Point} b
+ */
+function between(a, b) {
+  return { x: Math.min(a.x, b.x), y: Math.min(a.y, b.y), width: Math.abs(a.x - b.x), height: Math.abs(a.y - b.y) };
+}

@@ -1,0 +1,42 @@
+// The views alone, for a panel of another page: the same modules without the panels around them.
+
+import { Commands } from "./commands.js";
+import { need } from "./dom.js";
+import { Fixations } from "./fixations.js";
+import { listenToKeys } from "./keys.js";
+import { mountOffline, mountStop } from "./panels/topbar.js";
+import { changeSettings, createStore } from "./store.js";
+import { Sync } from "./sync.js";
+import { exposeHooks } from "./testhooks.js";
+import { Toasts } from "./toasts.js";
+import { Views } from "./video/views.js";
+
+const store = createStore();
+const toasts = new Toasts();
+const fixations = new Fixations(store);
+const commands = new Commands({ store, toasts, fixations });
+const sync = new Sync({ store, fixations });
+const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+
+document.body.append(toasts.element);
+need("wide").append(views.pane("wide").element);
+need("eyes").append(views.pane("left").element, views.pane("right").element);
+mountStop(need("stop"), need("stopped"), { store, commands });
+mountOffline(need("offline"), store);
+listenToKeys({
+  stop: () => void commands.stop(),
+  escape: () => {
+    if (views.shrinkAll()) return;
+    views.wide.abandon();
+    void commands.cancel();
+  },
+  letters: () => store.state.settings.single_keys,
+  keys: {
+    i: () => changeSettings(store, { readout: !store.state.settings.readout }),
+    f: () => changeSettings(store, { footprints: !store.state.settings.footprints }),
+    d: () => void views.wide.probe(),
+    "+": () => views.wide.zoom(1.5), "=": () => views.wide.zoom(1.5), "-": () => views.wide.zoom(1 / 1.5), 0: () => views.wide.fit(),
+  },
+});
+sync.followAll();
+exposeHooks({ store, views });
