@@ -1,0 +1,169 @@
+"""The far side of `bench stream`: the real streams on a real server, fed with synthetic pictures.
+
+A process of its own, so that its CPU time is the server's alone. It ends when its standard input closes.
+"""
+
+import asyncio
+import json
+import sys
+import threading
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from types import SimpleNamespace
+
+import numpy as np
+import uvicorn
+from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MonotonicClock
+from foveacam_server.api import views
+from foveacam_server.runtime import stream_messages
+from foveacam_server.runtime.encoder import Scale
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.stream_socket import listen
+
+LIVE = ("wide", "left", "right")
+NAIVE_CHOICE: tuple[tuple[str, Scale], ...] = (("wide", 1), ("left", 2), ("right", 2))
+_WIDTH, _HEIGHT = 1440, 1080
+_VARIANTS = 4
+_NOISE_STEPS = 1.5
+
+
+def synthetic_pictures(*, seed: int, count: int = _VARIANTS) -> list[NDArray[np.uint8]]:
+    """Return grey pictures, (1080, 1440) uint8, detailed and noisy as a camera's: some 150 kB as JPEG."""
+    rng = np.random.default_rng(seed)
+    scene = np.full((_HEIGHT, _WIDTH), 128.0)
+    for cell_px, contrast in ((180, 30.0), (60, 20.0), (20, 12.0), (5, 6.0)):
+        cells = rng.normal(0.0, contrast, (_HEIGHT // cell_px, _WIDTH // cell_px))
+        scene += np.kron(cells, np.ones((cell_px, cell_px)))
+    noisy = [scene + rng.normal(0.0, _NOISE_STEPS, scene.shape) for _ in range(count)]
+    return [np.clip(picture, 0.0, 255.0).astype(np.uint8) for picture in noisy]
+
+
+class Publisher(threading.Thread):
+    """Publishes one picture a view at a rate that may change; 0 pauses."""
+
+    def __init__(self, hub: FrameHub) -> None:
+        super().__init__(name="publisher", daemon=True)
+        self._hub = hub
+        self._pictures = {view: synthetic_pictures(seed=index) for index, view in enumerate(LIVE)}
+        self._changed = threading.Event()
+        self._rate_hz = 0.0
+        self._ended = False
+        self.published = 0
+
+    def pace(self, rate_hz: float) -> None:
+        """Publish at `rate_hz` from now on."""
+        self._rate_hz = rate_hz
+        self._changed.set()
+
+    def end(self) -> None:
+        """Stop for good."""
+        self._ended = True
+        self._changed.set()
+        self.join()
+
+    def run(self) -> None:
+        """Publish until ended."""
+        while not self._ended:
+            if self._rate_hz > 0.0:
+                self._publish()
+            self._changed.wait(timeout=1.0 / self._rate_hz if self._rate_hz > 0.0 else None)
+            self._changed.clear()
+
+    def _publish(self) -> None:
+        self.published += 1
+        for view in LIVE:
+            # A copy, as a camera gives a new image each time
+            image = self._pictures[view][self.published % _VARIANTS].copy()
+            self._hub.publish(view, image, t_ns=time.monotonic_ns(), seq=self.published)
+
+
+async def send_naively(streams: Streams, websocket: WebSocket) -> None:
+    """Queue every picture for the client and send one after the other, as most programs do."""
+    queue: asyncio.Queue[bytes] = asyncio.Queue()
+
+    async def collect(view: str, scale: Scale) -> None:
+        async for encoded in streams.pictures(view, scale):
+            queue.put_nowait(stream_messages.frame(encoded, streams.hub))
+
+    tasks = [asyncio.create_task(collect(view, scale)) for view, scale in NAIVE_CHOICE]
+    try:
+        while True:
+            await websocket.send_bytes(await queue.get())
+    except WebSocketDisconnect:
+        return
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def bench_app() -> FastAPI:
+    """Return an application with the product's own view routes, a naive one, and the bench's controls."""
+    hub = FrameHub(clock=MonotonicClock())
+    publisher = Publisher(hub)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        streams = Streams(hub, boot_id="bench")
+        app.state.services = SimpleNamespace(streams=streams, viewer=None)
+        publisher.start()
+        yield
+        await asyncio.to_thread(publisher.end)
+        await asyncio.to_thread(streams.close)
+
+    app = FastAPI(lifespan=lifespan)
+    app.include_router(views.router, prefix="/api/v1")
+
+    @app.websocket("/bench/naive")
+    async def naive(websocket: WebSocket) -> None:
+        await websocket.accept()
+        await send_naively(app.state.services.streams, websocket)
+
+    @app.post("/bench/pace")
+    async def pace(rate_hz: float) -> None:
+        publisher.pace(rate_hz)
+
+    @app.get("/bench/counters")
+    async def counters() -> dict[str, float]:
+        streams: Streams = app.state.services.streams
+        return {
+            "cpu_s": time.process_time(),
+            "t_s": time.monotonic(),
+            "published": publisher.published,
+            "encodes": sum(streams.jpegs.encodes.values()),
+            "frames_sent": streams.frames_sent,
+            "clients": streams.clients,
+        }
+
+    return app
+
+
+async def _serve() -> None:
+    listener = listen("127.0.0.1", 0)
+    config = uvicorn.Config(
+        bench_app(),
+        log_level="warning",
+        access_log=False,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=1,
+    )
+    server = uvicorn.Server(config)
+    loop = asyncio.get_running_loop()
+
+    def watch_parent() -> None:
+        sys.stdin.read()
+        loop.call_soon_threadsafe(setattr, server, "should_exit", True)
+
+    threading.Thread(target=watch_parent, daemon=True).start()
+    sys.stdout.write(json.dumps({"port": listener.getsockname()[1]}) + "\n")
+    sys.stdout.flush()
+    await server.serve(sockets=[listener])
+
+
+if __name__ == "__main__":
+    asyncio.run(_serve())
