@@ -12,7 +12,7 @@ from foveacam_hardware.sim.cables import Cables
 from foveacam_hardware.sim.controller_firmware import Firmware
 from foveacam_hardware.sim.line_faults import LineFaults
 from foveacam_hardware.wire.cobs import CobsDecoder
-from foveacam_hardware.wire.controller import BadChecksum, BadPacket, decode_packet
+from foveacam_hardware.wire.controller import BadChecksum, BadPacket, Packet, decode_packet
 
 NOISE_REPLY = bytes.fromhex("05 a7 3c 91 44 00")
 """What a malformed packet draws from a controller in the field: well stuffed, wrong checksum."""
@@ -39,8 +39,10 @@ class ControllerFarEnd:
         self.silent = False
         self.unplugged = False
         self.dead = False
-        self.frames_received: deque[bytes | None] = deque(maxlen=4096)
-        """Unstuffed frames as they arrived (None = malformed), for those who check what a driver sends."""
+        self.packets_received: deque[Packet] = deque(maxlen=4096)
+        """What the host has asked, for those who check what a driver sends."""
+        self.malformed = 0
+        """Frames that were no packets."""
         self._out = bytearray()
         self._decoder = CobsDecoder()
         self._inbox: deque[bytes | None] = deque()
@@ -70,9 +72,7 @@ class ControllerFarEnd:
         self.advance(t_ns)
         if self.silent or self.dead or self.unplugged:
             return
-        frames = self._decoder.feed(self.to_device.apply(data))
-        self.frames_received.extend(frames)
-        self._inbox.extend(frames)
+        self._inbox.extend(self._decoder.feed(self.to_device.apply(data)))
         self._drain(t_ns)
 
     def take(self) -> bytes:
@@ -131,12 +131,15 @@ class ControllerFarEnd:
         try:
             request = decode_packet(frame)
         except BadChecksum:
+            self.malformed += 1
             if self.strict:
                 self._send(NOISE_REPLY)
         except BadPacket:
+            self.malformed += 1
             if self.strict:
                 self.die()
         else:
+            self.packets_received.append(request)
             self.firmware.execute(t_ns, request)
 
     def _send(self, data: bytes) -> None:

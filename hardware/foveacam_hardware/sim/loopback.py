@@ -7,7 +7,10 @@ whole session takes no time and always runs the same way. The driver's reader th
 import threading
 
 from foveacam_hardware.contract import Clock, NotConnected
+from foveacam_hardware.sim.cables import Cables
 from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.line_faults import Damage
+from foveacam_hardware.sim.side_channel import ControllerStatus
 
 
 class LoopbackLink:
@@ -53,3 +56,62 @@ class LoopbackLink:
             raise NotConnected(
                 "simulated controller: the link is gone; plug the controller in again and reconnect"
             )
+
+
+class LoopbackController:
+    """A simulated controller in this process, with the faults of `controller_host.ControllerProcess`."""
+
+    def __init__(
+        self, clock: Clock, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
+    ) -> None:
+        self._clock = clock
+        self.far_end = ControllerFarEnd(clock, cables, strict=strict, version=version)
+
+    def open(self) -> LoopbackLink:
+        """Open its port, as a driver's link factory."""
+        return LoopbackLink(self.far_end, self._clock)
+
+    def configure(
+        self, *, strict: bool | None = None, silent: bool | None = None, clock_ppm: float | None = None
+    ) -> None:
+        """Change how it behaves; what is None stays."""
+        far_end = self.far_end
+        far_end.strict = far_end.strict if strict is None else strict
+        far_end.silent = far_end.silent if silent is None else silent
+        far_end.firmware.clock_ppm = far_end.firmware.clock_ppm if clock_ppm is None else clock_ppm
+
+    def damage_to_device(self, damage: Damage) -> None:
+        """Damage bytes on their way to the controller."""
+        self.far_end.to_device.add(damage)
+
+    def damage_to_host(self, damage: Damage) -> None:
+        """Damage bytes on their way to the host."""
+        self.far_end.to_host.add(damage)
+
+    def heal(self) -> None:
+        """Take back the damage that has not happened yet."""
+        self.far_end.to_device.clear()
+        self.far_end.to_host.clear()
+
+    def die(self) -> None:
+        """Let it stop for good, rail as it is."""
+        self.far_end.die()
+
+    def power_cycle(self) -> None:
+        """Switch its supply off and on."""
+        self.far_end.power_cycle()
+
+    def unplug(self, *, keep_power: bool = False) -> None:
+        """Pull the cable; it goes dark as well unless something else feeds it."""
+        self.far_end.unplug(keep_power=keep_power)
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self.far_end.plug()
+
+    def status(self) -> ControllerStatus:
+        """Return how it is."""
+        far_end = self.far_end
+        return ControllerStatus(
+            dead=far_end.dead, enabled=far_end.firmware.enabled, malformed=far_end.malformed
+        )
