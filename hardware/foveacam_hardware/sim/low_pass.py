@@ -16,6 +16,7 @@ from scipy import signal
 States: TypeAlias = NDArray[np.float64]
 """(7, k) float64: five states of the filter and two of the mode, for k axes."""
 
+KEEP_NS = 10_000_000_000  # a slow machine may render an exposure seconds after it
 FILTER_ORDER = 5  # MAX7413, a switched-capacitor Bessel filter
 
 
@@ -29,7 +30,7 @@ class Mode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _System:
-    """x' = A x + b u in modal form: A = V diag(rates) V^-1; at rest x = x_rest u, and y = x[0] of the mode."""
+    """x' = A x + b u in modal form, A = V diag(rates) V^-1; at rest x = rest u."""
 
     rates: NDArray[np.complex128]
     vectors: NDArray[np.complex128]
@@ -64,7 +65,7 @@ def _system(cutoff_hz: int, mode: Mode) -> _System:
         rates=np.asarray(rates, dtype=np.complex128),
         vectors=np.asarray(vectors, dtype=np.complex128),
         inverse=np.linalg.inv(vectors).astype(np.complex128),
-        rest=-np.linalg.solve(a, b),
+        rest=np.asarray(-np.linalg.solve(a, b), dtype=np.float64),
     )
 
 
@@ -85,9 +86,8 @@ class _Segment:
 class DriveHistory:
     """What the mode of each axis follows, for every moment of the last seconds; not thread safe."""
 
-    def __init__(self, *, axes: int, mode: Mode, cutoff_hz: int, t_ns: int, keep_ns: int = 10_000_000_000) -> None:
+    def __init__(self, *, axes: int, mode: Mode, cutoff_hz: int, t_ns: int) -> None:
         self._mode = mode
-        self._keep_ns = keep_ns
         self._cutoff_hz = cutoff_hz
         system = _system(cutoff_hz, mode)
         still = np.zeros((FILTER_ORDER + 2, axes))
@@ -120,7 +120,7 @@ class DriveHistory:
         states = last.states(t_ns)
         self._segments.append(_Segment(t_ns, inputs, system, states - np.outer(system.rest, inputs)))
         self._times_ns.append(t_ns)
-        self._forget(t_ns - self._keep_ns)
+        self._forget(t_ns - KEEP_NS)
 
     def _forget(self, before_ns: int) -> None:
         old = bisect_right(self._times_ns, before_ns) - 1

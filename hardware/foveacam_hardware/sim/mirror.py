@@ -58,8 +58,8 @@ class MirrorLaw:
         return -self.side * CROSS_TALK_X * rise, self.side * CROSS_TALK_Y * lift * tilt_y
 
 
-# Shaped so that mirror and optics together bend like the published 9 x 9 sweep of the real rig: about 11 % less
-# reach at 170 V than the slope at rest promises, and -/+0.34 deg (y^2) and +/-0.42 deg (x y) between the axes.
+# Shaped so that mirror and optics together bend like the published 9 x 9 sweep of the real rig: about 11 %
+# less reach at 170 V than the slope at rest promises, -/+0.34 deg (y^2) and +/-0.42 deg (x y) across axes.
 SHARED_STIFFENING = 1.0
 COMB_HEIGHT_RAD = 0.2
 CROSS_TALK_X = 0.10

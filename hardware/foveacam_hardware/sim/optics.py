@@ -86,7 +86,7 @@ def nominal_assembly(role: Role) -> Assembly:
 
 
 def built_assembly(role: Role, *, seed: int) -> Assembly:
-    """Return the eye as a workshop builds it: tenths of a degree, tenths of a millimetre, the same for a seed."""
+    """Return the eye as a workshop builds it: good to tenths of a degree and of a millimetre."""
     rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0xF01D])
     errors_m = rng.uniform(-0.2e-3, 0.2e-3, 3)
     turn_rad = np.deg2rad(rng.uniform(-1.0, 1.0, 3) * np.array([0.15, 0.15, 0.3]))
@@ -110,7 +110,7 @@ class FoldedEye:
     def __init__(self, assembly: Assembly) -> None:
         self.assembly = assembly
         self.pivot_m: Vector = np.array(assembly.pivot_m)
-        # The left camera looks left and the right one looks right, each at a mirror that folds its axis forward.
+        # The left camera looks left, the right one right, each at a mirror that folds its axis forward.
         axis = np.array([float(_side(assembly.role)), 0.0, 0.0])
         drawn_normal = (FORWARD - axis) / np.sqrt(2.0)
         seat = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
@@ -135,7 +135,7 @@ class FoldedEye:
         `tilt_x_rad` > 0 turns the gaze to the right, `tilt_y_rad` > 0 turns it down.
         """
         inner = self._normal * np.cos(tilt_y_rad) + self._outer * np.sin(tilt_y_rad)
-        return rotation(self._outer * tilt_x_rad) @ inner
+        return np.asarray(rotation(self._outer * tilt_x_rad) @ inner, dtype=np.float64)
 
     def view(self, tilt_x_rad: float, tilt_y_rad: float, *, mount_turn_rad: Vector | None = None) -> View:
         """Return the camera as the world sees it: K R0 (I - 2 n n^T), its pupil reflected too.

@@ -1,0 +1,100 @@
+"""A head of two triggered foveae and a free-running wide camera, behind the contract's Head.
+
+Steers and exposes by the controller, then finds the frames of that very trigger by their times.
+"""
+
+import logging
+
+from foveacam_hardware.contract import (
+    Camera,
+    DeviceFault,
+    ExposureReceipt,
+    Frame,
+    InvalidInput,
+    Mirrors,
+    MirrorVolts,
+    Sighting,
+    StereoVolts,
+    Timeout,
+)
+
+logger = logging.getLogger(__name__)
+
+READ_TIMEOUT_MS = 1000.0
+CLOCK_TOLERANCE_NS = 2_000_000
+"""The controller's clock is mapped over a serial port: good to well under this, and far below a frame."""
+PULSE_SHARE = 2
+"""The trigger pulse ends by the middle of the exposure: the controller must never see it outlast one."""
+
+
+class TriggeredHead:
+    """Both foveae by one pulse, and the wide frame that was running then; one thread looks."""
+
+    def __init__(
+        self,
+        mirrors: Mirrors,
+        left: Camera,
+        right: Camera,
+        wide: Camera,
+        *,
+        settle_us: int,
+        pulse_us: int,
+    ) -> None:
+        self._mirrors = mirrors
+        self._left = left
+        self._right = right
+        self._wide = wide
+        self.settle_us = settle_us
+        self.pulse_us = pulse_us
+
+    def look(self, volts: StereoVolts) -> Sighting:
+        """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
+        pulse_us = self._pulse_us()
+        receipt = self._mirrors.expose(volts, settle_us=self.settle_us, pulse_us=pulse_us)
+        left = self._frame(self._left, receipt, receipt.volts.left)
+        right = self._frame(self._right, receipt, receipt.volts.right)
+        return Sighting(left=left, right=right, wide=self._wide_since(left.t_ns), volts=receipt.volts)
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame without moving anything."""
+        return self._wide.latest(max_age_ms=max_age_ms)
+
+    def _pulse_us(self) -> int:
+        left_ns, right_ns = self._left.settings.exposure_ns, self._right.settings.exposure_ns
+        if left_ns != right_ns:
+            raise InvalidInput(
+                f"foveae: one pulse exposes both, but left is set to {left_ns / 1e6:g} ms and right to"
+                f" {right_ns / 1e6:g} ms; give both the same exposure"
+            )
+        for camera in (self._left, self._right):
+            if not camera.settings.triggered:
+                raise InvalidInput(f"camera {camera.role}: it runs freely; configure it with triggered = true")
+        return min(self.pulse_us, left_ns // 1000 // PULSE_SHARE)
+
+    def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
+        """Return the camera's frame of this trigger; frames of earlier ones are dropped."""
+        tolerance_ns = camera.settings.exposure_ns // 2 + CLOCK_TOLERANCE_NS
+        while True:
+            try:
+                frame = camera.read(timeout_ms=READ_TIMEOUT_MS)
+            except Timeout as silence:
+                raise DeviceFault(
+                    f"camera {camera.role}: exposure {receipt.frame_id} was triggered and no frame came"
+                    f" ({silence}); check its cables and its trigger setting"
+                ) from silence
+            late_ns = frame.t_ns - receipt.t_exposure_ns
+            if abs(late_ns) <= tolerance_ns:
+                return frame.with_volts(volts)
+            if late_ns > 0:
+                raise DeviceFault(
+                    f"camera {camera.role}: the frame of exposure {receipt.frame_id} is missing, the next one"
+                    f" came {late_ns / 1e6:.1f} ms after it; check for a second trigger source or lost frames"
+                )
+            logger.debug("camera %s: dropped a frame %.1f ms old", camera.role, -late_ns / 1e6)
+
+    def _wide_since(self, t_ns: int) -> Frame:
+        """Return a wide frame exposed at `t_ns` or later."""
+        frame = self._wide.latest(max_age_ms=READ_TIMEOUT_MS)
+        while frame.t_ns < t_ns:
+            frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
+        return frame

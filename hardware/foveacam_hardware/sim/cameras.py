@@ -1,0 +1,221 @@
+"""The simulated cameras. No threads: a frame is rendered in its reader's thread, for the moment it was exposed.
+
+A frame exists once its exposure and readout are over on the rig's clock, however long rendering takes.
+"""
+
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+
+from foveacam_hardware.contract import (
+    CameraCounters,
+    CameraSettings,
+    Clock,
+    DeviceInfo,
+    Frame,
+    Image,
+    InvalidInput,
+    NotConnected,
+    PixelFormat,
+    Role,
+    Timeout,
+)
+from foveacam_hardware.sim.exposures import Exposure, FreeRun, Schedule, Triggered
+from foveacam_hardware.sim.sensor import develop
+from foveacam_hardware.sim.sensor_limits import take_settings
+from foveacam_hardware.sim.world import World
+
+POLL_NS = 1_000_000
+"""How often a reader looks for a trigger; on a virtual clock it costs no time."""
+LATEST_TIMEOUT_MS = 1000.0
+DEFAULT_EXPOSURE_NS = 8_000_000  # one period of mains flicker, and well exposed in the shipped scenes
+CAMERA_NUMBER = {Role.WIDE: 0, Role.LEFT: 1, Role.RIGHT: 2}
+
+
+def default_settings(role: Role) -> CameraSettings:
+    """Return what a camera of the simulated rig runs with unless told otherwise."""
+    return CameraSettings(
+        exposure_ns=DEFAULT_EXPOSURE_NS,
+        frame_rate_hz=30.0,
+        pixel_format=PixelFormat.RGB8,
+        triggered=role is not Role.WIDE,
+    )
+
+
+class SimCamera:
+    """One camera of the world, behind the contract's Camera; one thread reads, any other may look."""
+
+    def __init__(self, world: World, role: Role, *, clock: Clock) -> None:
+        self._world = world
+        self._role = role
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._connected = False
+        self._settings = take_settings(role, default_settings(role))
+        self._schedule: Schedule | None = None
+        self._seq = 0
+        self._delivered = 0
+        self._dropped = 0
+        self._last: Frame | None = None
+        world.wire(role, self)
+
+    @property
+    def role(self) -> Role:
+        """Which eye it is."""
+        return self._role
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is."""
+        model = "wide 10.9 mm" if self._role is Role.WIDE else "fovea 100 mm"
+        number = 100 * self._world.seed + CAMERA_NUMBER[self._role]
+        return DeviceInfo(
+            vendor="FoveaCam Duo simulation", model=f"IMX273 {model}", serial=f"SIM-{number:06d}", version="1"
+        )
+
+    @property
+    def settings(self) -> CameraSettings:
+        """What it runs with."""
+        return self._settings
+
+    @property
+    def counters(self) -> CameraCounters:
+        """Frames delivered and dropped since `start`; rendered ones are never incomplete or late."""
+        return CameraCounters(delivered=self._delivered, dropped=self._dropped)
+
+    def connect(self) -> None:
+        """Open the camera."""
+        if self._role in self._world.faults.unplugged:
+            raise NotConnected(
+                f"camera {self._role}: serial {self.info.serial} is not on the bus; plug it in and reconnect"
+            )
+        self._connected = True
+
+    def close(self) -> None:
+        """Stop and release; harmless when closed."""
+        self.stop()
+        self._connected = False
+
+    def configure(self, settings: CameraSettings) -> CameraSettings:
+        """Apply the settings from the next exposure on; return what the camera took."""
+        self._require_connected("configure")
+        taken = take_settings(self._role, settings)
+        with self._lock:
+            self._settings = taken
+            if self._schedule is not None:
+                self._begin()
+        return taken
+
+    def start(self) -> None:
+        """Begin to expose; the counters start again."""
+        self._require_connected("start")
+        with self._lock:
+            if self._schedule is None:
+                self._delivered = self._dropped = 0
+                self._begin()
+
+    def stop(self) -> None:
+        """Stop exposing; what was not read is gone."""
+        with self._lock:
+            if self._schedule is not None:
+                self._seq = self._schedule.next_seq
+            self._schedule = None
+            self._last = None
+
+    def read(self, *, timeout_ms: float = 1000.0) -> Frame:
+        """Return the next frame not yet read."""
+        deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
+        exposure = self._await_first(deadline_ns)
+        with self._lock:
+            return self._deliver(exposure)
+
+    def latest(self, *, max_age_ms: float) -> Frame:
+        """Return the newest frame, waiting for one when it is older than `max_age_ms`."""
+        with self._lock:
+            now_ns = self._clock.now_ns()
+            oldest_ns = now_ns - round(max_age_ms * 1e6)
+            exposure = self._running().newest(now_ns)
+            if exposure is not None and exposure.interval.middle_ns >= oldest_ns:
+                return self._deliver(exposure)
+            if exposure is None and self._last is not None and self._last.t_ns >= oldest_ns:
+                return self._last
+            if exposure is not None:  # too old for the caller, and so is everything before it
+                self._dropped += 1 + self._running().take(exposure)
+        return self.read(timeout_ms=LATEST_TIMEOUT_MS)
+
+    def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
+        """Yield the next `n` frames in order."""
+        for _ in range(n):
+            yield self.read(timeout_ms=timeout_ms)
+
+    def trigger(self, t_ns: int) -> None:
+        """Take a rising edge of the trigger line; a camera that does not wait for one ignores it."""
+        schedule = self._schedule
+        if isinstance(schedule, Triggered) and self._connected:
+            schedule.edge(t_ns)
+
+    def strobe_us(self) -> int | None:
+        """Return the exposure that a trigger now would start, microseconds."""
+        waiting = isinstance(self._schedule, Triggered) and self._connected
+        return self._settings.exposure_ns // 1000 if waiting else None
+
+    def _begin(self) -> None:
+        seq = self._seq if self._schedule is None else self._schedule.next_seq
+        if self._settings.triggered:
+            self._schedule = Triggered(self._settings, first_seq=seq)
+        else:
+            self._schedule = FreeRun(self._settings, start_ns=self._clock.now_ns(), first_seq=seq)
+
+    def _await_first(self, deadline_ns: int) -> Exposure:
+        """Wait until the next frame can be read."""
+        while True:
+            now_ns = self._clock.now_ns()
+            exposure = self._running().first(now_ns)
+            wake_ns = now_ns + POLL_NS if exposure is None else exposure.ready_ns
+            if exposure is not None and wake_ns <= now_ns:
+                return exposure
+            if now_ns >= deadline_ns:
+                raise Timeout(self._silence())
+            self._clock.sleep_until_ns(min(wake_ns, deadline_ns))
+
+    def _deliver(self, exposure: Exposure) -> Frame:
+        schedule = self._running()
+        self._dropped += schedule.take(exposure)
+        settings = exposure.settings
+        self._last = Frame(
+            image=self._image(exposure),
+            role=self._role,
+            seq=exposure.seq,
+            t_ns=exposure.interval.middle_ns,
+            exposure_ns=settings.exposure_ns,
+            bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
+        )
+        self._delivered += 1
+        return self._last
+
+    def _image(self, exposure: Exposure) -> Image:
+        if self._role in self._world.faults.frozen and self._last is not None:
+            return self._last.image
+        channels = 3 if exposure.settings.pixel_format is PixelFormat.RGB8 else 1
+        radiance = self._world.radiance(self._role, exposure.interval, channels=channels)
+        key = (self._world.seed, CAMERA_NUMBER[self._role], exposure.seq)
+        return develop(radiance, self._role, exposure.settings, key=key)
+
+    def _running(self) -> Schedule:
+        self._require_connected("read")
+        if self._schedule is None:
+            raise InvalidInput(f"camera {self._role}: asked for a frame, but it is stopped; start it first")
+        return self._schedule
+
+    def _require_connected(self, action: str) -> None:
+        if self._role in self._world.faults.unplugged:
+            self._connected = False
+        if not self._connected:
+            raise NotConnected(
+                f"camera {self._role}: asked to {action}, but it is not connected; plug it in and reconnect"
+            )
+
+    def _silence(self) -> str:
+        if self._settings.triggered:
+            return f"camera {self._role}: no trigger arrived in time; check the trigger cable, or trigger it"
+        return f"camera {self._role}: no frame in time; allow more than its exposure and frame period"

@@ -1,0 +1,80 @@
+"""Puts the simulated rig together: one world, the real drivers on its far end, and the simulated cameras."""
+
+
+from foveacam_hardware.contract import Clock, MonotonicClock, Role, VirtualClock
+from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.triggered_head import TriggeredHead
+from foveacam_hardware.rig import Closing, Rig, RigName
+from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_hardware.sim.cameras import SimCamera
+from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.loopback import LoopbackLink
+from foveacam_hardware.sim.optics import HALF_BASELINE_M
+from foveacam_hardware.sim.presets import find_preset
+from foveacam_hardware.sim.stage import Stage
+from foveacam_hardware.sim.truth import Truth
+from foveacam_hardware.sim.world import World
+from foveacam_hardware.wire.link import Link, LinkFactory
+
+PULSE_US = 4_000
+"""Half of the default exposure; the head shortens it with the exposure."""
+VIRTUAL_START_NS = 1_000_000_000
+"""Virtual time begins here: a controller that has been up for a second, and room for history before it."""
+
+
+def open_simulated(
+    scene: str = "bench",
+    preset: str = "rig120",
+    *,
+    clock: Clock | None = None,
+    inline: bool = False,
+    seed: int = 0,
+) -> Rig:
+    """Return a connected simulated rig.
+
+    `inline`: everything in this process on virtual time, faster than the clock and the same every run;
+    else in real time, the controller in its own process behind a pseudo terminal.
+    """
+    rig = simulated_rig(
+        SimulatedRigConfig(scene=scene, preset=preset, seed=seed), clock=clock, inline=inline
+    )
+    rig.connect()
+    return rig
+
+
+def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inline: bool = False) -> Rig:
+    """Return the simulated rig of a configuration, not yet connected."""
+    preset = find_preset(config.preset)
+    if clock is None:
+        clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
+    stage = Stage(config.scene)
+    world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
+    truth = Truth(world)
+    link_factory, owned = _inline(world, clock, config, truth)
+    mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
+    wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
+    head = TriggeredHead(mirrors, left, right, wide, settle_us=preset.settle_us, pulse_us=PULSE_US)
+    who = RigName(
+        rig_id=preset.rig_id,
+        name=config.name,
+        simulated=True,
+        baseline_m=2.0 * HALF_BASELINE_M,
+        scene=stage.name,
+    )
+    rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    rig.truth = truth
+    rig.own(owned)
+    return rig
+
+
+def _inline(
+    world: World, clock: Clock, config: SimulatedRigConfig, truth: Truth
+) -> tuple[LinkFactory, list[Closing]]:
+    far_end = ControllerFarEnd(clock, world, strict=config.strict)
+
+    def link() -> Link:
+        return LoopbackLink(far_end, clock)
+
+    return link, [world.stage]
+
+

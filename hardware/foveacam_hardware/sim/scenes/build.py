@@ -1,0 +1,139 @@
+"""Makes what the renderer draws of what a scene file says."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.sim.render.materials import Bitmap, Cells, Noise, Plain
+from foveacam_hardware.sim.render.materials import Material as RenderMaterial
+from foveacam_hardware.sim.render.scene import Lighting, Scene
+from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, sphere
+from foveacam_hardware.sim.scenes.figure import cone_stump, figurine
+from foveacam_hardware.sim.scenes.format import (
+    BoxThing,
+    CheckerboardMaterial,
+    ColumnThing,
+    MarkerMaterial,
+    Material,
+    NoiseMaterial,
+    Object,
+    PictureMaterial,
+    PlainMaterial,
+    PrintMaterial,
+    QuadThing,
+    SceneFile,
+    SphereThing,
+)
+from foveacam_hardware.sim.scenes.motion import pose
+
+PRINT_TEXELS = 1536  # of the longer side; about 1 mm on a poster
+MARKER_CELLS = 8  # 4 x 4 bits, a black ring, and one cell of white border
+
+
+def build_scene(file: SceneFile, *, folder: Path) -> Scene:
+    """Return the renderable scene with every object where it is at the beginning."""
+    light = file.light
+    scene = Scene(
+        Lighting(lamp=light.towards, ambient=light.ambient, horizon=light.horizon, zenith=light.zenith)
+    )
+    materials = {name: _material(name, given, folder) for name, given in file.materials.items()}
+    for thing in file.objects:
+        scene.add(_shape(thing), materials[thing.material], pose(thing, 0.0), thing.name)
+    return scene
+
+
+def _shape(thing: Object) -> Shape:
+    if isinstance(thing, QuadThing):
+        return Quad(width_m=thing.size_m[0], height_m=thing.size_m[1])
+    if isinstance(thing, BoxThing):
+        return Box(width_m=thing.size_m[0], height_m=thing.size_m[1], depth_m=thing.size_m[2])
+    if isinstance(thing, SphereThing):
+        return sphere(radius_m=thing.radius_m)
+    if isinstance(thing, ColumnThing):
+        if thing.top_radius_m is None:
+            return column(radius_m=thing.radius_m, height_m=thing.height_m, sides=48, bands=4)
+        return cone_stump(radius_m=thing.radius_m, top_radius_m=thing.top_radius_m, height_m=thing.height_m)
+    return figurine(height_m=thing.height_m, triangles=thing.triangles)
+
+
+def _material(name: str, given: Material, folder: Path) -> RenderMaterial:
+    if isinstance(given, PlainMaterial):
+        return Plain(color=given.color)
+    if isinstance(given, NoiseMaterial):
+        return Noise(
+            seed=given.seed,
+            color_a=given.color,
+            color_b=given.accent,
+            contrast=given.contrast,
+            scale_m=given.coarsest_m,
+            grain_m=given.finest_m,
+            stretch=given.stretch,
+        )
+    if isinstance(given, CheckerboardMaterial):
+        dark = np.indices((given.rows, given.columns)).sum(axis=0) % 2 == 0
+        return _cells(~dark, given.square_m, given.color, given.accent)
+    if isinstance(given, MarkerMaterial):
+        return _cells(_marker(given.id), given.side_m / (MARKER_CELLS - 2), given.color, given.accent)
+    if isinstance(given, PrintMaterial):
+        return Bitmap(rgb=_print(given), width_m=given.width_m)
+    return _picture(name, given, folder)
+
+
+def _cells(
+    light: NDArray[np.bool_], cell_m: float, color: tuple[float, ...], accent: tuple[float, ...]
+) -> Cells:
+    (r0, g0, b0), (r1, g1, b1) = accent, color
+    return Cells(cells=light, cell_m=cell_m, color_0=(r0, g0, b0), color_1=(r1, g1, b1), outside=1)
+
+
+def _marker(number: int) -> NDArray[np.bool_]:
+    """Return the cells of an ArUco marker with its border, true = white."""
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    picture = cv2.aruco.generateImageMarker(dictionary, number, MARKER_CELLS - 2)
+    return np.pad(np.asarray(picture) > 127, 1, constant_values=True)
+
+
+def _print(given: PrintMaterial) -> NDArray[np.uint8]:
+    """Draw lines of text as large as they fit, (h, w, 3) RGB."""
+    across_m, down_m = given.width_m, given.height_m
+    if given.upright:
+        across_m, down_m = down_m, across_m
+    scale = PRINT_TEXELS / max(across_m, down_m)
+    width, height = max(8, round(across_m * scale)), max(8, round(down_m * scale))
+    sheet = np.empty((height, width, 3), np.uint8)
+    sheet[:] = _bytes(given.color)
+    frame = max(2, min(width, height) // 24)
+    cv2.rectangle(sheet, (frame, frame), (width - frame, height - frame), _bytes(given.accent), frame // 2)
+    lines = given.text.splitlines()
+    for i, line in enumerate(lines):
+        _write(sheet, line, _bytes(given.accent), row=(i + 0.5) / len(lines), rows=len(lines))
+    return np.ascontiguousarray(np.rot90(sheet, -1)) if given.upright else sheet
+
+
+def _write(
+    sheet: NDArray[np.uint8], line: str, ink: tuple[int, int, int], *, row: float, rows: int
+) -> None:
+    height, width = sheet.shape[:2]
+    font = cv2.FONT_HERSHEY_DUPLEX
+    (wide, high), _ = cv2.getTextSize(line, font, 10.0, 20)
+    size = min(0.8 * width / max(wide, 1), 0.6 * height / rows / max(high, 1)) * 10.0
+    thick = max(1, round(2.2 * size))
+    (wide, high), _ = cv2.getTextSize(line, font, size, thick)
+    place = (round((width - wide) / 2), round(row * (0.86 * height) + 0.07 * height + high / 2))
+    cv2.putText(sheet, line, place, font, size, ink, thick, cv2.LINE_AA)
+
+
+def _bytes(color: tuple[float, ...]) -> tuple[int, int, int]:
+    red, green, blue = (round(255 * part) for part in color)
+    return red, green, blue
+
+
+def _picture(name: str, given: PictureMaterial, folder: Path) -> Bitmap:
+    path = folder / given.file
+    bgr = cv2.imread(str(path), cv2.IMREAD_COLOR) if path.is_file() else None
+    if bgr is None:
+        raise InvalidInput(f"scene material {name!r}: no readable PNG or JPEG at {path}; correct `file`")
+    return Bitmap(rgb=np.ascontiguousarray(bgr[:, :, ::-1]).astype(np.uint8), width_m=given.width_m)

@@ -1,0 +1,73 @@
+"""Finds and reads scene files; every error names the file, the object, the key and what is allowed."""
+
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.sim.scenes.format import SceneFile
+
+SCENES_FOLDER = Path(__file__).parent
+
+
+def scene_names() -> list[str]:
+    """Return the names of the scenes that ship with the product."""
+    return sorted(path.stem for path in SCENES_FOLDER.glob("*.toml"))
+
+
+def scene_path(name_or_file: str | Path) -> Path:
+    """Return the file of a shipped scene by name, or the user's own file by path."""
+    text = str(name_or_file)
+    if text in scene_names():
+        return SCENES_FOLDER / f"{text}.toml"
+    path = Path(text)
+    if path.suffix == ".toml" and path.is_file():
+        return path
+    shipped = ", ".join(scene_names())
+    raise InvalidInput(
+        f"scene {text!r}: no such scene or file; use one of {shipped}, or the path of a .toml scene file"
+    )
+
+
+def load_scene(name_or_file: str | Path) -> SceneFile:
+    """Read and check a scene file."""
+    path = scene_path(name_or_file)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"scene file {path}: not valid TOML ({error}); correct that line") from error
+    except OSError as error:
+        raise InvalidInput(f"scene file {path}: cannot be read ({error})") from error
+    try:
+        return SceneFile.model_validate(content)
+    except ValidationError as error:
+        raise InvalidInput(f"scene file {path}: {explain(error, content)}") from error
+
+
+def explain(error: ValidationError, content: dict[str, object]) -> str:
+    """Say in one line each what is wrong where, in the words of the file."""
+    return "; ".join(
+        f"{_place(detail['loc'], content)}{detail['msg'].removeprefix('Value error, ')}{_found(detail['input'])}"
+        for detail in error.errors()
+    )
+
+
+def _place(location: tuple[int | str, ...], content: dict[str, object]) -> str:
+    """Name the spot: objects by their name, pydantic's union tags left out."""
+    words: list[str] = []
+    node: object = content
+    for step in location:
+        if isinstance(node, dict) and step in node:
+            node = node[step]
+        elif isinstance(node, list) and isinstance(step, int) and step < len(node):
+            node = node[step]
+        elif step != location[-1]:
+            continue  # the tag of a union is no key of the file
+        name = node.get("name") if isinstance(node, dict) else None
+        words.append(f"{name!r}" if isinstance(step, int) and name else str(step))
+    return " ".join(words) + ": " if words else ""
+
+
+def _found(value: object) -> str:
+    return "" if isinstance(value, dict | list) else f" (found {value!r})"

@@ -1,0 +1,61 @@
+"""Where moving objects are: poses as pure functions of the scene's time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.sim.scenes.format import Motion, PathMotion, SwayMotion, Thing
+
+
+def pose(thing: Thing, t_s: float) -> NDArray[np.float64]:
+    """Return world_from_object (4, 4) float64 of an object `t_s` after the scene began."""
+    turned = _rotation(thing.rotation_deg)
+    place = np.array(thing.position_m)
+    motion = thing.motion
+    if motion is not None:
+        place, turned = _moved(motion, place, turned, t_s + motion.start_s)
+    world_from_object = np.eye(4)
+    world_from_object[:3, :3] = turned
+    world_from_object[:3, 3] = place
+    return world_from_object
+
+
+def _moved(
+    motion: Motion, place: NDArray[np.float64], turned: NDArray[np.float64], t_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    if isinstance(motion, PathMotion):
+        return _along(motion, t_s), turned
+    if isinstance(motion, SwayMotion):
+        swing = np.sin(2.0 * np.pi * t_s / motion.period_s)
+        return place + swing * np.array(motion.amplitude_m), turned
+    return place, _about_y(360.0 * t_s / motion.period_s) @ turned
+
+
+def _along(motion: PathMotion, t_s: float) -> NDArray[np.float64]:
+    points = np.array(motion.points_m)
+    if motion.closed:
+        points = np.vstack([points, points[:1]])
+    steps_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    marks_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+    length_m = float(marks_m[-1])
+    if length_m == 0.0:
+        return np.asarray(points[0], dtype=np.float64)
+    walked_m = motion.speed_m_per_s * t_s
+    if motion.closed:
+        walked_m %= length_m
+    else:  # there and back
+        walked_m = length_m - abs(walked_m % (2.0 * length_m) - length_m)
+    return np.array([np.interp(walked_m, marks_m, points[:, axis]) for axis in range(3)])
+
+
+def _rotation(rotation_deg: tuple[float, float, float]) -> NDArray[np.float64]:
+    x, y, z = np.deg2rad(rotation_deg)
+    about_x = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]])
+    about_z = np.array([[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]])
+    return np.asarray(about_z @ _about_y(float(np.rad2deg(y))) @ about_x, dtype=np.float64)
+
+
+def _about_y(angle_deg: float) -> NDArray[np.float64]:
+    a = np.deg2rad(angle_deg)
+    return np.array([[np.cos(a), 0.0, np.sin(a)], [0.0, 1.0, 0.0], [-np.sin(a), 0.0, np.cos(a)]])
+
+

@@ -1,0 +1,49 @@
+"""What the simulated sensor (an IMX273) can do: its limits, its timing, and how light becomes electrons."""
+
+import math
+
+from foveacam_hardware.contract import CameraSettings, OutOfRange, PixelFormat, Role
+
+LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
+LINE_12_BIT_NS = 396 / 74.25e6 * 1e9
+LINES = 1080 + 42  # IMX273: the image and its vertical blanking
+
+EXPOSURE_NS = (30_000, 1_000_000_000)
+GAIN_DB = (0.0, 24.0)
+GAIN_STEP_DB = 0.1
+FRAME_RATE_HZ = (0.1, 228.0)
+
+
+def readout_ns(pixel_format: PixelFormat) -> int:
+    """Return how long reading the sensor takes: 4.38 ms, or 5.98 ms at 12 bit."""
+    line_ns = LINE_12_BIT_NS if pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    return round(line_ns * LINES)
+
+
+def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
+    """Return what the sensor makes of the settings: whole lines, tenths of a decibel, a rate it can keep."""
+    _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
+    _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
+    _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
+    if asked.triggered and role is Role.WIDE:
+        raise OutOfRange(
+            "camera wide: asked to be triggered, but no trigger cable leads to it; only left and right are triggered"
+        )
+    line_ns = LINE_12_BIT_NS if asked.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    exposure_ns = round(max(1, round(asked.exposure_ns / line_ns)) * line_ns)
+    # The next exposure may overlap the readout, but not end before it.
+    shortest_ns = max(exposure_ns, readout_ns(asked.pixel_format))
+    return CameraSettings(
+        exposure_ns=exposure_ns,
+        gain_db=round(asked.gain_db / GAIN_STEP_DB) * GAIN_STEP_DB,
+        frame_rate_hz=min(asked.frame_rate_hz, 1e9 / shortest_ns),
+        pixel_format=asked.pixel_format,
+        triggered=asked.triggered,
+    )
+
+
+def _require(role: Role, what: str, asked: float, low: float, high: float, unit: str) -> None:
+    if not (math.isfinite(asked) and low <= asked <= high):
+        raise OutOfRange(
+            f"camera {role}: {what} {asked:g} {unit} is outside {low:g} to {high:g} {unit}; choose a value inside"
+        )

@@ -1,0 +1,116 @@
+"""What the simulated world knows and a real rig does not: for tests and benches alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_hardware.sim.optics import View
+from foveacam_hardware.sim.render.projection import Projection
+from foveacam_hardware.sim.render.renderer import Radiance
+from foveacam_hardware.sim.world import World
+
+PROBE_PX = 9
+PROBE_FOCAL_PX = 1e5  # 0.01 mm at a metre: the probe's middle pixel sees a point
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """What a wide pixel shows. `range_m` is the distance from the wide camera's centre along the ray."""
+
+    range_m: float
+    point_rig_m: tuple[float, float, float]
+    name: str
+    textured: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """What lies about a wide pixel: how much of it has texture, and from where to where it reaches."""
+
+    textured_fraction: float
+    nearest_m: float
+    farthest_m: float
+    names: tuple[str, ...]
+
+
+class Truth:
+    """Reads the world; changes nothing."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+
+    def static_projection(self, role: Role, volts: MirrorVolts) -> View:
+        """Return a fovea's projection with its mirror at rest under `volts`, without drift."""
+        return self.world.static_view(role, volts)
+
+    def projection(self, role: Role, t_ns: int) -> Projection:
+        """Return a camera's projection at a moment, as the renderer takes it."""
+        return self.world.projection(role, t_ns)
+
+    def pivot(self, role: Role) -> NDArray[np.float64]:
+        """Return the centre of a mirror, (3,) metres, rig frame."""
+        return self.world.eyes[role].pivot_m.copy()
+
+    def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the unit rays (n, 3) of raw wide pixels (n, 2), rig frame."""
+        straight = self.world.lens.undistorted_px(np.asarray(pixels, dtype=np.float64))
+        rays = np.column_stack([straight, np.ones(len(straight))]) @ np.linalg.inv(self.world.lens.matrix()).T
+        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True), dtype=np.float64)
+
+    def wide_pixels(self, points_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the raw wide pixels (n, 2) of points (n, 3) of the rig frame."""
+        straight = self.world.projection(Role.WIDE, 0).project(points_rig_m)
+        return self.world.lens.distorted_px(straight)
+
+    def depth_at(self, x_px: float, y_px: float, t_ns: int) -> Seen | None:
+        """Return what a raw wide pixel, fractions and all, shows at a moment; None for the background."""
+        ray = self.wide_rays(np.array([[x_px, y_px]]))[0]
+        drawn, probe = self._probe(ray, t_ns)
+        middle = PROBE_PX // 2
+        number = int(drawn.ids[middle, middle])
+        if number < 0:
+            return None
+        depth_m = float(drawn.depth_m[middle, middle])
+        point = probe.points(np.array([[middle, middle]]), np.array([depth_m]))[0]
+        x_m, y_m, z_m = point.tolist()
+        return Seen(
+            range_m=float(np.linalg.norm(point)),
+            point_rig_m=(x_m, y_m, z_m),
+            name=self.world.stage.scene.names[number],
+            textured=self.world.stage.textured(number),
+        )
+
+    def surroundings(self, x_px: float, y_px: float, t_ns: int, *, half_px: int) -> Surroundings:
+        """Return what lies within `half_px` of a wide pixel at a moment (the background is at infinity)."""
+        wide = self.world.projection(Role.WIDE, t_ns)
+        x0, y0 = max(0, round(x_px) - half_px), max(0, round(y_px) - half_px)
+        x1, y1 = min(wide.width, round(x_px) + half_px + 1), min(wide.height, round(y_px) + half_px + 1)
+        drawn = self.world.stage.probe(wide, self.world.scene_s(t_ns), roi=(x0, y0, x1 - x0, y1 - y0))
+        numbers, counts = np.unique(drawn.ids, return_counts=True)
+        textured = sum(int(n) for k, n in zip(numbers, counts, strict=True) if self.world.stage.textured(int(k)))
+        hit = drawn.ids >= 0
+        y, x = np.nonzero(hit)
+        ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), drawn.depth_m[hit])
+        names = self.world.stage.scene.names
+        return Surroundings(
+            textured_fraction=textured / drawn.ids.size,
+            nearest_m=float(ranges_m.min()) if len(ranges_m) else np.inf,
+            farthest_m=float(ranges_m.max()) if hit.all() else np.inf,
+            names=tuple(names[int(k)] for k in numbers if k >= 0),
+        )
+
+    def _probe(self, ray: NDArray[np.float64], t_ns: int) -> tuple[Radiance, Projection]:
+        """Draw a few pixels around one ray from the wide camera's centre."""
+        side = np.cross(ray, np.array([0.0, 1.0, 0.0]))
+        side = -side / np.linalg.norm(side)
+        camera_from_rig = np.stack([side, np.cross(ray, side), ray])
+        middle = PROBE_PX // 2
+        k = np.array([[PROBE_FOCAL_PX, 0.0, middle], [0.0, PROBE_FOCAL_PX, middle], [0.0, 0.0, 1.0]])
+        probe = Projection(
+            M=k @ camera_from_rig, C=np.zeros(3), width=PROBE_PX, height=PROBE_PX, axis=ray
+        )
+        return self.world.stage.probe(probe, self.world.scene_s(t_ns)), probe
+
+

@@ -1,0 +1,198 @@
+"""The one simulated world: everything that the controller drives and the cameras see, at any moment.
+
+It implements the controller's cables. Time is told to it (every call names `t_ns`), so that a slow machine
+lowers the frame rate and never changes the physics. Cameras are in `cameras`, moving objects in `stage`.
+"""
+
+import threading
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, MirrorVolts, Role
+from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes
+from foveacam_hardware.sim.drift import MountDrift
+from foveacam_hardware.sim.faults import WorldFaults
+from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens
+from foveacam_hardware.sim.mirror import MirrorPair
+from foveacam_hardware.sim.optics import (
+    FOVEA_FOCAL_PX,
+    FOVEA_HEIGHT,
+    FOVEA_WIDTH,
+    FoldedEye,
+    View,
+    built_assembly,
+)
+from foveacam_hardware.sim.presets import Preset
+from foveacam_hardware.sim.render.projection import Projection, RayTable
+from foveacam_hardware.sim.stage import Stage
+
+EYES = (Role.LEFT, Role.RIGHT)
+TILT_STEP_RAD = 2.0**-22
+"""Tilts are told to 0.01 fovea px, so that a mirror at rest is at rest and its picture may be kept."""
+STILL_PX = 0.3
+"""Less motion than this during an exposure cannot be told from none: the PSF is five times wider."""
+BLUR_STEP_PX = 3.0
+BLUR_STEPS_MAX = 6
+MOTION_SAMPLES = 9
+
+
+class Shutter(Protocol):
+    """What a camera's trigger input and strobe output look like to the world."""
+
+    def trigger(self, t_ns: int) -> None:
+        """Take a rising edge of the trigger line."""
+        ...
+
+    def strobe_us(self) -> int | None:
+        """Return the exposure that a trigger now would start; None when it would start none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """One exposure's span of time on the rig's clock."""
+
+    start_ns: int
+    length_ns: int
+
+    @property
+    def middle_ns(self) -> int:
+        """The moment that stands for the exposure."""
+        return self.start_ns + self.length_ns // 2
+
+    @property
+    def end_ns(self) -> int:
+        """The end of the exposure."""
+        return self.start_ns + self.length_ns
+
+    def middles_ns(self, parts: int) -> list[int]:
+        """Return the middles of equal parts."""
+        return [self.start_ns + self.length_ns * (2 * k + 1) // (2 * parts) for k in range(parts)]
+
+
+class World:
+    """Mirrors, optics, scene and faults under one roof; every method may be called from any thread."""
+
+    def __init__(self, *, stage: Stage, preset: Preset, seed: int, clock: Clock) -> None:
+        self.stage = stage
+        self.preset = preset
+        self.seed = seed
+        self.faults = WorldFaults()
+        self.drift = MountDrift(seed=seed)
+        self.lens = WideLens()
+        self.t0_ns = clock.now_ns()
+        self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
+        self.mirrors = MirrorPair(
+            mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed
+        )
+        self._shutters: dict[Role, Shutter] = {}
+        self._mirror_lock = threading.Lock()
+        self._wide = Projection(
+            M=self.lens.matrix(),
+            C=np.zeros(3),
+            width=WIDE_WIDTH,
+            height=WIDE_HEIGHT,
+            rays=RayTable(self.lens.table_px()),
+        )
+
+    # The cables, called by the controller's far end
+
+    def drive(self, t_ns: int, codes: DacCodes) -> None:
+        """Take the 8 DAC codes in force from `t_ns` on."""
+        with self._mirror_lock:
+            self.mirrors.drive(t_ns, codes)
+
+    def rail(self, t_ns: int, *, on: bool) -> None:
+        """Take the state of the mirrors' high voltage."""
+        with self._mirror_lock:
+            self.mirrors.rail(t_ns, on=on)
+
+    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Take the cut-off of the drive filters; 0 while their clock stands still."""
+        with self._mirror_lock:
+            self.mirrors.low_pass(t_ns, cutoff_hz)
+
+    def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
+        """Pass a rising edge on to every camera whose line it is; the pulse only has to be there."""
+        for bit, role in CAMERA_ROLES.items():
+            shutter = self._shutters.get(role)
+            if cameras & bit and pulse_us > 0 and shutter and role not in self.faults.no_trigger:
+                shutter.trigger(t_ns)
+
+    def strobe_us(self, role: Role) -> int | None:
+        """Return what the strobe line of a camera would show for a trigger now."""
+        broken = self.faults.no_strobe | self.faults.no_trigger | self.faults.unplugged
+        shutter = self._shutters.get(role)
+        return None if shutter is None or role in broken else shutter.strobe_us()
+
+    def wire(self, role: Role, shutter: Shutter) -> None:
+        """Plug a camera's trigger and strobe cables in."""
+        self._shutters[role] = shutter
+
+    # What the cameras see
+
+    def projection(self, role: Role, t_ns: int) -> Projection:
+        """Return the projection of a camera at `t_ns`."""
+        if role is Role.WIDE:
+            return self._wide
+        return project(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
+
+    def radiance(self, role: Role, interval: Interval, *, channels: int) -> NDArray[np.float32]:
+        """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1.
+
+        One render at the middle, unless the mirror or an object moves noticeably meanwhile.
+        """
+        moments_ns = interval.middles_ns(self._steps(role, interval))
+        total: NDArray[np.float32] | None = None
+        for t_ns in moments_ns:
+            image = self.stage.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
+            total = image if total is None else total + image
+        assert total is not None  # an interval has at least one part
+        return total if len(moments_ns) == 1 else total / np.float32(len(moments_ns))
+
+    def scene_s(self, t_ns: int) -> float:
+        """Return the time of the scene's motions, seconds since the world began."""
+        return (t_ns - self.t0_ns) * 1e-9
+
+    def static_view(self, role: Role, volts: MirrorVolts) -> View:
+        """Return an eye as it sees when its mirror has come to rest, without drift (truth)."""
+        return self.eyes[role].view(*self.mirrors.rest_tilt_rad(role, volts))
+
+    def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
+        with self._mirror_lock:
+            self.mirrors.stuck = self.faults.stuck
+            tilt_x_rad, tilt_y_rad = self.mirrors.tilt_rad(role, t_ns)
+        return _told(tilt_x_rad), _told(tilt_y_rad)
+
+    def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> View:
+        turn_rad = self.drift.turn_rad(role, self.scene_s(t_ns)) + np.array(self.faults.drift_step_rad)
+        mount_rad = np.array([_told(turn_rad[0]), _told(turn_rad[1]), 0.0])
+        return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
+
+    def _steps(self, role: Role, interval: Interval) -> int:
+        moved_px = self.stage.motion_px(
+            self.projection(role, interval.middle_ns),
+            self.scene_s(interval.start_ns),
+            self.scene_s(interval.end_ns),
+        )
+        if role is not Role.WIDE:
+            moved_px = max(moved_px, self._mirror_motion_px(role, interval))
+        if moved_px < STILL_PX:
+            return 1
+        return min(BLUR_STEPS_MAX, 1 + int(np.ceil(moved_px / BLUR_STEP_PX)))
+
+    def _mirror_motion_px(self, role: Role, interval: Interval) -> float:
+        tilts = np.array([self._tilt_rad(role, t_ns) for t_ns in interval.middles_ns(MOTION_SAMPLES)])
+        return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
+
+
+def project(view: View) -> Projection:
+    """Return an eye's view as the renderer takes it."""
+    return Projection(M=view.matrix, C=view.centre_m, width=FOVEA_WIDTH, height=FOVEA_HEIGHT, rays=None)
+
+
+def _told(angle_rad: float) -> float:
+    return float(np.round(angle_rad / TILT_STEP_RAD) * TILT_STEP_RAD)
