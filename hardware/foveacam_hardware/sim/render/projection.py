@@ -1,0 +1,148 @@
+"""What a camera is to the renderer: any 3x3 projection, a centre, and an optional table of lens distortion.
+
+Depth is measured from the projection's centre along `axis`, a unit vector of the scene's frame, by default
+its +z. The third row of M would not do: behind a mirror and a measured homography it is no optical axis.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from foveacam_hardware.contract.errors import InvalidInput
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+
+
+def _array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> F64:
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise InvalidInput(
+            f"{name}: asked for shape {shape}, found {array.shape}; pass an array of that shape"
+        )
+    if not np.isfinite(array).all():
+        raise InvalidInput(
+            f"{name}: found a value that is not finite in {array.tolist()}; pass finite numbers"
+        )
+    array.flags.writeable = False
+    return array
+
+
+class RayTable:
+    """Where each pixel of a distorted image lies in the undistorted one.
+
+    Built once per lens and shared by its projections; the renderer knows tables by content.
+    """
+
+    def __init__(self, undistorted_px: ArrayLike) -> None:
+        """Take the table; undistorted_px: (h, w, 2), undistorted (x, y) of each pixel centre."""
+        table = np.asarray(undistorted_px, dtype=np.float64)
+        if table.ndim != 3 or table.shape[2] != 2 or min(table.shape[:2]) < 2:
+            raise InvalidInput(
+                f"ray table: asked for shape (h, w, 2), found {table.shape}; pass one (x, y) a pixel"
+            )
+        if not np.isfinite(table).all():
+            raise InvalidInput(
+                "ray table: found a coordinate that is not finite; undistort within the lens' domain"
+            )
+        height, width = table.shape[:2]
+        x, y = np.meshgrid(np.arange(width), np.arange(height))
+        shift = table - np.stack([x, y], axis=-1)
+        # The shift is small where the coordinate is large: float32 holds it to 1e-6 px.
+        self.shift_px: F32 = np.ascontiguousarray(shift, dtype=np.float32)
+        self.shift_px.flags.writeable = False
+        self.width, self.height = width, height
+        self.digest = hashlib.blake2b(self.shift_px.tobytes(), digest_size=16).digest()
+
+    def undistorted_px(self) -> F64:
+        """Return the table as it was given, (h, w, 2)."""
+        x, y = np.meshgrid(np.arange(self.width), np.arange(self.height))
+        grid: F64 = np.stack([x, y], axis=-1) + self.shift_px.astype(np.float64)
+        return grid
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Projection:
+    """pixel ~ M (X − C), X in the scene's frame, metres; det M < 0 for a camera behind a mirror.
+
+    With `rays`, M projects to the undistorted image, and the table says where each pixel lies in it.
+    """
+
+    M: F64
+    C: F64
+    width: int
+    height: int
+    rays: RayTable | None = None
+    axis: F64 = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    """Unit vector along which depth is measured."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "M", _array(self.M, "projection M", (3, 3)))
+        object.__setattr__(self, "C", _array(self.C, "projection C", (3,)))
+        object.__setattr__(self, "axis", _array(self.axis, "projection axis", (3,)))
+        if self.width < 1 or self.height < 1:
+            raise InvalidInput(
+                f"projection: found {self.width}x{self.height} pixels; both must be at least 1"
+            )
+        condition = np.linalg.cond(self.M)
+        if not condition < 1e15:
+            raise InvalidInput(
+                f"projection M: found condition {condition:.1e}, no ray per pixel; pass an invertible M"
+            )
+        if abs(np.linalg.norm(self.axis) - 1.0) > 1e-9:
+            raise InvalidInput(f"projection axis: found {self.axis.tolist()}; pass a unit vector")
+        if self.rays is not None and (self.rays.width, self.rays.height) != (self.width, self.height):
+            found = f"{self.rays.width}x{self.rays.height}"
+            raise InvalidInput(
+                f"ray table: asked for {self.width}x{self.height} pixels, found {found}; build it anew"
+            )
+
+    @property
+    def key(self) -> bytes:
+        """Identify what is projected where: equal keys render equal images."""
+        rays = b"" if self.rays is None else self.rays.digest
+        size = f"{self.width}x{self.height}".encode()
+        return self.M.tobytes() + self.C.tobytes() + self.axis.tobytes() + size + rays
+
+    def undistort(self, pixels: ArrayLike) -> F64:
+        """Return undistorted pixels of (n, 2) image pixels (bilinear in the ray table)."""
+        xy = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+        if self.rays is None:
+            return xy.copy()
+        x = np.clip(xy[:, 0], 0, self.width - 1)
+        y = np.clip(xy[:, 1], 0, self.height - 1)
+        i = np.minimum(y.astype(int), self.height - 2)
+        j = np.minimum(x.astype(int), self.width - 2)
+        fx, fy = (x - j)[:, None], (y - i)[:, None]
+        s = self.rays.shift_px
+        top = s[i, j] * (1 - fx) + s[i, j + 1] * fx
+        bottom = s[i + 1, j] * (1 - fx) + s[i + 1, j + 1] * fx
+        moved: F64 = xy + top * (1 - fy) + bottom * fy
+        return moved
+
+    def rays_at(self, pixels: ArrayLike) -> F64:
+        """Return ray directions (n, 3) in the scene's frame, scaled to one metre of depth along `axis`."""
+        xy = self.undistort(pixels)
+        d = np.column_stack([xy, np.ones(len(xy))]) @ np.linalg.inv(self.M).T
+        scaled: F64 = d / (d @ self.axis)[:, None]
+        return scaled
+
+    def range_m(self, pixels: ArrayLike, depth_m: ArrayLike) -> F64:
+        """Return distances from the centre along the ray of (n, 2) pixels that have `depth_m` (n,)."""
+        distance: F64 = np.linalg.norm(self.rays_at(pixels), axis=1) * np.asarray(depth_m, dtype=np.float64)
+        return distance
+
+    def points(self, pixels: ArrayLike, depth_m: ArrayLike) -> F64:
+        """Return the points (n, 3), scene frame, metres, at (n, 2) pixels that have `depth_m` (n,)."""
+        depth = np.asarray(depth_m, dtype=np.float64).reshape(-1, 1)
+        found: F64 = self.C + depth * self.rays_at(pixels)
+        return found
+
+    def project(self, points_m: ArrayLike) -> F64:
+        """Return undistorted pixels (n, 2) of points (n, 3), scene frame; NaN behind the camera."""
+        p = (np.asarray(points_m, dtype=np.float64).reshape(-1, 3) - self.C) @ self.M.T
+        w = np.where(p[:, 2] > 0, p[:, 2], np.nan)
+        pixels: F64 = p[:, :2] / w[:, None]
+        return pixels

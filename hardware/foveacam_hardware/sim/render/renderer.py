@@ -1,0 +1,254 @@
+"""The renderer: what a projection sees of a scene, kept until something in view moves.
+
+Frames are rendered by whole tiles at absolute places, each a pure function of scene and projection, so the
+bits do not depend on threads, on the region asked for, or on what was rendered before. Work runs on a pool
+of our own; kernels never submit to it.
+"""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract.errors import InvalidInput
+from foveacam_hardware.sim.render.disparity import disparity_of
+from foveacam_hardware.sim.render.materials import LUMA
+from foveacam_hardware.sim.render.projection import Projection, RayTable
+from foveacam_hardware.sim.render.scene import Scene, Snapshot
+from foveacam_hardware.sim.render.setup import (
+    TILE_H,
+    TILE_W,
+    Objects,
+    View,
+    empty_prims,
+    set_up,
+    sort_into_tiles,
+    tile_shifts,
+)
+from foveacam_hardware.sim.render.tiles import Stage, Target, render_tiles
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+Bool = NDArray[np.bool_]
+
+NEAR_M = 0.02
+"""Nothing nearer to the projection centre is drawn."""
+CACHED_FRAMES = 8
+CACHED_LENSES = 4
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Radiance:
+    """What a camera's pixels receive, noiseless and sharp; arrays are read-only.
+
+    Attributes:
+        radiance: (h, w) or (h, w, 3) float32, linear, 0..1.
+        depth_m: (h, w) float32 along the projection's `axis` (the scene's +z) from its centre, inf where
+            nothing is hit; `Projection.range_m` turns it into a distance.
+        ids: (h, w) int32, the object's number, −1 where nothing is hit.
+    """
+
+    radiance: F32
+    depth_m: F32
+    ids: I32
+
+
+class _Entry:
+    """A cached frame: which of its tiles are good, and where each object was when they were drawn."""
+
+    def __init__(self, projection: Projection, channels: int, tiles: int) -> None:
+        shape = (projection.height, projection.width)
+        self.target = Target(
+            np.zeros((*shape, channels), np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32)
+        )
+        self.good: Bool = np.zeros(tiles, bool)
+        self.footprint: Bool = np.zeros((0, tiles), bool)
+        self.revision = -1
+        self.lent = False
+        self.stage: Stage | None = None
+
+    def forget(self, snapshot: Snapshot, footprint: Bool) -> None:
+        """Spoil the tiles that any object that moved since touched, or touches now."""
+        moved = np.flatnonzero(snapshot.moved > self.revision)
+        before = moved[moved < len(self.footprint)]
+        self.good &= ~footprint[moved].any(axis=0) & ~self.footprint[before].any(axis=0)
+        self.footprint, self.revision = footprint, snapshot.revision
+
+    def unlend(self) -> None:
+        """Go on with copies of arrays that a caller may still hold."""
+        if self.lent:
+            self.target = Target(*(array.copy() for array in self.target))
+            self.lent = False
+
+
+def _objects(snapshot: Snapshot, projection: Projection, Minv: F64) -> Objects:
+    R, T = snapshot.poses[:, :3, :3], snapshot.poses[:, :3, 3]
+    away = T - projection.C
+    return Objects(
+        np.einsum("nji,jk->nik", R, Minv),
+        -np.einsum("nji,nj->ni", R, away),
+        np.einsum("nji,j->ni", R, snapshot.lamp),
+        np.einsum("ij,njk->nik", projection.M, R),
+        np.einsum("ij,nj->ni", projection.M, away),
+    )
+
+
+def _in_channels(snapshot: Snapshot, channels: int) -> tuple[F64, F64]:
+    """Return the colours (n, 2, c) and the sky (2, c) as the frame's channels see them."""
+    if channels == 3:
+        return snapshot.tables.colors, snapshot.sky
+    return (snapshot.tables.colors @ LUMA)[..., None], (snapshot.sky @ LUMA)[..., None]
+
+
+class Renderer:
+    """Renders projections of one scene; any thread may ask, one frame is rendered at a time."""
+
+    def __init__(self, scene: Scene, threads: int = 2, *, cached_frames: int = CACHED_FRAMES) -> None:
+        if threads < 1 or cached_frames < 1:
+            raise InvalidInput(
+                f"renderer: threads = {threads}, cached_frames = {cached_frames}; both at least 1"
+            )
+        self.scene = scene
+        self._threads = threads
+        self._pool = ThreadPoolExecutor(threads, "render") if threads > 1 else None
+        self._lock = threading.Lock()
+        self._cached_frames = cached_frames
+        self._frames: OrderedDict[tuple[bytes, int], _Entry] = OrderedDict()
+        self._lenses: OrderedDict[tuple[bytes, int, int], tuple[F32, F64]] = OrderedDict()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the pool's threads and drop every cached frame; harmless when closed."""
+        with self._lock:
+            self._frames.clear()
+            pool, self._pool, self._threads = self._pool, None, 1
+        if pool is not None:
+            pool.shutdown(wait=True)
+
+    def radiance(
+        self, projection: Projection, roi: tuple[int, int, int, int] | None = None, channels: int = 1
+    ) -> Radiance:
+        """Render what a camera sees, or the part of it in roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
+        if channels not in (1, 3):
+            raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
+        x, y, w, h = _checked(roi, projection)
+        with self._lock:
+            entry = self._entry(projection, channels)
+            self._complete(entry, _tiles_of(x, y, w, h, projection.width), channels)
+            whole = (w, h) == (projection.width, projection.height)
+            entry.lent = entry.lent or whole
+            parts = [a if whole else a[y : y + h, x : x + w].copy() for a in entry.target]
+        for part in parts:
+            part.flags.writeable = False
+        radiance, depth, ids = parts
+        return Radiance(radiance=radiance[..., 0] if channels == 1 else radiance, depth_m=depth, ids=ids)
+
+    def disparity(self, left: Projection, right: Projection) -> tuple[F32, Bool]:
+        """Return x_left − x_right, (h, w) pixels of the left image, and where the point is seen by both."""
+        a, b = self.radiance(left), self.radiance(right)
+        return disparity_of(left, a.depth_m, a.ids, right, b.depth_m, b.ids)
+
+    def _entry(self, projection: Projection, channels: int) -> _Entry:
+        """Return the cached frame, its spoiled tiles marked."""
+        key = (projection.key, channels)
+        entry = self._frames.pop(key, None)
+        snapshot = self.scene.snapshot()
+        if entry is None:
+            tiles = -(-projection.width // TILE_W) * -(-projection.height // TILE_H)
+            entry = _Entry(projection, channels, tiles)
+        self._frames[key] = entry
+        while len(self._frames) > self._cached_frames:
+            self._frames.popitem(last=False)
+        if entry.revision != snapshot.revision:
+            entry.stage, footprint = self._stage(snapshot, projection, channels)
+            entry.forget(snapshot, footprint)
+        return entry
+
+    def _complete(self, entry: _Entry, wanted: NDArray[np.int64], channels: int) -> None:
+        """Render those of the wanted tiles that are not good."""
+        tiles = wanted[~entry.good[wanted]]
+        if len(tiles) == 0 or entry.stage is None:
+            return
+        entry.unlend()
+        self._render(tiles, entry.stage, entry.target)
+        entry.good[tiles] = True
+
+    def _render(self, tiles: NDArray[np.int64], stage: Stage, target: Target) -> None:
+        if self._pool is None or len(tiles) < 8:
+            render_tiles(tiles, stage, target)
+            return
+        bands: Sequence[NDArray[np.int64]] = np.array_split(tiles, min(len(tiles) // 4, 16 * self._threads))
+        for work in [self._pool.submit(render_tiles, band, stage, target) for band in bands]:
+            work.result()
+
+    def _stage(self, snapshot: Snapshot, projection: Projection, channels: int) -> tuple[Stage, Bool]:
+        """Set a frame up; return also where each object may be seen, (objects, tiles)."""
+        view = self._view(projection)
+        objects = _objects(snapshot, projection, view.Minv)
+        prims = empty_prims(len(snapshot.geometry.faces))
+        count = set_up(snapshot.geometry, objects, snapshot.ambient, view, prims)
+        footprint = np.zeros((len(snapshot.poses), len(view.tile_shift) - 1), bool)
+        bins = sort_into_tiles(prims, count, view, footprint)
+        colors, sky = _in_channels(snapshot, channels)
+        tables = snapshot.tables._replace(colors=colors)
+        stage = Stage(view, objects, prims, bins, tables, snapshot.geometry.smooth, sky, LUMA)
+        return stage, footprint
+
+    def _view(self, projection: Projection) -> View:
+        Minv = np.linalg.inv(projection.M)
+        shift, tile_shift = self._lens(projection.rays, projection.width, projection.height)
+        return View(
+            projection.M.copy(),  # writable, as all the others: kernels are compiled for either
+            Minv,
+            projection.C.copy(),
+            projection.axis @ Minv,
+            1.0 / (NEAR_M * float(np.linalg.norm(projection.M[2]))),
+            projection.width,
+            projection.height,
+            shift,
+            tile_shift,
+        )
+
+    def _lens(self, rays: RayTable | None, width: int, height: int) -> tuple[F32, F64]:
+        key = (b"" if rays is None else rays.digest, width, height)
+        lens = self._lenses.pop(key, None)
+        if lens is None:
+            shift = np.zeros((1, 1, 2), np.float32) if rays is None else rays.shift_px
+            shift.flags.writeable = False
+            lens = (shift, tile_shifts(shift, width, height))
+        self._lenses[key] = lens
+        while len(self._lenses) > CACHED_LENSES:
+            self._lenses.popitem(last=False)
+        return lens
+
+
+def _checked(roi: tuple[int, int, int, int] | None, projection: Projection) -> tuple[int, int, int, int]:
+    size = (projection.width, projection.height)
+    if roi is None:
+        return 0, 0, *size
+    x, y, w, h = roi
+    if w < 1 or h < 1 or x < 0 or y < 0 or x + w > size[0] or y + h > size[1]:
+        raise InvalidInput(f"roi {roi} (x, y, width, height) does not lie in the {size[0]}x{size[1]} image")
+    return roi
+
+
+def _tiles_of(x: int, y: int, w: int, h: int, width: int) -> NDArray[np.int64]:
+    """Return the numbers of the tiles that a rectangle touches, ascending."""
+    columns = np.arange(x // TILE_W, (x + w - 1) // TILE_W + 1)
+    rows = np.arange(y // TILE_H, (y + h - 1) // TILE_H + 1)
+    tiles: NDArray[np.int64] = (rows[:, None] * -(-width // TILE_W) + columns).ravel().astype(np.int64)
+    return tiles

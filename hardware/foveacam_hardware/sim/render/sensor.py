@@ -1,0 +1,198 @@
+"""From radiance to counts: diffraction blur, exposure, shot and read noise, full well, quantisation.
+
+The noise comes from a table of unit normals entered at a hashed place for every row, so that it depends on
+(seed, camera, frame number, row) alone, and costs no more than reading it.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract.errors import InvalidInput
+from foveacam_hardware.sim.render.jit import kernel
+
+F32 = NDArray[np.float32]
+
+TABLE_BITS = 20
+MAX_ROW = 1 << 16
+"""Longest row, in values: the table carries as many again behind its end."""
+MAX_RADIUS = 16
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Exposure:
+    """How a sensor turns radiance into counts.
+
+    Attributes:
+        exposure_s: how long it is open.
+        reference_s: exposure in which radiance 1 fills the well.
+        gain: amplification before the converter, 1 = a full well is full scale.
+        full_well_e, read_noise_e: electrons (IMX273: 10 700 and 2.5).
+        bits: 8, 10 or 12.
+        psf_sigma_px: blur of the lens, a Gaussian; 0 = none.
+    """
+
+    exposure_s: float = 0.01
+    reference_s: float = 0.01
+    gain: float = 1.0
+    full_well_e: float = 10_700.0
+    read_noise_e: float = 2.5
+    bits: int = 8
+    psf_sigma_px: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("exposure_s", "reference_s", "gain", "full_well_e"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InvalidInput(f"exposure: {name} = {value}; pass a finite number above 0")
+        if not (np.isfinite(self.read_noise_e) and self.read_noise_e >= 0):
+            raise InvalidInput(
+                f"exposure: read_noise_e = {self.read_noise_e}; pass a finite number, 0 or more"
+            )
+        if self.bits not in (8, 10, 12):
+            raise InvalidInput(f"exposure: bits = {self.bits}; pass 8, 10 or 12")
+        if not 0 <= self.psf_sigma_px <= MAX_RADIUS / 3:
+            raise InvalidInput(
+                f"exposure: psf_sigma_px = {self.psf_sigma_px}; pass 0 to {MAX_RADIUS / 3:.1f}"
+            )
+
+
+@lru_cache(maxsize=1)
+def _normals() -> F32:
+    table = np.random.default_rng(0x5EED).standard_normal(1 << TABLE_BITS, dtype=np.float32)
+    table = np.concatenate([table, table[:MAX_ROW]])
+    table.flags.writeable = False
+    return table
+
+
+@lru_cache(maxsize=16)
+def psf_taps(sigma_px: float) -> F32:
+    """Return the Gaussian from its middle outwards, (radius + 1,), both wings adding up to 1."""
+    radius = int(np.ceil(3.2 * sigma_px)) if sigma_px > 0 else 0
+    taps = np.exp(-0.5 * (np.arange(radius + 1) / max(sigma_px, 1e-9)) ** 2)
+    taps /= taps[0] + 2 * taps[1:].sum()
+    narrow: F32 = taps.astype(np.float32)
+    narrow.flags.writeable = False
+    return narrow
+
+
+@kernel
+def _mixed(a: int, b: int) -> int:
+    """Return a hash of two 64-bit numbers (the finaliser of SplitMix64)."""
+    h = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(b)
+    h = (h ^ (h >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    h = (h ^ (h >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return h ^ (h >> np.uint64(31))
+
+
+@kernel
+def _blur_down(radiance: F32, y: int, taps: F32, row: F32) -> None:
+    """Fill row with the vertical blur of image row y, the edge rows repeated."""
+    last, n = radiance.shape[0] - 1, row.shape[0]
+    middle = radiance[y]
+    for i in range(n):
+        row[i] = taps[0] * middle[i]
+    for k in range(1, taps.shape[0]):
+        up, down, w = radiance[max(y - k, 0)], radiance[min(y + k, last)], taps[k]
+        for i in range(n):
+            row[i] += w * (up[i] + down[i])
+
+
+@kernel
+def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
+    """Fill row with the horizontal blur of a row padded by MAX_RADIUS pixels on both sides."""
+    first, n = MAX_RADIUS * channels, row.shape[0]
+    for c in range(channels):
+        for k in range(MAX_RADIUS):
+            padded[k * channels + c] = padded[first + c]
+            padded[first + n + k * channels + c] = padded[first + n - channels + c]
+    middle = padded[first : first + n]
+    for i in range(n):
+        row[i] = taps[0] * middle[i]
+    for k in range(1, taps.shape[0]):
+        a = padded[first - k * channels : first - k * channels + n]
+        b = padded[first + k * channels : first + k * channels + n]
+        w = taps[k]
+        for i in range(n):
+            row[i] += w * (a[i] + b[i])
+
+
+@kernel
+def _count(
+    row: F32, normals: F32, well_e: float, light_e: float, read_e: float, scale: float, top: int, out: F32
+) -> None:
+    """Fill out with counts: electrons with their noise, limited by the well and the converter."""
+    well, light, scale32 = np.float32(well_e), np.float32(light_e), np.float32(scale)
+    variance, limit = np.float32(read_e * read_e), np.float32(top)
+    for i in range(row.shape[0]):
+        electrons = min(max(row[i] * light, np.float32(0.0)), well)
+        noisy = electrons + np.sqrt(electrons + variance) * normals[i]
+        counts = np.floor(noisy * scale32 + np.float32(0.5))
+        out[i] = min(max(counts, np.float32(0.0)), limit)
+
+
+@kernel
+def _expose(
+    radiance: F32, channels: int, taps: F32, normals: F32, key: int, well_e: float, light_e: float, read_e: float,
+    scale: float, top: int, out: NDArray[np.uint8] | NDArray[np.uint16],
+) -> None:  # fmt: skip
+    """Expose rows of interleaved channels, (h, w · channels)."""
+    n = radiance.shape[1]
+    padded = np.empty(n + 2 * MAX_RADIUS * channels, np.float32)
+    row, counts = np.empty(n, np.float32), np.empty(n, np.float32)
+    first = MAX_RADIUS * channels
+    for y in range(radiance.shape[0]):
+        _blur_down(radiance, y, taps, padded[first : first + n])
+        _blur_along(padded, channels, taps, row)
+        start = np.int64(_mixed(key, y) >> np.uint64(64 - TABLE_BITS))
+        _count(row, normals[start : start + n], well_e, light_e, read_e, scale, top, counts)
+        line = out[y]
+        for i in range(n):
+            line[i] = np.int32(counts[i])
+
+
+def _frame_key(key: tuple[int, int, int]) -> int:
+    """Hash (seed, camera, frame number) to 64 bits."""
+    h = 0x243F6A8885A308D3
+    for part in key:
+        h ^= part & 0xFFFFFFFFFFFFFFFF
+        h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 & 0xFFFFFFFFFFFFFFFF
+        h = (h ^ (h >> 27)) * 0x94D049BB133111EB & 0xFFFFFFFFFFFFFFFF
+        h ^= h >> 31
+    return h
+
+
+def expose(
+    radiance: F32, exposure: Exposure, key: tuple[int, int, int]
+) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """Return the image of one exposure, (h, w) or (h, w, 3), uint8, or uint16 holding 10 or 12 bits.
+
+    radiance: (h, w) or (h, w, 3) float32; key: (seed, camera, frame number), which alone decides the noise.
+    """
+    if radiance.ndim not in (2, 3) or radiance.dtype != np.float32:
+        raise InvalidInput(f"expose: asked for (h, w[, 3]) float32, found {radiance.shape} {radiance.dtype}")
+    channels = 1 if radiance.ndim == 2 else radiance.shape[2]
+    rows = np.ascontiguousarray(radiance).reshape(radiance.shape[0], -1)
+    rows.flags.writeable = False  # a view of its own; one kernel serves frames and arrays of any origin
+    if rows.shape[1] > MAX_ROW:
+        raise InvalidInput(f"expose: a row of {rows.shape[1]} values; at most {MAX_ROW} fit the noise table")
+    top = (1 << exposure.bits) - 1
+    out: NDArray[np.uint8] | NDArray[np.uint16] = np.empty(
+        rows.shape, np.uint8 if exposure.bits == 8 else np.uint16
+    )
+    _expose(
+        rows,
+        channels,
+        psf_taps(exposure.psf_sigma_px),
+        _normals(),
+        np.uint64(_frame_key(key)),
+        exposure.full_well_e,
+        exposure.full_well_e * exposure.exposure_s / exposure.reference_s,
+        exposure.read_noise_e,
+        exposure.gain * top / exposure.full_well_e,
+        top,
+        out,
+    )
+    return out.reshape(radiance.shape)
