@@ -69,6 +69,7 @@ def create_app(settings: Settings) -> FastAPI:
     security.install(app, settings)
     for resource in _RESOURCES:
         app.include_router(resource.router, prefix=API)
-    for module in (health, viser_relay, pages):
+    for module in (health, viser_relay):
         app.include_router(module.router)
+    pages.install(app)
     return app

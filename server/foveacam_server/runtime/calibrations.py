@@ -14,6 +14,9 @@ _log = logging.getLogger(__name__)
 FACTORY = Path(__file__).parents[1] / "factory"
 """Certificates that ship with the program, one a rig id."""
 
+Reach = tuple[float, float, float, float]
+"""Smallest ax, largest ax, smallest ay, largest ay, rad."""
+
 
 class CalibrationService:
     """Loads calibrations once the rig is known; `require` is how everybody else gets the present one."""
@@ -27,6 +30,7 @@ class CalibrationService:
         self._events = events
         self._known: dict[str, Calibration] = {}
         self._current: Calibration | None = None
+        self._reach_rad: Reach | None = None
         self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
 
     @property
@@ -38,6 +42,11 @@ class CalibrationService:
     def problem(self) -> str | None:
         """Why there is none in force."""
         return None if self._current is not None else self._problem
+
+    @property
+    def reach_rad(self) -> Reach | None:
+        """Directions that the calibration in force covers; worked out once, for it takes a while."""
+        return self._reach_rad
 
     def require(self) -> Calibration:
         """Return the calibration in force or raise `NotCalibrated`."""
@@ -64,14 +73,15 @@ class CalibrationService:
         for path in [self._factory / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
             self._learn(path, rig_id)
         try:
-            self._current = self._pick(rig_id)
+            current = self._pick(rig_id)
         except FoveaError as error:
             self._problem = str(error)
             self._events.emit(
                 "rig.calibration", f"not calibrated: {error}", level=Level.ERROR, data={"detail": str(error)}
             )
             return
-        current = self._current
+        self._reach_rad = current.reach_rad()
+        self._current = current
         self._events.emit(
             "rig.calibration",
             f"calibration {current.id} ({current.label}) is in force",

@@ -1,5 +1,7 @@
 """Notices lost devices and their return; says when to try them. Called by the hardware thread alone."""
 
+import re
+
 from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, NotConnected, Timeout
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.ports import Rig
@@ -8,39 +10,49 @@ from foveacam_server.runtime.rig_status import DeviceProblem
 FIRST_RETRY_S = 0.5
 LAST_RETRY_S = 4.0
 """Longest pause between two attempts, so that a device is back within 5 s of its return."""
-
 LATE_LOOKS = 3
 """Looks in a row that may time out before a camera is called lost."""
 RETRIED = "check its cable and power; it is tried again by itself"
 
-FOVEAE = frozenset({"mirrors", "left", "right"})
+MIRRORS, WIDE = "mirrors", "wide"
+FOVEAE = (MIRRORS, "left", "right")
 """Devices without which there is no look."""
+
+_CAMERA = re.compile(r"\bcamera (wide|left|right)\b")
 
 
 class DeviceWatch:
-    """Problems by device, with back-off."""
+    """Problems by device, with back-off.
+
+    A camera that opens again is on probation: it is used, and its problem stays until it delivers.
+    """
 
     def __init__(self, *, clock: Clock, events: EventLog) -> None:
         self._clock = clock
         self._events = events
         self._problems: dict[str, DeviceProblem] = {}
+        self._probation: set[str] = set()
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = 0
-        self._failed_looks = 0
+        self._late_looks = 0
 
     @property
     def problems(self) -> tuple[DeviceProblem, ...]:
         """What is wrong now."""
         return tuple(self._problems.values())
 
-    def lacks(self, *devices: str) -> bool:
-        """Tell whether one of `devices` is failing."""
-        return any(device in self._problems for device in devices)
+    def lacking(self, *devices: str) -> DeviceProblem | None:
+        """Return what is wrong with the first of `devices` that cannot be used."""
+        for device in devices:
+            if device in self._problems and device not in self._probation:
+                return self._problems[device]
+        return None
 
-    def fault(self, device: str, *, detail: str, remedy: str) -> None:
+    def fault(self, device: str, *, detail: str, remedy: str = RETRIED) -> None:
         """Write down that `device` fails; tell it once."""
         known = device in self._problems
         self._problems[device] = DeviceProblem(device=device, detail=detail, remedy=remedy)
+        self._probation.discard(device)
         if known:
             return
         self._retry_s = FIRST_RETRY_S
@@ -52,30 +64,35 @@ class DeviceWatch:
             data={"device": device, "detail": detail, "remedy": remedy},
         )
 
+    def retry_due(self) -> bool:
+        """Tell whether it is time to try the missing devices again."""
+        waiting = self._problems.keys() - self._probation
+        return bool(waiting) and self._clock.now_ns() >= self._next_retry_ns
+
     def connect(self, rig: Rig) -> bool:
-        """Try every missing device; tell whether the mirrors came back (or up) and were parked."""
-        before = dict(self._problems)
+        """Try every missing device; tell whether the mirrors answer and were parked just now."""
+        mirrors_were_lost = MIRRORS in self._problems or not rig.mirrors.state.connected
         rig.connect()
-        found = {problem.device: problem for problem in rig.problems}
-        for device, problem in found.items():
-            self.fault(device, detail=problem.detail, remedy=problem.remedy)
-        parked = "mirrors" not in found and self._ready_mirrors(rig)
-        for device in before.keys() - found.keys():
-            if device == "mirrors" and not parked:
-                continue
-            del self._problems[device]
-            self._events.emit("device.recovered", f"{device} is back", data={"device": device})
+        failed = {problem.device: problem.detail for problem in rig.problems}
+        for device, detail in failed.items():
+            self.fault(device, detail=detail)
+        self._probation |= self._problems.keys() - failed.keys() - {MIRRORS}
+        parked = MIRRORS not in failed and mirrors_were_lost and self._ready_mirrors(rig)
+        if parked:
+            self._recovered(MIRRORS)
         self._retry_s = min(LAST_RETRY_S, self._retry_s * 2)
         self._next_retry_ns = self._clock.now_ns() + round(self._retry_s * 1e9)
         return parked
 
-    def retry_due(self) -> bool:
-        """Tell whether it is time to try the missing devices again."""
-        return bool(self._problems) and self._clock.now_ns() >= self._next_retry_ns
-
     def look_succeeded(self) -> None:
         """Forget looks that failed before."""
-        self._failed_looks = 0
+        self._late_looks = 0
+        for device in (WIDE, *FOVEAE):
+            self._recovered(device)
+
+    def wide_succeeded(self) -> None:
+        """Forget that the wide camera failed."""
+        self._recovered(WIDE)
 
     def look_failed(self, rig: Rig, error: FoveaError) -> None:
         """Find out which device made a look fail; a single late answer is nobody's fault yet."""
@@ -83,28 +100,29 @@ class DeviceWatch:
             return
         state = rig.mirrors.state
         if not state.connected or state.fault is not None:
-            self.fault("mirrors", detail=state.fault or str(error), remedy=RETRIED)
+            self.fault(MIRRORS, detail=state.fault or str(error))
             return
-        self._failed_looks += 1
-        if isinstance(error, Timeout) and self._failed_looks < LATE_LOOKS:
-            return
-        self.fault(_named_in(str(error)), detail=str(error), remedy=RETRIED)
+        named = _CAMERA.search(str(error))
+        self._late_looks += 1
+        if named is not None:
+            self.fault(named[1], detail=str(error))
+        elif not isinstance(error, Timeout) or self._late_looks >= LATE_LOOKS:
+            self.fault(MIRRORS, detail=str(error))
 
     def wide_failed(self, error: FoveaError) -> None:
         """Write down that the wide camera does not deliver."""
-        self.fault("wide", detail=str(error), remedy=RETRIED)
+        self.fault(WIDE, detail=str(error))
 
     def _ready_mirrors(self, rig: Rig) -> bool:
         try:
-            if not rig.mirrors.state.enabled:
-                rig.mirrors.enable()
+            rig.mirrors.enable()
             rig.mirrors.park()
         except FoveaError as error:
-            self.fault("mirrors", detail=str(error), remedy=RETRIED)
+            self.fault(MIRRORS, detail=str(error))
             return False
         return True
 
-
-def _named_in(message: str) -> str:
-    text = message.lower()
-    return "right" if "right" in text and "left" not in text else "left"
+    def _recovered(self, device: str) -> None:
+        self._probation.discard(device)
+        if self._problems.pop(device, None) is not None:
+            self._events.emit("device.recovered", f"{device} is back", data={"device": device})

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_pipeline.verge.loop import fixate
-
 from foveacam_hardware.contract import Clock
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, VergeStep
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.documents import fixation_document, step_document, told
@@ -73,6 +72,13 @@ class FixationService:
         )
         if target is not None:
             self._tools.events.emit("target.updated", f"{target['label']} has got its shape", data=target)
+
+    def cloud_went(self, fixation_id: str) -> None:
+        """Write down that a fixation's shape was removed."""
+        self.table.set_cloud(fixation_id, None)
+        target = self.targets.set_cloud(fixation_id, None)
+        if target is not None:
+            self._tools.events.emit("target.updated", f"{target['label']} has no shape any more", data=target)
 
     def _run(self, context: JobContext) -> str:
         tools, job = self._tools, context.job
@@ -169,6 +175,7 @@ class FixationService:
                 point_rig_m=point,
                 distance_m=distance_m,
                 distance_sigma_m=sigma_m,
+                on_cloud=self.cloud_came,
             )
         )
 

@@ -23,7 +23,7 @@ from foveacam_hardware.contract import (
     Stopped,
 )
 from foveacam_server.runtime.command_queue import CommandQueue
-from foveacam_server.runtime.device_watch import FOVEAE, DeviceWatch
+from foveacam_server.runtime.device_watch import FOVEAE, WIDE, DeviceWatch
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
@@ -136,14 +136,14 @@ class HardwareThread:
             )
         if self._rig is None:
             raise self._not_open()
-        for problem in self._watch.problems:
-            if problem.device in FOVEAE:
-                raise NotConnected(
-                    f"{problem.device}: {problem.detail}; {problem.remedy}",
-                    asked="move the mirrors",
-                    found=f"{problem.device}: {problem.detail}",
-                    remedy=problem.remedy,
-                )
+        missing = self._watch.lacking(*FOVEAE)
+        if missing is not None:
+            raise NotConnected(
+                f"{missing.device}: {missing.detail}; {missing.remedy}",
+                asked="move the mirrors",
+                found=f"{missing.device}: {missing.detail}",
+                remedy=missing.remedy,
+            )
 
     @contextmanager
     def session(self, holder: str, *, cancelled: Callable[[], bool]) -> Iterator[Head]:
@@ -208,7 +208,7 @@ class HardwareThread:
         return rig
 
     def _turn(self, rig: Rig) -> None:
-        looks, wide = self._looks_allowed(), not self._watch.lacks("wide")
+        looks, wide = self._looks_allowed(), self._watch.lacking(WIDE) is None
         command = self._commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
             command.run(rig)
@@ -222,7 +222,8 @@ class HardwareThread:
             self._refresh(rig)
 
     def _looks_allowed(self) -> bool:
-        return not (self._halted.is_set() or self._session_of is not None or self._watch.lacks(*FOVEAE))
+        idle = not self._halted.is_set() and self._session_of is None
+        return idle and self._watch.lacking(*FOVEAE) is None
 
     def _try(self, what: str, work: Callable[[], object]) -> None:
         try:
@@ -248,10 +249,12 @@ class HardwareThread:
     def _wide(self, rig: Rig, max_age_ms: float) -> Frame:
         self._live.wide_begins(in_session=self._session_of is not None)
         try:
-            return self._live.take_wide(rig, gaze=self._gaze, max_age_ms=max_age_ms)
+            frame = self._live.take_wide(rig, gaze=self._gaze, max_age_ms=max_age_ms)
         except FoveaError as error:
             self._watch.wide_failed(error)
             raise
+        self._watch.wide_succeeded()
+        return frame
 
     def _steer(self, rig: Rig, volts: StereoVolts) -> StereoVolts:
         self.check_may_move()

@@ -41,7 +41,8 @@ class LiveViews:
         self._look_due_ns = 0
 
     def show_sighting(self, sighting: Sighting) -> None:
-        """Publish what one look saw."""
+        """Publish what one look saw; its wide frame is as good as a live one."""
+        self.wide_begins(in_session=False)
         self._show(sighting.wide, meta=self._overlay(sighting.volts))
         self._show(sighting.left)
         self._show(sighting.right)

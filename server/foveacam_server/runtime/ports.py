@@ -24,11 +24,6 @@ class RigProblem(Protocol):
         """What was asked and what was found."""
         ...
 
-    @property
-    def remedy(self) -> str:
-        """What to do."""
-        ...
-
 
 class Rig(Protocol):
     """An assembled rig, real or simulated; one thread calls it, but for `mirrors.park`."""
@@ -46,6 +41,11 @@ class Rig(Protocol):
     @property
     def simulated(self) -> bool:
         """Whether the world is simulated."""
+        ...
+
+    @property
+    def scene(self) -> str | None:
+        """Name of the simulated scene."""
         ...
 
     @property
@@ -88,7 +88,7 @@ class Rig(Protocol):
         """What is wrong with which device as of the last `connect`."""
         ...
 
-    def connect(self) -> None:
+    def connect(self) -> object:
         """Connect every device that is not connected; list in `problems` what could not be."""
         ...
 

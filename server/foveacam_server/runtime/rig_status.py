@@ -62,6 +62,7 @@ class RigStatus:
     rig_id: str | None = None
     name: str = ""
     simulated: bool = False
+    scene: str | None = None
     baseline_m: float | None = None
     cameras: tuple[CameraStatus, ...] = ()
     mirrors: MirrorState | None = None
@@ -137,6 +138,7 @@ def rig_status(
         rig_id=rig.rig_id,
         name=rig.name,
         simulated=rig.simulated,
+        scene=rig.scene,
         baseline_m=rig.baseline_m,
         cameras=cameras,
         mirrors=rig.mirrors.state,

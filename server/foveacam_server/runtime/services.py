@@ -1,5 +1,6 @@
 """What the lifespan built and the routes fetch; nothing here is created by a request."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Annotated, cast
 
@@ -15,6 +16,7 @@ from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
+from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
@@ -37,7 +39,10 @@ class Services:
     streams: Streams
     hardware: HardwareThread
     stop: StopSwitch
+    stopping: ThreadPoolExecutor
+    """Threads that only the stop uses, so that no other request can hold it up."""
     calibration: CalibrationService
+    overlay: Overlay
     jobs: JobRunner
     clouds: CloudShelf
     fixations: FixationService

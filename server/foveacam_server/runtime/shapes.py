@@ -34,6 +34,10 @@ MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 
 
+OnCloud = Callable[[str, Document], None]
+"""Takes the fixation's id and the new cloud's document."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
     """What a fixation leaves to be worked out."""
@@ -45,10 +49,7 @@ class Seen:
     point_rig_m: tuple[float, float, float]
     distance_m: float
     distance_sigma_m: float
-
-
-OnCloud = Callable[[str, Document], None]
-"""Takes the fixation's id and the new cloud's document."""
+    on_cloud: OnCloud
 
 
 class ShapeWorker:
@@ -61,13 +62,11 @@ class ShapeWorker:
         sink: PictureSink,
         viewer: Viewer | None,
         events: EventLog,
-        on_cloud: OnCloud,
     ) -> None:
         self._shelf = shelf
         self._sink = sink
         self._viewer = viewer
         self._events = events
-        self._on_cloud = on_cloud
         self._waiting: queue.Queue[Seen | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
@@ -115,7 +114,7 @@ class ShapeWorker:
         shape = self._shape(seen, pair, depth)
         self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
         document = self._shelf.put(shape)
-        self._on_cloud(seen.fixation_id, document)
+        seen.on_cloud(seen.fixation_id, document)
         if self._viewer is not None:
             self._viewer.show_fixation(
                 seen.fixation_id,

@@ -1,0 +1,78 @@
+"""What several routes share: who may move, how a job is answered, which problems a route may have."""
+
+import re
+from typing import Annotated, Any
+
+from fastapi import Header, Query
+from fastapi.responses import JSONResponse
+
+from foveacam_server.api.models import JobDocument
+from foveacam_server.api.models import Problem as ProblemModel
+from foveacam_server.runtime.job_table import Job, JobState
+from foveacam_server.runtime.services import Services
+
+JOBS_URL = "/api/v1/jobs"
+LONGEST_WAIT_S = 60.0
+
+LeaseHeader = Annotated[str | None, Header(alias="X-Lease", description="token of the control lease")]
+PreferHeader = Annotated[
+    str | None, Header(description="`wait=N`: answer with the result when it comes within N seconds")
+]
+IdempotencyHeader = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=200,
+        description="the same key with the same request gives the same job",
+    ),
+]
+Limit = Annotated[int, Query(ge=1, le=500)]
+
+_WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
+
+_TITLES = {
+    401: "a token is needed",
+    403: "a foreign page",
+    404: "there is nothing here",
+    409: "busy, stopped or not calibrated",
+    422: "the request cannot be used, or the rig cannot do it",
+    502: "a device failed",
+    503: "a device is missing",
+    504: "a device did not answer",
+}
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
+    """Describe the problem documents that a route may answer, for OpenAPI."""
+    return {
+        status: {
+            "description": _TITLES[status],
+            "content": {"application/problem+json": {"schema": ProblemModel.model_json_schema()}},
+        }
+        for status in (*statuses, 422)
+    }
+
+
+def wait_s(prefer: str | None) -> float:
+    """Return how long a `Prefer` header asks to wait, seconds; 0 without one (RFC 7240)."""
+    found = _WAIT.search(prefer or "")
+    return min(LONGEST_WAIT_S, float(found[1])) if found else 0.0
+
+
+async def job_answer(services: Services, job: Job, *, prefer: str | None) -> JSONResponse:
+    """Answer with the job (202), or with its fixation (200) when it ends in the time given.
+
+    A job that failed in that time is still answered as a job: its problem stands in it.
+    """
+    wanted_s = wait_s(prefer)
+    if wanted_s > 0.0:
+        job = await services.jobs.ended(job.id, timeout_s=wanted_s)
+    headers = {"Location": f"{JOBS_URL}/{job.id}"}
+    if wanted_s > 0.0:
+        headers["Preference-Applied"] = f"wait={wanted_s:g}"
+    if wanted_s > 0.0 and job.state is JobState.SUCCEEDED and job.result_url is not None:
+        fixation = services.fixations.table.get(job.result_url.rsplit("/", 1)[1])
+        return JSONResponse(fixation, headers=headers)
+    document = JobDocument.model_validate(job.document()).model_dump(mode="json")
+    return JSONResponse(document, status_code=202, headers=headers)

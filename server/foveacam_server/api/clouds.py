@@ -1,0 +1,76 @@
+"""Clouds: the shape around each fixation, as PLY, GLB and a picture."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import FileResponse
+
+from foveacam_server.api.answers import Limit, problems
+from foveacam_server.api.models import CloudDocument
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/clouds", tags=["clouds"])
+
+CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
+
+
+def _file(media_type: str) -> dict[int | str, dict[str, object]]:
+    schema = {"type": "string", "format": "binary"}
+    return {200: {"content": {media_type: {"schema": schema}}, "description": "the file"}, **problems(404)}
+
+
+@router.get("", summary="Newest clouds, newest first", response_model=list[CloudDocument])
+def newest(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+    """Return the newest clouds."""
+    return services.clouds.newest(limit)
+
+
+@router.get(
+    "/{cloud_id}.ply",
+    summary="Points as PLY",
+    response_class=FileResponse,
+    responses=_file("application/octet-stream"),
+)
+def ply(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return x, y, z (m, rig frame), colour and sigma of every point."""
+    path = services.clouds.file(cloud_id, "cloud.ply")
+    return FileResponse(path, media_type="application/octet-stream", filename=f"{cloud_id}.ply")
+
+
+@router.get(
+    "/{cloud_id}.glb",
+    summary="Textured surface as GLB",
+    response_class=FileResponse,
+    responses=_file("model/gltf-binary"),
+)
+def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return the textured mesh, in metres, +y up."""
+    path = services.clouds.file(cloud_id, "mesh.glb")
+    return FileResponse(path, media_type="model/gltf-binary", filename=f"{cloud_id}.glb")
+
+
+@router.get(
+    "/{cloud_id}/depth.png",
+    summary="Depth as a picture",
+    response_class=FileResponse,
+    responses=_file("image/png"),
+)
+def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return the depth heat map with its scale."""
+    return FileResponse(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
+
+
+@router.get("/{cloud_id}", summary="One cloud", response_model=CloudDocument, responses=problems(404))
+def one(cloud_id: CloudId, services: ServicesDep) -> Document:
+    """Return one cloud."""
+    return services.clouds.get(cloud_id)
+
+
+@router.delete("/{cloud_id}", status_code=204, summary="Remove a cloud", responses=problems(404))
+def remove(cloud_id: CloudId, services: ServicesDep) -> None:
+    """Remove a cloud and its files; its fixation and target stay."""
+    cloud = services.clouds.remove(cloud_id)
+    services.fixations.cloud_went(cloud["fixation_id"])
+    if services.viewer is not None:
+        services.viewer.remove_fixation(cloud["fixation_id"])

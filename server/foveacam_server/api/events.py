@@ -1,0 +1,46 @@
+"""Events: a live stream (SSE) that continues where a client left off, and the recent past as JSON."""
+
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from fastapi import APIRouter, Header
+from fastapi.responses import StreamingResponse
+from sse_starlette import EventSourceResponse, ServerSentEvent
+
+from foveacam_server.api.answers import Limit
+from foveacam_server.api.models import EventDocument
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/events", tags=["events"])
+
+PING_S = 10
+LAST_ID_LIMIT = 2**62
+
+LastEventId = Annotated[
+    int | None, Header(alias="Last-Event-ID", ge=0, le=LAST_ID_LIMIT, description="replay what followed")
+]
+
+
+@router.get(
+    "",
+    summary="Live events",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+)
+async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
+    """Stream events as they come; with `Last-Event-ID`, first those that followed it."""
+    return EventSourceResponse(_sent(services.events, last_event_id), ping=PING_S, sep="\n")
+
+
+@router.get("/recent", summary="The newest events, oldest first", response_model=list[EventDocument])
+async def recent(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+    """Return the newest events."""
+    return [event.document() for event in services.events.recent(limit)]
+
+
+async def _sent(events: EventLog, last_id: int | None) -> AsyncIterator[ServerSentEvent]:
+    async for event in events.listen(last_id):
+        yield ServerSentEvent(json.dumps(event.document()), id=str(event.id), event=event.kind)

@@ -1,0 +1,53 @@
+"""Fixations: point somewhere, both foveae verge on it."""
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse
+
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    Limit,
+    PreferHeader,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.models import FixationDocument, FixationRequest, JobDocument
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/fixations", tags=["fixations"])
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Look there",
+    response_model=JobDocument,
+    responses={200: {"model": FixationDocument, "description": "ended in time"}, **problems(409, 503)},
+)
+async def create(
+    request: FixationRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
+    services.lease.check(x_lease)
+    asked = request.model_dump(exclude_none=True)
+    job = services.fixations.foveate(asked, source="rest", idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer)
+
+
+@router.get("", summary="Newest fixations, newest first", response_model=list[FixationDocument])
+def newest(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+    """Return the newest fixations."""
+    return services.fixations.table.newest(limit)
+
+
+@router.get(
+    "/{fixation_id}", summary="One fixation", response_model=FixationDocument, responses=problems(404)
+)
+def one(fixation_id: str, services: ServicesDep) -> Document:
+    """Return one fixation with all its steps."""
+    return services.fixations.table.get(fixation_id)

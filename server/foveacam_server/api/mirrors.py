@@ -1,0 +1,73 @@
+"""The mirrors: where they point, how their controller is doing, and steering them open loop."""
+
+import asyncio
+import math
+
+from fastapi import APIRouter
+
+from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_pipeline.models.calibration import eye_volts
+from foveacam_server.api.answers import LeaseHeader, problems
+from foveacam_server.api.models import SteerRequest
+from foveacam_server.api.rig_models import EyeDocument, MirrorsDocument
+from foveacam_server.runtime.documents import deg, rounded
+from foveacam_server.runtime.fixation_request import check_direction
+from foveacam_server.runtime.services import Services, ServicesDep
+
+router = APIRouter(prefix="/mirrors", tags=["rig"])
+
+
+@router.get("", summary="Both mirrors")
+async def mirrors(services: ServicesDep) -> MirrorsDocument:
+    """Return both mirrors as last seen."""
+    return mirrors_document(services)
+
+
+@router.post("/steer", summary="Point both foveae, open loop", responses=problems(409, 502, 503, 504))
+async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+    """Point both eyes at a direction and distance from the rig's origin; without a distance, parallel."""
+    services.lease.check(x_lease)
+    calibration = services.calibration.require()
+    ax_rad, ay_rad = math.radians(request.direction.ax_deg), math.radians(request.direction.ay_deg)
+    check_direction(ax_rad, ay_rad)
+    distance_m = math.inf if request.distance_m is None else request.distance_m
+    volts = calibration.steer(ax_rad, ay_rad, distance_m=distance_m)
+    await asyncio.wrap_future(services.hardware.steer(volts))
+    services.overlay.look_at_distance(distance_m)
+    services.events.emit(
+        "mirrors.steered",
+        f"steered to {request.direction.ax_deg:.2f}°, {request.direction.ay_deg:.2f}°",
+        data=request.model_dump(),
+    )
+    return mirrors_document(services)
+
+
+def mirrors_document(services: Services) -> MirrorsDocument:
+    """Return both mirrors as REST shows them."""
+    status = services.hardware.status
+    state, telemetry = status.mirrors, status.telemetry
+    gaze = services.hardware.gaze
+    return MirrorsDocument(
+        connected=state is not None and state.connected,
+        enabled=state is not None and state.enabled,
+        left=_eye(services, Role.LEFT, eye_volts(gaze, Role.LEFT)),
+        right=_eye(services, Role.RIGHT, eye_volts(gaze, Role.RIGHT)),
+        fault=None if state is None else state.fault,
+        rtt_p50_ms=rounded(telemetry.rtt_p50_ms, 3) if telemetry else None,
+        rtt_p99_ms=rounded(telemetry.rtt_p99_ms, 3) if telemetry else None,
+        tx_packets=telemetry.tx_packets if telemetry else 0,
+        rx_packets=telemetry.rx_packets if telemetry else 0,
+        bad_packets=telemetry.bad_packets if telemetry else 0,
+        clock_offset_ms=rounded(telemetry.clock_offset_ns / 1e6, 3) if telemetry else None,
+    )
+
+
+def _eye(services: Services, role: Role, volts: MirrorVolts) -> EyeDocument:
+    calibration = services.calibration.current
+    angles_rad = None if calibration is None else calibration.eye(role).mirror.angles_rad(volts)
+    return EyeDocument(
+        x_v=round(volts.x_v, 4),
+        y_v=round(volts.y_v, 4),
+        ax_deg=None if angles_rad is None else deg(angles_rad[0]),
+        ay_deg=None if angles_rad is None else deg(angles_rad[1]),
+    )

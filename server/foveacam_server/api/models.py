@@ -1,0 +1,259 @@
+"""The shapes of requests and answers.
+
+Requests are strict: a string is no number, NaN is none, unknown keys are refused.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""A name for people: no control characters."""
+
+
+class Asked(BaseModel):
+    """Root of what is sent to the server."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+class Told(BaseModel):
+    """Root of what the server answers."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Problem(BaseModel):
+    """An error (RFC 9457); `asked`, `found` and `remedy` are there when known."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str | None = None
+    asked: str | None = None
+    found: str | None = None
+    remedy: str | None = None
+
+
+class Pixel(Asked):
+    """A point of the wide image, px; the centre of the first pixel is (0, 0)."""
+
+    x_px: float
+    y_px: float
+
+
+class Rectangle(Asked):
+    """A rectangle of the wide image, px."""
+
+    x_px: float
+    y_px: float
+    width_px: float
+    height_px: float
+
+
+class Direction(Asked):
+    """Axis-wise angles in the rig frame: tan ax = X/Z, tan ay = Y/Z; +x right, +y down."""
+
+    ax_deg: float
+    ay_deg: float
+
+
+class FixationRequest(Asked):
+    """Exactly one of pixel, rectangle and direction."""
+
+    pixel: Pixel | None = None
+    rectangle: Rectangle | None = None
+    direction: Direction | None = None
+    label: Label | None = None
+    depth: bool = True
+    """Whether depth, cloud and mesh are worked out afterwards."""
+
+
+class SteerRequest(Asked):
+    """Where both eyes shall look; without a distance they look parallel."""
+
+    direction: Direction
+    distance_m: Annotated[float, Field(gt=0.0)] | None = None
+
+
+class LeaseRequest(Asked):
+    """Who asks for the lease."""
+
+    holder: Label
+    take_over: bool = False
+
+
+class TargetPatch(Asked):
+    """What may be changed of a target."""
+
+    label: Label
+
+
+class JobProgress(Told):
+    """How far a job is: `done` of `total`."""
+
+    done: int
+    total: int
+    eta_s: float | None
+    note: str
+
+
+class JobDocument(Told):
+    """One piece of long work."""
+
+    id: str
+    kind: str
+    state: Literal["queued", "running", "cancelling", "cancelled", "failed", "succeeded"]
+    created_utc: str
+    started_utc: str | None
+    ended_utc: str | None
+    progress: JobProgress
+    result_url: str | None
+    problem: Problem | None
+
+
+class TargetPlace(Told):
+    """Where a fixation was aimed: direction and wide pixel."""
+
+    ax_deg: float
+    ay_deg: float
+    x_px: float
+    y_px: float
+
+
+class StepDocument(Told):
+    """One look of the vergence loop."""
+
+    index: int
+    phase: str
+    left_ax_deg: float
+    left_ay_deg: float
+    right_ax_deg: float
+    right_ay_deg: float
+    residual_x_px: float | None
+    residual_y_px: float | None
+    score: float | None
+    compute_ms: float | None
+
+
+class FixationDocument(Told):
+    """The answer to one target; distance and point are null unless it verged."""
+
+    id: str
+    job_id: str
+    created_utc: str
+    request: dict[str, Any]  # Any: as it was posted
+    target: TargetPlace
+    state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
+    reason: str
+    distance_m: float | None
+    distance_sigma_m: float | None
+    point_rig_m: tuple[float, float, float] | None
+    residual_px: float | None
+    score: float | None
+    duration_ms: float | None
+    steps: list[StepDocument]
+    calibration_id: str
+    target_id: str | None
+    cloud_id: str | None
+
+
+class TargetDocument(Told):
+    """A point that was verged on and kept."""
+
+    id: str
+    label: str
+    fixation_id: str
+    distance_m: float
+    distance_sigma_m: float
+    point_rig_m: tuple[float, float, float]
+    ax_deg: float
+    ay_deg: float
+    x_px: float
+    y_px: float
+    cloud_id: str | None
+    created_utc: str
+
+
+class CloudDocument(Told):
+    """The shape around one fixation; the files' axes are in server/README.md."""
+
+    id: str
+    fixation_id: str
+    created_utc: str
+    points: int
+    centre_rig_m: tuple[float, float, float]
+    z_min_m: float
+    z_max_m: float
+    sigma_median_m: float
+    ply_url: str
+    glb_url: str | None
+    depth_url: str
+
+
+class DepthDocument(Told):
+    """Depth at one wide pixel."""
+
+    x_px: float
+    y_px: float
+    distance_m: float
+    distance_sigma_m: float
+    point_rig_m: tuple[float, float, float]
+    fixation_id: str
+    age_s: float
+
+
+class CalibrationDocument(Told):
+    """A calibration, and how far to trust it."""
+
+    id: str
+    label: str
+    origin: str
+    rig_id: str
+    created_utc: str
+    age_s: float
+    baseline_m: float
+    mirror_sigma_deg: float
+    rectify_sigma_px: float | None
+
+
+class EventDocument(Told):
+    """One line of the event log."""
+
+    id: int
+    kind: str
+    level: Literal["info", "warning", "error"]
+    t_utc: str
+    message: str
+    data: dict[str, Any]  # Any: depends on the kind
+
+
+class LeaseGrant(Told):
+    """What the holder of the lease gets; the token goes into the X-Lease header."""
+
+    token: str
+    holder: str
+    expires_in_s: float
+
+
+class LeaseDocument(Told):
+    """Who holds the control lease; null: nobody, and anybody may move."""
+
+    holder: str | None
+    expires_in_s: float | None
+
+
+class StopDocument(Told):
+    """Whether the stop is engaged."""
+
+    engaged: bool
+    since_utc: str | None
+    by: str | None
+
+
+class StopAnswer(Told):
+    """The stop is engaged; `parked` tells whether the mirrors confirmed."""
+
+    engaged: bool
+    parked: bool

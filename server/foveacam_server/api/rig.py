@@ -1,0 +1,55 @@
+"""The rig: everything that a status panel shows, in one document."""
+
+import math
+
+from fastapi import APIRouter
+
+from foveacam_server.api.cameras import camera_document
+from foveacam_server.api.mirrors import mirrors_document
+from foveacam_server.api.models import CalibrationDocument
+from foveacam_server.api.rig_models import (
+    ClockDocument,
+    DeviceProblemDocument,
+    RigDocument,
+    SteeringDocument,
+)
+from foveacam_server.runtime.documents import calibration_document
+from foveacam_server.runtime.names import utc_now
+from foveacam_server.runtime.services import Services, ServicesDep
+
+router = APIRouter(tags=["rig"])
+
+
+@router.get("/rig", summary="The rig as last seen")
+async def rig(services: ServicesDep) -> RigDocument:
+    """Return the rig's state, its problems, its devices and its calibration."""
+    status = services.hardware.status
+    calibration = services.calibration.current
+    return RigDocument(
+        name=status.name,
+        rig_id=status.rig_id,
+        simulated=status.simulated,
+        scene=status.scene,
+        state=status.state.value,
+        problems=[
+            DeviceProblemDocument(device=problem.device, detail=problem.detail, remedy=problem.remedy)
+            for problem in status.problems
+        ],
+        baseline_m=status.baseline_m,
+        steering=_steering(services),
+        cameras=[camera_document(camera, now_ns=services.clock.now_ns()) for camera in status.cameras],
+        mirrors=mirrors_document(services),
+        calibration=None
+        if calibration is None
+        else CalibrationDocument.model_validate(calibration_document(calibration)),
+        calibration_problem=services.calibration.problem,
+        clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),
+    )
+
+
+def _steering(services: Services) -> SteeringDocument | None:
+    reach_rad = services.calibration.reach_rad
+    if reach_rad is None:
+        return None
+    ax_min, ax_max, ay_min, ay_max = (round(math.degrees(angle_rad), 3) for angle_rad in reach_rad)
+    return SteeringDocument(ax_min_deg=ax_min, ax_max_deg=ax_max, ay_min_deg=ay_min, ay_max_deg=ay_max)
