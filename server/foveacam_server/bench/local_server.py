@@ -1,0 +1,60 @@
+"""An application on a real server in a thread of this process, for benches and tests with true sockets."""
+
+import asyncio
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from foveacam_hardware.contract import DeviceFault
+from foveacam_server.runtime.stream_socket import listen
+
+_START_TIMEOUT_S = 20.0
+
+
+class _Server(uvicorn.Server):
+    """Tells when it has started, so that nobody needs to poll."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.begun = threading.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to listen."""
+        await super().startup(sockets)
+        self.begun.set()
+
+
+@contextmanager
+def serving(app: ASGIApp) -> Iterator[int]:
+    """Serve `app` on a free port of 127.0.0.1, which it gives, until the context ends."""
+    listener = listen("127.0.0.1", 0)
+    server = _Server(
+        uvicorn.Config(
+            app,
+            log_level="warning",
+            access_log=False,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
+        )
+    )
+
+    def run() -> None:
+        try:
+            asyncio.run(server.serve(sockets=[listener]))
+        finally:
+            server.begun.set()
+
+    thread = threading.Thread(target=run, name="local server")
+    thread.start()
+    try:
+        if not server.begun.wait(_START_TIMEOUT_S) or not server.started:
+            raise DeviceFault("the local server did not start; its message stands above")
+        yield int(listener.getsockname()[1])
+    finally:
+        server.should_exit = True
+        thread.join()
+        listener.close()

@@ -1,0 +1,223 @@
+import asyncio
+import math
+import socket
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_web import scene as scene_module
+from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
+from foveacam_web.scene_fixation import LIVE_POINTS, thin
+from foveacam_web.scene_rig import gaze_direction, rig_from_gaze
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
+from foveacam_web.viser_page import viser_page
+
+SHAPE = RigShape(
+    baseline_m=0.2,
+    wide_fov_rad=(math.radians(25.6), math.radians(19.4)),
+    fovea_fov_rad=(math.radians(2.86), math.radians(2.15)),
+)
+
+
+def cloud(points: int, *, centre_m: tuple[float, float, float] = (0.3, -0.1, 12.0)) -> Cloud:
+    rng = np.random.default_rng(5)
+    return Cloud(
+        points_rig_m=rng.normal(centre_m, 0.05, (points, 3)).astype(np.float32),
+        colors=rng.integers(0, 256, (points, 3), dtype=np.uint8),
+        sigma_m=np.full(points, 0.01, dtype=np.float32),
+    )
+
+
+def mesh() -> DepthMesh:
+    return DepthMesh(
+        vertices_rig_m=np.array([[0, 0, 3], [0.1, 0, 3], [0, 0.1, 3]], dtype=np.float32),
+        faces=np.array([[0, 1, 2]], dtype=np.uint32),
+        uv=np.array([[0, 0], [1, 0], [0, 1]], dtype=np.float32),
+        texture=np.full((8, 8, 3), 90, dtype=np.uint8),
+    )
+
+
+@pytest.fixture
+def scene() -> Iterator[ViewerScene]:
+    with ViewerScene() as opened:
+        yield opened
+
+
+def show(scene: ViewerScene, name: str, *, with_cloud: bool = True, with_mesh: bool = True) -> None:
+    scene.show_fixation(
+        name,
+        label=name,
+        point_rig_m=(0.3, -0.1, 12.0),
+        distance_m=12.004,
+        distance_sigma_m=0.031,
+        cloud=cloud(300) if with_cloud else None,
+        mesh=mesh() if with_mesh else None,
+    )
+
+
+def nodes(scene: ViewerScene) -> set[str]:
+    return set(scene._running().scene._handle_from_node_name)
+
+
+@pytest.mark.parametrize(("ax_deg", "ay_deg"), [(0.0, 0.0), (9.0, -7.0), (-10.0, 10.0)])
+def test_a_frustum_points_along_the_gaze_and_stays_level(ax_deg: float, ay_deg: float) -> None:
+    gaze = EyeGaze(ax_rad=math.radians(ax_deg), ay_rad=math.radians(ay_deg))
+    rotation = rig_from_gaze(gaze)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    np.testing.assert_allclose(rotation[:, 2], gaze_direction(gaze), atol=1e-12)
+    assert rotation[1, 0] == pytest.approx(0.0)
+    x, y, z = gaze_direction(gaze)
+    assert (math.degrees(math.atan2(x, z)), math.degrees(math.atan2(y, z))) == pytest.approx((ax_deg, ay_deg))
+
+
+def test_the_label_shows_the_digits_that_the_error_leaves() -> None:
+    def text(sigma_m: float) -> str:
+        return FixationDrawing(
+            label="T1", point_rig_m=(0, 0, 3), distance_m=3.21469, distance_sigma_m=sigma_m
+        ).text
+
+    assert text(0.004) == "T1  3.215 ± 0.004 m"
+    assert text(0.03) == "T1  3.21 ± 0.03 m"
+    assert text(0.4) == "T1  3.2 ± 0.4 m"
+
+
+def test_a_large_cloud_is_thinned_over_its_whole_extent() -> None:
+    full = cloud(LIVE_POINTS + 5_000)
+    points_m, colors = thin(full)
+    assert points_m.shape == colors.shape == (LIVE_POINTS, 3)
+    np.testing.assert_array_equal(points_m[[0, -1]], full.points_rig_m[[0, -1]])
+
+
+def test_the_scene_works_while_nobody_watches(scene: ViewerScene) -> None:
+    scene.show_rig(SHAPE)
+    gaze = EyeGaze(ax_rad=0.02, ay_rad=-0.01)
+    scene.show_gaze(left=gaze, right=gaze, distance_m=4.0)
+    show(scene, "fix-1")
+    scene.select("fix-1")
+    expected = {"/rig", "/cameras/wide", "/cameras/left", "/cameras/right", "/gaze/left", "/floor"}
+    expected |= {f"/fixations/fix-1/{part}" for part in ("cloud", "surface", "marker", "label", "sigma")}
+    assert expected <= nodes(scene)
+
+
+def test_a_cloud_is_sent_around_its_own_centre(scene: ViewerScene) -> None:
+    show(scene, "fix-1")
+    node = scene._fixations["fix-1"]._cloud
+    assert node is not None
+    np.testing.assert_allclose(node.position, (0.3, -0.1, 12.0), atol=0.02)
+    restored_m = np.asarray(node.points, dtype=np.float64) + node.position
+    # Half floats within 0.25 m of the centre: steps of 2^-13 m
+    np.testing.assert_allclose(restored_m, cloud(300).points_rig_m, atol=2**-13)
+
+
+def test_showing_a_fixation_again_replaces_it(scene: ViewerScene) -> None:
+    show(scene, "fix-1")
+    show(scene, "fix-1", with_mesh=False)
+    assert scene.fixations == ("fix-1",)
+    assert "/fixations/fix-1/surface" not in nodes(scene)
+
+
+def test_a_cloud_without_a_surface_is_shown(scene: ViewerScene) -> None:
+    show(scene, "fix-1")
+    with_surface = scene._fixations["fix-1"]._cloud
+    assert with_surface is not None
+    assert not with_surface.visible
+    show(scene, "fix-2", with_mesh=False)
+    alone = scene._fixations["fix-2"]._cloud
+    assert alone is not None
+    assert alone.visible
+
+
+def test_a_removed_fixation_leaves_nothing(scene: ViewerScene) -> None:
+    before = nodes(scene)
+    show(scene, "fix-1")
+    scene.remove_fixation("fix-1")
+    scene.remove_fixation("never there")
+    assert nodes(scene) - before <= {"/fixations"}
+    assert scene.fixations == ()
+
+
+def test_the_oldest_fixation_makes_room_but_never_the_selected_one(scene: ViewerScene) -> None:
+    show(scene, "fix-0", with_cloud=False, with_mesh=False)
+    scene.select("fix-0")
+    for index in range(1, MAX_FIXATIONS + 1):
+        show(scene, f"fix-{index}", with_cloud=False, with_mesh=False)
+    assert len(scene.fixations) == MAX_FIXATIONS
+    assert scene.fixations[:2] == ("fix-0", "fix-2")
+
+
+def test_a_click_is_handed_over_to_the_servers_loop(scene: ViewerScene) -> None:
+    show(scene, "fix-1")
+
+    async def scenario() -> tuple[str, bool]:
+        here = threading.current_thread()
+        taken: asyncio.Future[tuple[str, bool]] = asyncio.get_running_loop().create_future()
+
+        async def take(fixation_id: str) -> None:
+            taken.set_result((fixation_id, threading.current_thread() is here))
+
+        scene.on_select(take, asyncio.get_running_loop())
+        viser_loop = scene._running().get_event_loop()
+        asyncio.run_coroutine_threadsafe(scene._clicked("fix-1"), viser_loop)
+        return await asyncio.wait_for(taken, timeout=5.0)
+
+    assert asyncio.run(scenario()) == ("fix-1", True)
+    assert scene._selected == "fix-1"
+
+
+def test_stopping_leaves_no_thread() -> None:
+    before = set(threading.enumerate())
+    opened = ViewerScene()
+    opened.start()
+    show(opened, "fix-1")
+    opened.stop()
+    opened.stop()
+    for thread in set(threading.enumerate()) - before:
+        thread.join(timeout=5.0)
+    assert set(threading.enumerate()) <= before
+
+
+def test_a_stopped_scene_ignores_what_it_is_told() -> None:
+    stopped = ViewerScene()
+    show(stopped, "fix-1")
+    stopped.show_rig(SHAPE)
+    assert stopped.fixations == ()
+    with pytest.raises(RuntimeError, match="start"):
+        _ = stopped.port
+
+
+def test_a_taken_port_is_refused_instead_of_the_next_being_used() -> None:
+    with socket.socket() as holder:
+        holder.bind(("127.0.0.1", 0))
+        holder.listen()
+        port = holder.getsockname()[1]
+        with pytest.raises(InvalidInput, match=str(port)):
+            ViewerScene(port=port).start()
+
+
+def test_no_viewer_can_open_a_public_tunnel(
+    scene: ViewerScene, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def tunnel(*_args: object) -> None:
+        raise AssertionError("a tunnel was opened")
+
+    monkeypatch.setattr("viser._viser.ViserTunnel", tunnel)
+    assert scene._running().request_share_url() is None
+    assert "refused" in caplog.text
+
+
+def test_the_banner_of_viser_stays_off_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    with scene_module.ViewerScene():
+        pass
+    assert capfd.readouterr().out == ""
+
+
+def test_the_page_reconnects_without_focus() -> None:
+    page = viser_page().decode()
+    head = page[: page.index("</head>")]
+    assert "document.hasFocus = () => true" in head
+    assert viser_page(bare=True) != viser_page()

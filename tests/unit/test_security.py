@@ -1,0 +1,247 @@
+import asyncio
+import json
+from dataclasses import dataclass, field
+from typing import TypedDict, Unpack
+
+import httpx
+import pytest
+from fastapi import FastAPI, WebSocket
+from pydantic import SecretStr
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.api import security
+from foveacam_server.settings import Settings
+
+OWN = "http://127.0.0.1:8000"
+TOKEN = "correct horse"  # noqa: S105  # a token of this test alone
+
+
+class Choices(TypedDict, total=False):
+    host: str
+    token: SecretStr
+    allowed_origins: tuple[str, ...]
+
+
+@dataclass
+class Browser:
+    """Asks an application in this process; keeps cookies."""
+
+    app: ASGIApp
+    base_url: str
+    cookies: httpx.Cookies = field(default_factory=httpx.Cookies)
+
+    def request(self, method: str, path: str, headers: dict[str, str] | None = None) -> httpx.Response:
+        async def ask() -> httpx.Response:
+            transport = httpx.ASGITransport(app=self.app)
+            async with httpx.AsyncClient(
+                transport=transport, base_url=self.base_url, cookies=self.cookies
+            ) as session:
+                answer = await session.request(method, path, headers=headers)
+                self.cookies = session.cookies
+                return answer
+
+        return asyncio.run(ask())
+
+    def get(self, path: str, headers: dict[str, str] | None = None) -> httpx.Response:
+        return self.request("GET", path, headers)
+
+    def post(self, path: str, headers: dict[str, str] | None = None) -> httpx.Response:
+        return self.request("POST", path, headers)
+
+    def open_websocket(self, headers: dict[str, str]) -> list[Message]:
+        """Return what the application sends to a WebSocket that connects and says nothing."""
+        host = httpx.URL(self.base_url).netloc.decode()
+        named = {"host": host, **{name.lower(): value for name, value in headers.items()}}
+        scope: Scope = {
+            "type": "websocket",
+            "path": "/ws",
+            "raw_path": b"/ws",
+            "query_string": b"",
+            "headers": [(name.encode(), value.encode("latin-1")) for name, value in named.items()],
+            "subprotocols": [],
+            "extensions": {"websocket.http.response": {}},
+        }
+        sent: list[Message] = []
+
+        async def receive() -> Message:
+            return {"type": "websocket.connect"}
+
+        async def send(message: Message) -> None:
+            sent.append(message)
+
+        asyncio.run(_call(self.app, scope, receive, send))
+        return sent
+
+    def greeting(self, headers: dict[str, str]) -> str:
+        accepted, greeting, _closed = self.open_websocket(headers)
+        assert accepted["type"] == "websocket.accept"
+        return str(greeting["text"])
+
+    def websocket_refusal(self, headers: dict[str, str]) -> tuple[int, str]:
+        """Return status and problem type of a refused WebSocket."""
+        start, body = self.open_websocket(headers)
+        return int(start["status"]), str(json.loads(body["body"])["type"])
+
+
+async def _call(app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+    await app(scope, receive, send)
+
+
+def client(base_url: str = OWN, **choices: Unpack[Choices]) -> Browser:
+    app = FastAPI()
+
+    @app.get("/")
+    async def page() -> str:
+        return "page"
+
+    @app.get("/healthz")
+    async def health() -> str:
+        return "ok"
+
+    @app.get("/viser/")
+    async def viser() -> str:
+        return "viser"
+
+    @app.post("/park")
+    async def park() -> str:
+        return "parked"
+
+    @app.websocket("/ws")
+    async def socket(websocket: WebSocket) -> None:
+        await websocket.accept()
+        await websocket.send_text("hello")
+        await websocket.close()
+
+    security.install(app, Settings(**choices))
+    return Browser(app, base_url)
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "PATCH", "DELETE"])
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://127.0.0.1:8001", "https://127.0.0.1.evil.example"]
+)
+def test_a_foreign_page_changes_nothing(method: str, origin: str) -> None:
+    answer = client().request(method, "/park", headers={"Origin": origin})
+    assert answer.status_code == 403
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["type"] == "/problems/forbidden-origin"
+    assert origin in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", ""])
+def test_a_foreign_page_opens_no_websocket(origin: str) -> None:
+    assert client().websocket_refusal({"Origin": origin}) == (403, "/problems/forbidden-origin")
+
+
+def test_the_own_page_may_do_both() -> None:
+    browser = client()
+    assert browser.post("/park", headers={"Origin": OWN}).json() == "parked"
+    assert browser.greeting({"Origin": OWN}) == "hello"
+
+
+def test_a_program_that_sends_no_origin_may_do_both() -> None:
+    program = client()
+    assert program.post("/park").json() == "parked"
+    assert program.greeting({}) == "hello"
+
+
+def test_a_configured_origin_may_do_both() -> None:
+    browser = client(allowed_origins=("https://lab.example",))
+    headers = {"Origin": "https://lab.example"}
+    assert browser.post("/park", headers=headers).json() == "parked"
+    assert browser.greeting(headers) == "hello"
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "127.evil.example:8000", "", "[::1", "10.0.0.1"]
+)
+def test_a_foreign_name_that_points_here_is_refused(host: str) -> None:
+    answer = client().get("/", headers={"Host": host})
+    assert answer.status_code == 403
+    assert "localhost" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("host", ["localhost", "localhost:9000", "127.0.0.1:8000", "127.0.0.2", "[::1]:8000"])
+def test_the_names_of_this_machine_are_answered(host: str) -> None:
+    assert client().get("/", headers={"Host": host}).status_code == 200
+
+
+def test_another_address_is_not_served_without_a_token() -> None:
+    with pytest.raises(InvalidInput, match="FOVEACAM_TOKEN"):
+        client(host="0.0.0.0")  # noqa: S104  # the mistake under test
+
+
+def guarded() -> Browser:
+    return client("http://rig.example", host="0.0.0.0", token=SecretStr(TOKEN))  # noqa: S104  # with a token
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {},
+        {"Authorization": "Bearer wrong"},
+        {"Authorization": f"Basic {TOKEN}"},
+        {"X-Api-Token": ""},
+        {"Cookie": f"foveacam_session={TOKEN}"},
+        {"Cookie": "\x01;;="},
+    ],
+)
+def test_without_the_token_nothing_is_served(headers: dict[str, str]) -> None:
+    answer = guarded().get("/", headers=headers)
+    assert answer.status_code == 401
+    assert answer.json()["type"] == "/problems/unauthorized"
+    assert TOKEN not in answer.text
+    assert guarded().websocket_refusal(headers) == (401, "/problems/unauthorized")
+
+
+@pytest.mark.parametrize("headers", [{"Authorization": f"Bearer {TOKEN}"}, {"X-Api-Token": TOKEN}])
+def test_a_program_shows_the_token_in_a_header(headers: dict[str, str]) -> None:
+    program = guarded()
+    assert program.post("/park", headers=headers).json() == "parked"
+    assert program.greeting(headers) == "hello"
+
+
+def test_a_browser_shows_the_token_once() -> None:
+    browser = guarded()
+    answer = browser.get("/?token=correct%20horse&theme=dark")
+    assert (answer.status_code, answer.headers["location"]) == (303, "/?theme=dark")
+    kept = answer.headers["set-cookie"]
+    assert "HttpOnly" in kept
+    assert "SameSite=lax" in kept
+    assert TOKEN not in kept
+    assert browser.get("/").json() == "page"
+    assert browser.post("/park", headers={"Origin": "http://rig.example"}).json() == "parked"
+    assert browser.post("/park", headers={"Origin": "http://evil.example"}).status_code == 403
+
+
+def test_a_wrong_token_in_the_address_sets_no_cookie() -> None:
+    answer = guarded().get("/?token=wrong")
+    assert answer.status_code == 401
+    assert "set-cookie" not in answer.headers
+
+
+def test_a_browser_without_token_is_asked_for_it() -> None:
+    answer = guarded().get("/", headers={"Accept": "text/html,*/*"})
+    assert answer.status_code == 401
+    assert 'name="token"' in answer.text
+
+
+def test_health_needs_no_token() -> None:
+    assert guarded().get("/healthz").json() == "ok"
+
+
+def test_every_answer_carries_the_security_headers() -> None:
+    answer = client().get("/missing")
+    assert answer.status_code == 404
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    policy = answer.headers["content-security-policy"]
+    assert "script-src 'self';" in policy
+    assert "worker-src 'self' blob:" in policy
+    assert "frame-ancestors 'self'" in policy
+
+
+def test_only_the_3d_page_may_run_its_own_inline_script() -> None:
+    browser = client()
+    assert "unsafe-inline' 'unsafe-eval'" in browser.get("/viser/").headers["content-security-policy"]
+    assert "unsafe-eval" not in browser.get("/").headers["content-security-policy"]
