@@ -74,6 +74,7 @@ class ControllerFarEnd:
             return
         self._inbox.extend(self._decoder.feed(self.to_device.apply(data)))
         self._drain(t_ns)
+        self.advance(t_ns)
 
     def take(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
