@@ -1,0 +1,395 @@
+"""The views' WebSocket, snapshot and MJPEG on a real server, fed by the test itself."""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from fastapi import FastAPI
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from foveacam_hardware.contract import MonotonicClock
+from foveacam_server import errors
+from foveacam_server.api import views
+from foveacam_server.bench.local_server import serving
+from foveacam_server.bench.stream_clients import Viewer, thin_line
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, Streams
+from foveacam_server.runtime.stream_messages import HEADER
+
+PATIENCE_S = 10.0
+SOCKET = "/api/v1/views/ws"
+
+
+@dataclass
+class Live:
+    """A running server and its inside."""
+
+    port: int
+    hub: FrameHub
+    streams: Streams
+
+    def publish(self, view: str, seq: int, *, height: int = 60, width: int = 80, **meta: object) -> None:
+        image = np.random.default_rng(seq).integers(0, 256, (height, width), dtype=np.uint8)
+        self.hub.publish(view, image, t_ns=time.monotonic_ns(), seq=seq, meta=meta or None)
+
+    def url(self, path: str, *, scheme: str = "http") -> str:
+        return f"{scheme}://127.0.0.1:{self.port}{path}"
+
+    def get(self, path: str) -> httpx.Response:
+        return httpx.get(self.url(path), trust_env=False)
+
+    @asynccontextmanager
+    async def viewer(self, **scales: int) -> AsyncIterator[ClientConnection]:
+        async with connect(self.url(SOCKET, scheme="ws"), compression=None, proxy=None) as socket:
+            await text(socket, "hello")
+            if scales:
+                await subscribe(socket, **scales)
+            yield socket
+
+
+@pytest.fixture(params=[64])
+def live(request: pytest.FixtureRequest) -> Iterator[Live]:
+    hub = FrameHub(clock=MonotonicClock())
+    streams = Streams(hub, boot_id="boot-1", max_clients=request.param)
+    app = FastAPI()
+    app.state.services = SimpleNamespace(streams=streams, viewer=None)
+    errors.install(app)
+    app.include_router(views.router, prefix="/api/v1")
+    with serving(app) as port:
+        yield Live(port, hub, streams)
+    streams.close()
+
+
+async def subscribe(socket: ClientConnection, **scales: int) -> None:
+    views_ = {view: {"scale": scale} for view, scale in scales.items()}
+    await socket.send(json.dumps({"type": "subscribe", "views": views_}))
+    # Answered in order: once the refusal of this nonsense is here, the subscription is in force
+    await socket.send("{}")
+    await text(socket, "problem")
+
+
+async def text(socket: ClientConnection, kind: str) -> dict[str, Any]:  # Any: a JSON message
+    """Return the next text message of a kind."""
+    async with asyncio.timeout(PATIENCE_S):
+        while True:
+            message = await socket.recv()
+            if isinstance(message, str) and json.loads(message)["type"] == kind:
+                found: dict[str, Any] = json.loads(message)
+                return found
+
+
+@dataclass(frozen=True)
+class Got:
+    view: int
+    scale: int
+    flags: int
+    seq: int
+    t_us: int
+    age_us: int
+    jpeg: bytes
+
+    @property
+    def size(self) -> tuple[int, int]:
+        picture = cv2.imdecode(np.frombuffer(self.jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+        assert picture is not None
+        return picture.shape[1], picture.shape[0]
+
+
+async def picture(socket: ClientConnection) -> Got:
+    """Return the next picture, not acknowledged."""
+    async with asyncio.timeout(PATIENCE_S):
+        while True:
+            message = await socket.recv()
+            if isinstance(message, bytes):
+                view, scale, flags, seq, t_us, age_us, _reserved = HEADER.unpack_from(message)
+                return Got(view, scale, flags, seq, t_us, age_us, message[HEADER.size :])
+
+
+async def ack(socket: ClientConnection, got: Got) -> None:
+    await socket.send(json.dumps({"type": "ack", "view": got.view, "seq": got.seq}))
+
+
+def play(scenario: Callable[[], Awaitable[None]]) -> None:
+    async def limited() -> None:
+        async with asyncio.timeout(3 * PATIENCE_S):
+            await scenario()
+
+    asyncio.run(limited())
+
+
+def test_the_server_says_who_it_is_and_what_it_shows(live: Live) -> None:
+    async def scenario() -> None:
+        async with connect(live.url(SOCKET, scheme="ws"), proxy=None) as socket:
+            hello = await text(socket, "hello")
+            stats = await text(socket, "stats")
+        assert hello["server"] == "boot-1"
+        assert [view["name"] for view in hello["views"]][:3] == ["wide", "left", "right"]
+        assert hello["views"][0] == {"index": 0, "name": "wide", "width": 1440, "height": 1080}
+        assert stats["views"]["left"] == {"rate_hz": 0.0, "age_ms": None, "frozen_since_ms": None}
+
+    play(scenario)
+
+
+def test_a_subscriber_gets_the_newest_picture_at_once(live: Live) -> None:
+    async def scenario() -> None:
+        live.publish("left", 41)
+        before_us = time.monotonic_ns() // 1000
+        async with live.viewer(left=2) as socket:
+            got = await picture(socket)
+        assert (got.view, got.scale, got.flags, got.seq) == (1, 2, 0, 41)
+        assert got.size == (40, 30)
+        assert 0 <= got.t_us <= before_us
+        assert got.age_us <= time.monotonic_ns() // 1000 - got.t_us
+
+    play(scenario)
+
+
+def test_without_acknowledgement_no_second_picture_and_then_the_newest(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            live.publish("wide", 1)
+            first = await picture(socket)
+            for seq in range(2, 8):
+                live.publish("wide", seq)
+            # Two rounds of statistics: time enough for a picture that must not come
+            kinds = [type(await socket.recv()) for _ in range(2)]
+            assert kinds == [str, str]
+            await ack(socket, first)
+            assert (await picture(socket)).seq == 7
+
+    play(scenario)
+
+
+def test_the_wrong_acknowledgement_brings_nothing(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            live.publish("wide", 1)
+            first = await picture(socket)
+            live.publish("wide", 2)
+            await socket.send(json.dumps({"type": "ack", "view": 0, "seq": 99}))
+            kinds = [type(await socket.recv()) for _ in range(2)]
+            assert kinds == [str, str]
+            await ack(socket, first)
+            assert (await picture(socket)).seq == 2
+
+    play(scenario)
+
+
+def test_the_overlay_comes_before_its_picture(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            live.publish("wide", 5, gaze={"left": {"ax_deg": 1.5, "ay_deg": 0.0}})
+            overlay = await text(socket, "overlay")
+            assert overlay == {"type": "overlay", "seq": 5, "gaze": {"left": {"ax_deg": 1.5, "ay_deg": 0.0}}}
+            following = await socket.recv()
+            assert isinstance(following, bytes)
+            assert HEADER.unpack_from(following)[3] == 5
+
+    play(scenario)
+
+
+def test_a_subscription_change_takes_effect_at_once(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            live.publish("wide", 1)
+            await ack(socket, await picture(socket))
+            await subscribe(socket, wide=2, right=1)
+            assert live.hub.watched("right")
+            smaller = await picture(socket)
+            assert (smaller.view, smaller.scale, smaller.seq, smaller.size) == (0, 2, 1, (40, 30))
+            await subscribe(socket, right=1)
+            assert not live.hub.watched("wide")
+            live.publish("wide", 2)
+            live.publish("right", 3)
+            assert (await picture(socket)).view == 2
+
+    play(scenario)
+
+
+def test_eight_viewers_cost_one_encode_a_picture_and_size(live: Live) -> None:
+    async def scenario() -> None:
+        async with AsyncExitStack() as stack:
+            full = [await stack.enter_async_context(live.viewer(wide=1)) for _ in range(5)]
+            half = [await stack.enter_async_context(live.viewer(wide=2)) for _ in range(3)]
+            for seq in range(1, 11):
+                live.publish("wide", seq)
+                for socket in (*full, *half):
+                    got = await picture(socket)
+                    assert got.seq == seq
+                    await ack(socket, got)
+        assert live.streams.jpegs.encodes == {("wide", 1): 10, ("wide", 2): 10}
+
+    play(scenario)
+
+
+def test_a_view_that_nobody_wants_is_not_encoded(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            for seq in range(1, 6):
+                live.publish("left", seq)
+            live.publish("wide", 1)
+            await picture(socket)
+        assert live.streams.jpegs.encodes == {("wide", 1): 1}
+
+    play(scenario)
+
+
+def test_a_viewer_that_never_answers_holds_nobody_up(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1), live.viewer(wide=1) as lively:
+            for seq in range(1, 51):
+                live.publish("wide", seq, height=1080, width=1440)
+                got = await picture(lively)
+                assert got.seq == seq
+                await ack(lively, got)
+
+    play(scenario)
+
+
+def test_a_thin_line_shows_late_pictures_but_never_old_ones(live: Live) -> None:
+    rate_hz, bytes_per_s = 20.0, 1e6
+
+    async def scenario() -> None:
+        async with thin_line(port=live.port, bytes_per_s=bytes_per_s) as port:
+            viewer = Viewer(f"ws://127.0.0.1:{port}{SOCKET}", {"wide": 1, "left": 2, "right": 2})
+            task = asyncio.create_task(viewer.watch())
+            picture_bytes = 0
+            for seq in range(1, round(4 * rate_hz)):
+                for view in ("wide", "left", "right"):
+                    live.publish(view, seq, height=360, width=480)
+                picture_bytes = (
+                    len(live.get("/api/v1/views/wide/snapshot.jpg").content) if seq == 1 else picture_bytes
+                )
+                await asyncio.sleep(1.0 / rate_hz)
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+        # Published at 20 Hz the three views are more than the line carries, so that a queue would grow
+        assert rate_hz * 1.5 * picture_bytes > 1.5 * bytes_per_s
+        settled = viewer.arrivals[len(viewer.arrivals) // 4 :]
+        assert len(settled) > 10
+        assert float(np.percentile([arrival.age_s for arrival in settled], 95)) <= 0.5
+
+    play(scenario)
+
+
+def test_nonsense_is_answered_and_the_stream_goes_on(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(wide=1) as socket:
+            for nonsense, complaint in (
+                ("not json", "Invalid JSON"),
+                ('{"type":"subscribe","views":{"back":{}}}', "'back'"),
+                ('{"type":"subscribe","views":{"wide":{"scale":3}}}', "scale"),
+                ('{"type":"ack","view":0,"seq":"1"}', "seq"),
+                ('{"type":"ack","view":77,"seq":1}', "77"),
+                ("x" * 5000, "4096"),
+            ):
+                await socket.send(nonsense)
+                assert complaint in (await text(socket, "problem"))["detail"]
+            live.publish("wide", 1)
+            assert (await picture(socket)).seq == 1
+
+    play(scenario)
+
+
+@pytest.mark.parametrize("live", [2], indirect=True)
+def test_one_viewer_too_many_is_told_so(live: Live) -> None:
+    async def scenario() -> None:
+        async with live.viewer(), live.viewer():
+            async with connect(live.url(SOCKET, scheme="ws"), proxy=None) as third:
+                with pytest.raises(ConnectionClosed) as closed:
+                    await third.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1013
+            assert "2 places" in closed.value.rcvd.reason
+
+    play(scenario)
+
+
+def test_a_frozen_camera_is_flagged(live: Live) -> None:
+    async def scenario() -> None:
+        image = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
+        live.hub.publish("wide", image, t_ns=time.monotonic_ns() - 5_000_000_000)
+        async with live.viewer(wide=1) as socket:
+            got = await picture(socket)
+            stats = await text(socket, "stats")
+        assert got.flags == 1
+        assert stats["views"]["wide"]["frozen_since_ms"] >= 5000.0
+
+    play(scenario)
+
+
+def test_a_snapshot_is_the_newest_picture(live: Live) -> None:
+    live.publish("right", 12)
+    answer = live.get("/api/v1/views/right/snapshot.jpg?scale=2")
+    assert answer.headers["content-type"] == "image/jpeg"
+    assert answer.headers["x-frame-seq"] == "12"
+    picture_ = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert picture_ is not None
+    assert picture_.shape[:2] == (30, 40)
+
+
+def test_the_list_names_all_views(live: Live) -> None:
+    live.publish("wide", 1)
+    listed = {view["name"]: view for view in live.get("/api/v1/views").json()}
+    assert list(listed) == ["wide", "left", "right", "anaglyph", "difference", "depth"]
+    assert (listed["wide"]["width"], listed["wide"]["height"]) == (80, 60)
+    assert listed["left"]["age_ms"] is None
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "slug"),
+    [
+        ("/api/v1/views/back/snapshot.jpg", 404, "not-found"),
+        ("/api/v1/views/wide/snapshot.jpg", 503, "not-connected"),
+        ("/api/v1/views/wide/snapshot.jpg?scale=3", 422, "invalid-input"),
+        ("/api/v1/views/back/stream.mjpeg", 404, "not-found"),
+    ],
+)
+def test_what_cannot_be_shown_is_a_problem_document(live: Live, path: str, status: int, slug: str) -> None:
+    answer = live.get(path)
+    assert answer.status_code == status
+    assert answer.json()["type"] == f"/problems/{slug}"
+
+
+def test_mjpeg_carries_whole_pictures(live: Live) -> None:
+    live.publish("wide", 3)
+    with httpx.stream("GET", live.url("/api/v1/views/wide/stream.mjpeg"), trust_env=False) as answer:
+        assert answer.headers["content-type"] == "multipart/x-mixed-replace; boundary=foveacam-frame"
+        part = next(answer.iter_bytes())
+    head, _, body = part.partition(b"\r\n\r\n")
+    assert b"X-Frame-Seq: 3" in head
+    assert body.startswith(b"\xff\xd8")
+    assert body.endswith(b"\xff\xd9\r\n")
+
+
+def test_a_third_mjpeg_stream_of_one_address_is_refused_until_one_ends(live: Live) -> None:
+    url = live.url("/api/v1/views/wide/stream.mjpeg")
+    live.publish("wide", 1)
+    with httpx.Client(trust_env=False) as client, httpx.Client(trust_env=False) as second:
+        with client.stream("GET", url) as one:
+            first_parts = one.iter_bytes()
+            next(first_parts)
+            with second.stream("GET", url) as two:
+                second_parts = two.iter_bytes()  # kept: when forgotten, it closes the stream
+                next(second_parts)
+                refused = httpx.get(url, trust_env=False)
+                assert refused.status_code == 409
+                assert refused.json()["type"] == "/problems/busy"
+                assert str(MJPEG_PER_ADDRESS) in refused.json()["detail"]
+        # The seats are free again once the server has noticed that both left
+        deadline_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline_s:
+            with client.stream("GET", url) as again:
+                if again.status_code == 200:
+                    return
+    pytest.fail("the seats of streams that ended were never given back")
