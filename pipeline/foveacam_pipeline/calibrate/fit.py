@@ -23,13 +23,13 @@ from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 from foveacam_pipeline.models.mirror import MirrorModel
 
-ORDERS = (1, 2, 3, 4, 5, 6, 7)
+ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
 PIVOT_TOLERANCE_M = 0.4e-3
 """Assembly tolerance of the point from which a gaze leaves, assumed (deduced: tenths of a millimetre in the
 mount and in the lens) where a sweep at one depth cannot measure it."""
 _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
-_PUPIL_RANGE_M = (-0.2, 0.2)
+_PUPIL_RANGE_M = (0.0, 0.2)
 
 logger = logging.getLogger(__name__)
 
@@ -126,9 +126,11 @@ def _fit_eye(
     x_m, y_m, z_m = pivot.offset_m
     gaze = _gaze_from_pivot(eye, pivot)
     mirror = fit_mirror(eye.volts_v, gaze)
+    field = _fit_field(sweep, eye, mirror.forward(eye.volts_v), pupil_m=pupil_m)
+    logger.info("homographies of order %d, left out %.3f px", field.polynomial.order, field.loo_px)
     return EyeCalibration(
         mirror=mirror,
-        homography=_fit_field(sweep, eye, mirror.forward(eye.volts_v), pupil_m=pupil_m),
+        homography=field,
         pivot_offset_m=(x_m - reference_shift_m, y_m, z_m),
         pivot_sigma_m=pivot.sigma_m,
         reference_depth_m=1.0 / float(np.mean(1.0 / eye.depth_m)),
@@ -176,7 +178,7 @@ def _fit_pupil(sweep: RigSweep) -> float:
         ]
         return math.hypot(fields[0].loo_px, fields[1].loo_px)
 
-    found = minimize_scalar(disagreement, bounds=_PUPIL_RANGE_M, method="bounded", options={"xatol": 1e-5})
+    found = minimize_scalar(disagreement, bounds=_PUPIL_RANGE_M, method="bounded", options={"xatol": 5e-5})
     logger.info("pupil %.2f mm behind the pivots", 1e3 * float(found.x))
     return float(found.x)
 

@@ -5,6 +5,7 @@ matrix. Fitting the poses one by one first would leave the perspective entries t
 """
 
 import logging
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.polynomial import (
+    OUTLIER_WEIGHT,
     BivariatePolynomial,
     exponents,
     huber_weights,
@@ -69,7 +71,7 @@ def fit_homography(
     fits = [_fit_order(angles_rad, corners, order) for order in feasible]
     limit = min(loo for _, loo in fits) * (1.0 + _LOO_TOLERANCE)
     polynomial, loo = next(fit for fit in fits if fit[1] <= limit)
-    logger.info("homographies of order %d, left out %.3f px", polynomial.order, loo * scale)
+    logger.debug("homographies of order %d, left out %.3f px", polynomial.order, loo * scale)
     return HomographyField(polynomial=polynomial, centre_px=centre, scale_px=scale, loo_px=loo * scale)
 
 
@@ -107,9 +109,9 @@ def _fit_order(
     perspective = np.ones_like(corners.x)
     weights = corners.seen
     for _ in range(_ROUNDS):
-        used = float(np.sum(weights))
-        root = (np.sqrt(weights) / perspective)[:, :, None]
-        matrix, target = equations * root[..., None], values * root
+        root = np.sqrt(weights)[:, :, None]
+        matrix = equations * (root / perspective[:, :, None])[..., None]
+        target = values * root / perspective[:, :, None]
         flat = matrix.reshape(-1, unknowns)
         gram = flat.T @ flat
         solution: NDArray[np.float64] = np.asarray(np.linalg.solve(gram, flat.T @ target.ravel()), np.float64)
@@ -119,10 +121,12 @@ def _fit_order(
         weights = corners.seen.copy()
         weights[corners.seen > 0.0] = huber_weights(misses[corners.seen > 0.0])
     inverse_gram: NDArray[np.float64] = np.asarray(np.linalg.inv(gram), np.float64)
-    loo = _leave_pose_out(matrix, target - matrix @ solution, inverse_gram)
-    error = float(np.sqrt(np.sum(loo**2) / used))
+    left_out = _leave_pose_out(matrix, target - matrix @ solution, inverse_gram).reshape(target.shape)
+    kept = root[..., 0] > math.sqrt(OUTLIER_WEIGHT)
+    squares = np.sum((left_out / np.maximum(root, 1e-9)) ** 2, axis=2)
     coefficients = solution.reshape(ENTRIES, -1).T.copy()
-    return BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients), error
+    polynomial = BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients)
+    return polynomial, float(np.sqrt(np.mean(squares[kept])))
 
 
 def _leave_pose_out(

@@ -17,6 +17,8 @@ HUBER_K = 1.345
 """Residuals beyond this many robust standard deviations lose weight (95 % efficiency, Huber 1981)."""
 _IRLS_ROUNDS = 30
 _OUTLIER_SIGMAS = 4.0
+OUTLIER_WEIGHT = HUBER_K / _OUTLIER_SIGMAS
+"""Weight of a residual of four robust standard deviations; what weighs less is left out of statistics."""
 
 
 def exponents(order: int) -> list[tuple[int, int]]:
@@ -85,26 +87,28 @@ class PolynomialFit:
 
     @property
     def rms(self) -> NDArray[np.float64]:
-        """(m,) root mean square residual, outliers by their weight."""
-        return _weighted_rms(self.residuals, self.weights)
+        """(m,) root mean square residual; outliers left out."""
+        return _rms_without_outliers(self.residuals, self.weights)
 
     @property
     def loo_rms(self) -> NDArray[np.float64]:
-        """(m,) root mean square leave-one-out residual, outliers by their weight."""
-        return _weighted_rms(self.loo_residuals, self.weights)
+        """(m,) root mean square leave-one-out residual; outliers left out."""
+        return _rms_without_outliers(self.loo_residuals, self.weights)
 
     @property
     def scatter(self) -> NDArray[np.float64]:
-        """(m,) standard deviation of one value about the fit, corrected for the degrees of freedom."""
-        total = np.sum(self.weights, axis=0)
-        spent = np.sum(self.leverage, axis=0)
-        squares = np.sum(self.weights * self.residuals**2, axis=0)
-        rms: NDArray[np.float64] = np.sqrt(squares / np.maximum(total - spent, 1.0))
-        return rms
+        """(m,) standard deviation of a value about the fit (degrees of freedom paid; outliers left out)."""
+        kept = self.weights > OUTLIER_WEIGHT
+        free = np.sum(kept * (1.0 - self.leverage), axis=0)
+        sigma: NDArray[np.float64] = np.sqrt(np.sum(kept * self.residuals**2, axis=0) / np.maximum(free, 1.0))
+        return sigma
 
 
-def _weighted_rms(residuals: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    rms: NDArray[np.float64] = np.sqrt(np.sum(weights * residuals**2, axis=0) / np.sum(weights, axis=0))
+def _rms_without_outliers(
+    residuals: NDArray[np.float64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    kept = weights > OUTLIER_WEIGHT
+    rms: NDArray[np.float64] = np.sqrt(np.sum(kept * residuals**2, axis=0) / np.sum(kept, axis=0))
     return rms
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
-from foveacam_hardware.sim.render.projection import Projection
-from foveacam_pipeline.geometry import homography_apply
+from foveacam_hardware.sim.optics import View
+from foveacam_pipeline.geometry import angles_from_rays, homography_apply
 from foveacam_pipeline.models import Calibration, eye_volts
 
 DISTANCES_M = (2.0, 5.0, 10.0, 20.0)
@@ -22,8 +22,12 @@ _EYES = (Role.LEFT, Role.RIGHT)
 class Truth(Protocol):
     """What the check asks of the simulation."""
 
-    def static_projection(self, role: Role, volts: MirrorVolts) -> Projection:
-        """Return the projection of a camera; `volts` moves the mirror of an eye."""
+    def static_projection(self, role: Role, volts: MirrorVolts) -> View:
+        """Return an eye's projection with its mirror at rest under `volts`."""
+        ...
+
+    def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the unit rays (n, 3), rig frame, of raw wide px (n, 2)."""
         ...
 
 
@@ -49,11 +53,19 @@ def gaze_errors_rad(
     volts = rng.uniform(-0.98, 0.98, (count, 2)) * np.array(mirror.max_v)
     rays = []
     for x_v, y_v in volts.tolist():
-        projection = truth.static_projection(role, MirrorVolts(x_v=x_v, y_v=y_v))
-        middle = [[(projection.width - 1) / 2.0, (projection.height - 1) / 2.0]]
-        rays.append(projection.rays_at(middle)[0])
-    seen = np.array(rays)
-    return mirror.angles_of(volts) - np.arctan(seen[:, :2] / seen[:, 2:])
+        view = truth.static_projection(role, MirrorVolts(x_v=x_v, y_v=y_v))
+        rays.append(view.direction((calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2))
+    return mirror.angles_of(volts) - angles_from_rays(np.array(rays))
+
+
+def wide_errors_px(
+    calibration: Calibration, truth: Truth, *, rng: np.random.Generator, count: int
+) -> NDArray[np.float64]:
+    """Return (count, 2) predicted minus true wide px, at random px of the image."""
+    pixels = rng.uniform(
+        [-0.5, -0.5], [calibration.wide.width - 0.5, calibration.wide.height - 0.5], (count, 2)
+    )
+    return calibration.wide.pixels(angles_from_rays(truth.wide_rays(pixels))) - pixels
 
 
 def random_looks(
@@ -80,8 +92,7 @@ def plane_px(
     ax_rad, ay_rad = calibration.eye(role).mirror.angles_rad(eye_volts(volts, role))
     homography = calibration.rectification(role, ax_rad, ay_rad, depth_m=depth_m)
     gaze = calibration.fovea_f_px * np.array([math.tan(ax_rad), math.tan(ay_rad)])
-    placed: NDArray[np.float64] = gaze + homography_apply(homography, raw_px)
-    return placed
+    return np.asarray(gaze + homography_apply(homography, raw_px), dtype=np.float64)
 
 
 def rectification_errors_px(
@@ -92,13 +103,12 @@ def rectification_errors_px(
     The points lie on the plane Z = the target's, where the left fovea sees random pixels.
     """
     left = truth.static_projection(Role.LEFT, look.volts.left)
-    pixels = rng.uniform([0.0, 0.0], [left.width - 1.0, left.height - 1.0], (count, 2))
-    rays = left.rays_at(pixels)
-    points = left.C + (look.depth_m - left.C[2]) / rays[:, 2:] * rays
+    size = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
+    rays = np.array([left.direction(x, y) for x, y in rng.uniform((0.0, 0.0), size, (count, 2)).tolist()])
+    points = left.centre_m + (look.depth_m - left.centre_m[2]) / rays[:, 2:] * rays
     errors = []
     for role in _EYES:
-        projection = truth.static_projection(role, eye_volts(look.volts, role))
-        raw = projection.project(points)
+        raw = truth.static_projection(role, eye_volts(look.volts, role)).pixels(points)
         placed = plane_px(calibration, role, look.volts, raw_px=raw, depth_m=look.depth_m)
         seen = points - calibration.reference_rig_m(role)
         errors.append(placed - calibration.fovea_f_px * seen[:, :2] / seen[:, 2:])
@@ -113,8 +123,8 @@ def distance_error_m(calibration: Calibration, truth: Truth, look: Look) -> tupl
     meeting = calibration.meeting(look.volts)
     planes = []
     for role in _EYES:
-        projection = truth.static_projection(role, eye_volts(look.volts, role))
-        raw = projection.project(look.point_rig_m[None, :])
+        view = truth.static_projection(role, eye_volts(look.volts, role))
+        raw = view.pixels(look.point_rig_m[None, :])
         planes.append(
             plane_px(calibration, role, look.volts, raw_px=raw, depth_m=float(meeting.point_m[2]))[0]
         )
@@ -133,7 +143,7 @@ def assess(
 ) -> dict[str, float]:
     """Return the figures of a calibration; keys carry their units."""
     rng = np.random.default_rng(seed)
-    figures: dict[str, float] = {}
+    figures = {"wide_rms_px": _rms(wide_errors_px(calibration, truth, rng=rng, count=5 * looks))}
     for role in _EYES:
         errors = np.rad2deg(gaze_errors_rad(calibration, truth, role, rng=rng, count=5 * looks))
         figures[f"{role}_gaze_rms_deg"] = _rms(errors)
