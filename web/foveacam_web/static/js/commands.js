@@ -86,7 +86,7 @@ export class Commands {
       this.#fixations.follow(job, shown, true);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
-      this.#fixations.refused(error.document);
+      this.#fixations.refused();
       await this.attempt(() => Promise.reject(error));
     }
   }

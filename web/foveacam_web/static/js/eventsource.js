@@ -11,7 +11,7 @@ const LAST_RETRY_MS = 2000;
 const KINDS = [
   "message", "rig.state", "fixation.step", "fixation.done", "cloud.created", "target.created", "target.updated",
   "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
-  "device.recovered", "mirrors.steered",
+  "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
 ];
 
 /**

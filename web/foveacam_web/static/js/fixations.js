@@ -21,6 +21,8 @@ export class Fixations {
   #store;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #look;
+  /** @type {CurrentFixation | null} what stood there before the order that is on its way */
+  #before = null;
 
   /** @param {Store} store */
   constructor(store) {
@@ -35,6 +37,7 @@ export class Fixations {
   /** @param {FixationRequest | null} request_body */
   sending(request_body) {
     if (this.running) return; // it queues behind the one that runs, which stays on show
+    this.#before = this.#store.state.current;
     this.#set({ ...fresh(null, request_body, true), state: "sending" });
   }
 
@@ -50,10 +53,9 @@ export class Fixations {
     this.#take(job);
   }
 
-  /** @param {ProblemDocument} problem */
-  refused(problem) {
-    const current = this.#store.state.current;
-    if (current?.state === "sending") this.#set({ ...current, state: "failed", problem });
+  /** The order was refused: what was there before stands again. */
+  refused() {
+    if (this.#store.state.current?.state === "sending") this.#store.set({ current: this.#before });
   }
 
   /** @param {RigEvent} event */
@@ -62,6 +64,8 @@ export class Fixations {
     if (event.kind === "fixation.step") this.#step(data);
     else if (event.kind === "fixation.done") this.#done(data);
     else if (event.kind === "job.updated") this.#job(data);
+    else if (event.kind === "cloud.created") this.#cloud(data);
+    else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string") void this.recall(data["fixation_id"]);
   }
 
   /** Look up what runs now: after the page opened or the server came back. */
@@ -75,13 +79,20 @@ export class Fixations {
   }
 
   /**
-   * Show a fixation of the past.
+   * Show a fixation of the past; one that was deleted meanwhile, or one that runs, leaves things as they are.
    * @param {string} fixation_id
    */
   async recall(fixation_id) {
     if (this.running) return;
-    const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
-    this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+    try {
+      const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
+      if (this.running) return;
+      this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+      const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
+      if (target) this.#store.set({ selected_target: target.id });
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+    }
   }
 
   /** @param {Record<string, unknown>} data */
@@ -105,6 +116,17 @@ export class Fixations {
     const current = this.#store.state.current;
     if (typeof id !== "string" || (current?.job_id && typeof job_id === "string" && current.job_id !== job_id)) return;
     void this.#load(`/fixations/${id}`);
+  }
+
+  /**
+   * The shape follows its fixation a moment later.
+   * @param {Record<string, unknown>} data
+   */
+  #cloud(data) {
+    const current = this.#store.state.current;
+    const cloud_id = data["id"];
+    if (!current?.fixation || current.fixation.id !== data["fixation_id"] || typeof cloud_id !== "string") return;
+    this.#set({ ...current, fixation: { ...current.fixation, cloud_id } });
   }
 
   /** @param {Record<string, unknown>} data */

@@ -66,10 +66,9 @@ export function span(seconds) {
  */
 export function millis(milliseconds) {
   if (milliseconds === null || milliseconds === undefined || !Number.isFinite(milliseconds)) return MISSING;
-  if (milliseconds < 1) return `${milliseconds.toFixed(2)} ms`;
-  if (milliseconds < 10) return `${milliseconds.toFixed(1)} ms`;
-  if (milliseconds < 10_000) return `${Math.round(milliseconds)} ms`;
-  return span(milliseconds / 1000);
+  const size = Math.abs(milliseconds);
+  if (size >= 10_000) return span(milliseconds / 1000);
+  return `${number(milliseconds, size < 1 ? 2 : size < 10 ? 1 : 0)} ms`;
 }
 
 /** @param {string | null | undefined} utc */

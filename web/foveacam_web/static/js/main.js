@@ -5,7 +5,7 @@ import { fill, h, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
 import { icon } from "./icons.js";
 import { listenToKeys } from "./keys.js";
-import { makeHelp, makeLease, makeSettings, mountSteerDistance } from "./panels/dialogs.js";
+import { makeHelp, makeLease, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
 import { mountRigStatus } from "./panels/rigstatus.js";
@@ -42,7 +42,7 @@ mountProblems(need("problems"), store);
 mountFixation(need("fixation"), need("announcer"), { store, commands });
 const scene = new Scene(need("scene"), store);
 mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
-mountSteerDistance(need("steering"), store);
+views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountTools();
@@ -67,7 +67,7 @@ exposeHooks({ store, views });
 /** @param {import("./types.js").TargetDocument} target */
 function choose(target) {
   scene.select(target);
-  void commands.attempt(() => fixations.recall(target.fixation_id));
+  void fixations.recall(target.fixation_id);
 }
 
 function escape() {

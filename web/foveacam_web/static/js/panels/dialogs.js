@@ -1,6 +1,6 @@
 // The sheets over the page: help, settings, control.
 
-import { fill, h, say } from "../dom.js";
+import { h, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
@@ -15,7 +15,7 @@ const HELP = [
   ["On the wide view", [
     ["Click or tap", "Look there with both eyes"],
     ["Drag, or press long and drag", "Look at a rectangle"],
-    ["Alt + drag", "Steer both eyes open loop, at the distance set under Steering"],
+    ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
     ["Wheel, pinch, + and −", "Zoom where the pointer is"],
     ["Shift or middle button + drag, two fingers", "Move the picture"],
     ["Double click, 0", "Fit the picture"],
@@ -112,10 +112,9 @@ export function makeLease({ store, commands }) {
 
 /**
  * The choice of the distance at which Alt + drag steers: the slider is even in 1/distance, its end is infinity.
- * @param {HTMLElement} place
  * @param {Store} store
  */
-export function mountSteerDistance(place, store) {
+export function makeSteerDistance(store) {
   const nearest_m = 0.5;
   const text = h("output", { class: "number", for: "steer-distance" });
   const slider = h("input", { type: "range", id: "steer-distance", min: "0", max: "1", step: "0.01", value: "0", "aria-label": "Distance for steering" });
@@ -128,5 +127,6 @@ export function mountSteerDistance(place, store) {
     say(text, words);
     slider.setAttribute("aria-valuetext", steer_distance_m === null ? "infinity, eyes parallel" : words);
   });
-  fill(place, h("label", { for: "steer-distance", text: "Steering at" }), slider, text);
+  return h("div", { class: "steering", title: "How far away Alt + drag points both eyes" },
+    h("label", { for: "steer-distance", text: "Steer at" }), slider, text);
 }

@@ -40,7 +40,7 @@ function tables(state, rig) {
 
 /** @param {string[]} names */
 function head(names) {
-  return h("thead", {}, h("tr", {}, names.map((text) => h("th", { scope: "col", text }))));
+  return h("thead", {}, h("tr", {}, names.map((text) => h("th", { scope: "col", class: text === "Camera" ? "device" : "", text }))));
 }
 
 /** @param {CameraDocument} camera */
@@ -50,10 +50,10 @@ function cameraRow(camera) {
   const exposure = camera.exposure_ms === null ? "" : `, ${number(camera.exposure_ms, 2)} ms`;
   return h("tr", { class: camera.connected ? "" : "missing" },
     h("th", { scope: "row" }, state, camera.role),
-    h("td", { class: "long", title: `${camera.serial ?? ""} ${camera.width} × ${camera.height}${exposure}`, text: camera.connected ? name : "missing" }),
+    h("td", { class: "device", title: `${name} ${camera.serial ?? ""}, ${camera.width} × ${camera.height} px${exposure}`, text: camera.connected ? name : "missing" }),
     h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
     h("td", { text: millis(camera.frame_age_ms) }),
-    h("td", { text: `${count(camera.dropped)} of ${count(camera.delivered + camera.dropped)}` }));
+    h("td", { text: count(camera.dropped), title: `${count(camera.delivered)} delivered` }));
 }
 
 /** @param {ConsoleState} state */

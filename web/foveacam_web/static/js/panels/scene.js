@@ -47,7 +47,8 @@ export class Scene {
     if (!state.settings.scene) return this.#offer();
     if (!state.boot_id || this.#loaded_for === state.boot_id) return;
     this.#loaded_for = state.boot_id; // a new server has a new scene
-    const answer = await fetch("/viser/", { method: "HEAD" }).catch(() => null);
+    const answer = await fetch("/viser/?embedded=1").catch(() => null);
+    await answer?.body?.cancel(); // the frame loads it; this only asks whether it is there
     if (answer?.ok) this.#load();
     else this.#failed();
   }
@@ -98,12 +99,13 @@ function hasWebGL() {
 function sceneUrl({ settings }, point_rig_m) {
   const url = new URL("/viser/", location.href);
   const dark = settings.theme === "dark" || (settings.theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
-  url.searchParams.set("bare", "1");
+  url.searchParams.set("embedded", "1");
   if (dark) url.searchParams.set("darkMode", "");
   if (point_rig_m) {
     const reach = Math.hypot(...point_rig_m);
     const back = Math.max(CLOSEST_M, reach * 0.2) / reach;
     url.searchParams.set("initialCameraPosition", point_rig_m.map((at) => (at * (1 - back)).toFixed(4)).join(","));
+    url.searchParams.set("initialCameraUp", "0,-1,0");
     url.searchParams.set("initialCameraLookAt", point_rig_m.map((at) => at.toFixed(4)).join(","));
   }
   return url.href;

@@ -35,6 +35,8 @@ export function drawSteps(place, steps) {
     s("line", { class: "goal", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(GOAL_PX), y2: y(GOAL_PX) }),
     s("text", { class: "goal-name", x: WIDTH - PAD.right, y: y(GOAL_PX) - 3, "text-anchor": "end", text: "0.5 px" }),
     ticks(steps, x, last),
+    steps.every((step) => step.residual_x_px === null)
+      ? s("text", { class: "nothing", x: WIDTH / 2, y: HEIGHT / 2 - 8, "text-anchor": "middle", text: "No step found a match" }) : null,
     series(steps, "vertical", (step) => step.residual_y_px, x, y),
     series(steps, "along", (step) => step.residual_x_px, x, y)),
   legend(), table(steps));
@@ -89,7 +91,7 @@ function series(steps, kind, of, x, y) {
 
 function legend() {
   return h("p", { class: "legend" },
-    h("span", { class: "key along", text: "along the epipolar line" }), h("span", { class: "key vertical", text: "across it" }),
+    h("span", { class: "key along", text: "along", title: "along the epipolar line" }), h("span", { class: "key vertical", text: "across", title: "across the epipolar line" }),
     h("span", { class: "unit", text: "|left − right|, fovea px" }));
 }
 

@@ -64,6 +64,6 @@ function judge(pixel, { intrinsics, rig }) {
   if (!intrinsics) return { text: "", beyond: "" };
   const direction = directionOf(intrinsics, pixel);
   const text = `${angle(direction.ax_deg)} ${angle(direction.ay_deg)}`;
-  const beyond = rig?.steering && !inField(rig.steering, direction) ? "beyond the mirrors" : "";
+  const beyond = rig?.steering && !inField(rig.steering, direction) ? "not steerable" : "";
   return { text, beyond };
 }
