@@ -1,0 +1,160 @@
+"""The `foveacam` program: serve, bench, doctor, version. Errors are one line; no traceback reaches a user."""
+
+import json
+import logging
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from pydantic import ValidationError
+from rich.console import Console
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_server import __version__
+from foveacam_server.plain_words import explain_validation
+from foveacam_server.settings import Settings
+
+app = typer.Typer(
+    name="foveacam",
+    help="Foveated stereo in a browser: click a point, both foveae verge on it, its depth and shape appear.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+_USAGE_ERROR = 2
+_FAILURE = 1
+_INTERRUPTED = 130
+
+RigOption = Annotated[str | None, typer.Option(help="'sim', or the path of a rig file (.toml)")]
+SceneOption = Annotated[
+    str | None, typer.Option(help="scene of the simulated rig: a name that ships, or a scene file")
+]
+PresetOption = Annotated[str | None, typer.Option(help="mirrors of the simulated rig: rig120 or paper")]
+HostOption = Annotated[
+    str | None, typer.Option(help="address to listen on; beyond this machine needs a token")
+]
+PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
+TokenOption = Annotated[str | None, typer.Option(help="what callers must show", envvar="FOVEACAM_TOKEN")]
+DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
+CalibrationOption = Annotated[
+    Path | None, typer.Option(help="calibration file to use instead of the rig's own")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
+
+
+@app.command()
+def serve(
+    rig: RigOption = None,
+    scene: SceneOption = None,
+    preset: PresetOption = None,
+    host: HostOption = None,
+    port: PortOption = None,
+    token: TokenOption = None,
+    data: DataOption = None,
+    calibration: CalibrationOption = None,
+) -> None:
+    """Open the rig and serve the console, the 3D pane and the REST interface."""
+    from foveacam_server.serving import run_server  # the other commands need none of it
+
+    chosen = {
+        "rig": rig,
+        "scene": scene,
+        "preset": preset,
+        "host": host,
+        "port": port,
+        "token": token,
+        "data": data,
+        "calibration": calibration,
+    }
+    run_server(_settings(chosen), console=Console())
+
+
+@app.command()
+def bench(
+    name: Annotated[str | None, typer.Argument(help="which figures; without a name they are listed")] = None,
+    as_json: JsonOption = False,
+    quick: Annotated[bool, typer.Option("--quick", help="fewer repetitions")] = False,
+) -> None:
+    """Measure and print the project's figures."""
+    from foveacam_server.benches import bench_names, bench_table, run_bench
+
+    names = bench_names()
+    if name is None:
+        typer.echo("foveacam bench NAME [--json] [--quick], where NAME is one of: " + ", ".join(names))
+        return
+    figures = run_bench(name, quick=quick, silent=as_json)
+    if as_json:
+        typer.echo(json.dumps(figures, allow_nan=False))
+    else:
+        Console().print(bench_table(name, figures))
+
+
+@app.command()
+def doctor(
+    rig: RigOption = None,
+    scene: SceneOption = None,
+    port: PortOption = None,
+    data: DataOption = None,
+    calibration: CalibrationOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Check what a server would need here, and say what to do about what is missing."""
+    from foveacam_server.diagnosis import diagnose, diagnosis_table
+
+    chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
+    findings = diagnose(_settings(chosen))
+    if as_json:
+        typer.echo(json.dumps({finding.name: finding.document() for finding in findings}))
+    else:
+        Console().print(diagnosis_table(findings))
+    if not all(finding.ok for finding in findings):
+        raise typer.Exit(_FAILURE)
+
+
+@app.command()
+def version() -> None:
+    """Print the version."""
+    typer.echo(__version__)
+
+
+def main() -> None:
+    """Run the program; every error ends as one line and an exit status."""
+    logging.basicConfig(
+        level=os.environ.get("FOVEACAM_LOG", "WARNING").upper(), format="%(levelname)s: %(message)s"
+    )
+    try:
+        app()
+    except FoveaError as error:
+        _fail(str(error), _USAGE_ERROR if isinstance(error, InvalidInput) else _FAILURE)
+    except KeyboardInterrupt:
+        sys.exit(_INTERRUPTED)
+    except Exception as error:
+        logging.getLogger(__name__).debug("unforeseen", exc_info=error)
+        _fail(
+            f"an error that nobody foresaw ({type(error).__name__}: {error}); "
+            "run again with FOVEACAM_LOG=debug and report what it prints",
+            _FAILURE,
+        )
+
+
+def _settings(chosen: Mapping[str, object]) -> Settings:
+    given = {name: value for name, value in chosen.items() if value is not None}
+    try:
+        return Settings(**given)  # type: ignore[arg-type]  # pydantic checks each value
+    except ValidationError as error:
+        words = explain_validation(error.errors())
+        raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error
+
+
+def _fail(message: str, status: int) -> None:
+    line = " ".join(message.split())
+    Console(stderr=True, soft_wrap=True).print(f"[red]foveacam:[/red] {_plain(line)}", highlight=False)
+    sys.exit(status)
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", "\\[")

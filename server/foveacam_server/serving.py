@@ -1,0 +1,131 @@
+"""`foveacam serve`: checks what was asked, compiles the renderer, listens, and says where."""
+
+import asyncio
+import contextlib
+import errno
+import socket
+import sys
+
+import uvicorn
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_server.app import create_app
+from foveacam_server.runtime.opening import rig_config
+from foveacam_server.runtime.services import Services
+from foveacam_server.settings import Settings
+
+GRACE_S = 1
+"""How long open requests may take when the server shuts down; streams never end by themselves."""
+RIG_PATIENCE_S = 15.0
+"""How long the greeting waits for the rig; the server answers meanwhile."""
+
+
+class _Greeting(uvicorn.Server):
+    """A server that says where it is as soon as it can be used, and why a part of it cannot."""
+
+    def __init__(self, config: uvicorn.Config, *, url: str, services: "_Later", console: Console) -> None:
+        super().__init__(config)
+        self._url = url
+        self._services = services
+        self._console = console
+        self._greeting: asyncio.Task[None] | None = None
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, then greet once the rig is open."""
+        await super().startup(sockets)
+        if self.started:
+            self._greeting = asyncio.create_task(self._greet())
+
+    async def _greet(self) -> None:
+        services = self._services()
+        await asyncio.to_thread(services.hardware.wait_open, RIG_PATIENCE_S)
+        problems = [f"{problem.device}: {problem.detail}" for problem in services.hardware.status.problems]
+        if services.calibration.problem is not None:
+            problems.append(f"calibration: {services.calibration.problem}")
+        for problem in problems:
+            self._console.print(f"  {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+        self._console.print(
+            f"FoveaCam Duo is ready: {self._url}", markup=False, highlight=False, soft_wrap=True
+        )
+
+
+class _Later:
+    """Fetches the services from the application, which has them from its start on."""
+
+    def __init__(self, state: object) -> None:
+        self._state = state
+
+    def __call__(self) -> Services:
+        services = getattr(self._state, "services", None)
+        if not isinstance(services, Services):
+            raise TypeError("the application has not started")
+        return services
+
+
+def run_server(settings: Settings, *, console: Console) -> None:
+    """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
+    config = rig_config(settings)
+    if isinstance(config, SimulatedRigConfig):
+        _check_simulation(config)
+    app = create_app(settings)
+    with _listener(settings) as listener:
+        if isinstance(config, SimulatedRigConfig):
+            _compile_renderer(console)
+        server = _Greeting(
+            uvicorn.Config(
+                app,
+                ws_per_message_deflate=False,  # costs twelve times what it saves on JPEG
+                timeout_graceful_shutdown=GRACE_S,
+                log_level="warning",
+                access_log=False,
+            ),
+            url=_url(settings, port=listener.getsockname()[1]),
+            services=_Later(app.state),
+            console=console,
+        )
+        with contextlib.suppress(KeyboardInterrupt):
+            server.run(sockets=[listener])
+    if not server.started:
+        sys.exit(3)
+
+
+def _check_simulation(config: SimulatedRigConfig) -> None:
+    from foveacam_hardware.sim.presets import find_preset
+    from foveacam_hardware.sim.scenes.loader import load_scene
+
+    find_preset(config.preset)
+    load_scene(config.scene)
+
+
+def _compile_renderer(console: Console) -> None:
+    from foveacam_hardware.sim.render import warm_up
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("preparing the simulated rig (first start: about a minute)")
+        warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))
+
+
+def _listener(settings: Settings) -> socket.socket:
+    host, port = settings.host, settings.port
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        return socket.create_server((host, port), family=family, backlog=512)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise Busy(
+                f"port {port} on {host} is in use by another program; stop it, or choose another with --port "
+                f"{port + 1 if port < 65535 else 0}"
+            ) from error
+        raise InvalidInput(
+            f"cannot listen on {host} port {port}: {error.strerror or error}; choose another --host or --port"
+        ) from error
+
+
+def _url(settings: Settings, *, port: int) -> str:
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    token = f"?token={settings.token.get_secret_value()}" if settings.token is not None else ""
+    return f"http://{host}:{port}/{token}"
