@@ -204,6 +204,18 @@ class DepthDocument(Told):
     age_s: float
 
 
+class WideLensDocument(Told):
+    """The wide camera's calibrated lens, for whoever turns its pixels into directions: OpenCV's k1 k2 p1 p2 k3."""
+
+    width: int
+    height: int
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: list[float]
+
+
 class CalibrationDocument(Told):
     """A calibration, and how far to trust it."""
 
@@ -216,6 +228,7 @@ class CalibrationDocument(Told):
     baseline_m: float
     mirror_sigma_deg: float
     rectify_sigma_px: float | None
+    wide: WideLensDocument
 
 
 class EventDocument(Told):

@@ -72,6 +72,21 @@ def calibration_document(calibration: Calibration) -> Document:
         "baseline_m": calibration.baseline_m,
         "mirror_sigma_deg": deg(max(max(eye.mirror.sigma_rad) for eye in eyes)),
         "rectify_sigma_px": rounded(max(eye.homography.loo_px for eye in eyes), 3),
+        "wide": _wide_lens(calibration),
+    }
+
+
+def _wide_lens(calibration: Calibration) -> Document:
+    """Return the wide lens, by which the page turns pixels into directions."""
+    wide = calibration.wide
+    return {
+        "width": wide.width,
+        "height": wide.height,
+        "fx_px": wide.fx_px,
+        "fy_px": wide.fy_px,
+        "cx_px": wide.cx_px,
+        "cy_px": wide.cy_px,
+        "distortion": list(wide.distortion),
     }
 
 
