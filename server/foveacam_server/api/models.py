@@ -205,7 +205,7 @@ class DepthDocument(Told):
 
 
 class WideLensDocument(Told):
-    """The wide camera's calibrated lens, for whoever turns its pixels into directions: OpenCV's k1 k2 p1 p2 k3."""
+    """The calibrated wide lens, for turning pixels into directions: OpenCV's k1 k2 p1 p2 k3."""
 
     width: int
     height: int
