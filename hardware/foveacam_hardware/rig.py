@@ -159,6 +159,8 @@ def _serial_rig(config: SerialRigConfig, clock: Clock) -> Rig:
     )
     reason = "the rig file names none; this version drives cameras of the simulated rig alone"
     wide, left, right = (AbsentCamera(role, reason=reason) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
-    head = TriggeredHead(mirrors, left, right, wide, settle_us=given.settle_us, pulse_us=given.pulse_us)
+    head = TriggeredHead(
+        mirrors, left, right, wide, clock=clock, settle_us=given.settle_us, pulse_us=given.pulse_us
+    )
     who = RigName(rig_id=config.rig_id, name=config.name, simulated=False, baseline_m=config.baseline_m)
     return Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)

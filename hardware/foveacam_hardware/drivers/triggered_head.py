@@ -7,6 +7,7 @@ import logging
 
 from foveacam_hardware.contract import (
     Camera,
+    Clock,
     DeviceFault,
     ExposureReceipt,
     Frame,
@@ -37,6 +38,7 @@ class TriggeredHead:
         right: Camera,
         wide: Camera,
         *,
+        clock: Clock,
         settle_us: int,
         pulse_us: int,
     ) -> None:
@@ -44,6 +46,7 @@ class TriggeredHead:
         self._left = left
         self._right = right
         self._wide = wide
+        self._clock = clock
         self.settle_us = settle_us
         self.pulse_us = pulse_us
 
@@ -51,9 +54,10 @@ class TriggeredHead:
         """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
         pulse_us = self._pulse_us()
         receipt = self._mirrors.expose(volts, settle_us=self.settle_us, pulse_us=pulse_us)
+        wide = self._wide_since(receipt.t_exposure_ns)  # first: it runs freely, and soon there is a newer one
         left = self._frame(self._left, receipt, receipt.volts.left)
         right = self._frame(self._right, receipt, receipt.volts.right)
-        return Sighting(left=left, right=right, wide=self._wide_since(left.t_ns), volts=receipt.volts)
+        return Sighting(left=left, right=right, wide=wide, volts=receipt.volts)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame without moving anything."""
@@ -94,7 +98,8 @@ class TriggeredHead:
 
     def _wide_since(self, t_ns: int) -> Frame:
         """Return a wide frame exposed at `t_ns` or later."""
-        frame = self._wide.latest(max_age_ms=READ_TIMEOUT_MS)
+        age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
+        frame = self._wide.latest(max_age_ms=age_ms)
         while frame.t_ns < t_ns:
             frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
         return frame

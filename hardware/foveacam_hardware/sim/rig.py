@@ -4,17 +4,18 @@
 from foveacam_hardware.contract import Clock, MonotonicClock, Role, VirtualClock
 from foveacam_hardware.drivers.controller import ControllerMirrors
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
-from foveacam_hardware.rig import Closing, Rig, RigName
+from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.controller_host import ControllerProcess
 from foveacam_hardware.sim.loopback import LoopbackLink
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
 from foveacam_hardware.sim.presets import find_preset
 from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World
-from foveacam_hardware.wire.link import Link, LinkFactory
+from foveacam_hardware.wire.link import LinkFactory
 
 PULSE_US = 4_000
 """Half of the default exposure; the head shortens it with the exposure."""
@@ -49,11 +50,12 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     stage = Stage(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
-    truth = Truth(world)
-    link_factory, owned = _inline(world, clock, config, truth)
+    controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
     mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
-    head = TriggeredHead(mirrors, left, right, wide, settle_us=preset.settle_us, pulse_us=PULSE_US)
+    head = TriggeredHead(
+        mirrors, left, right, wide, clock=clock, settle_us=preset.settle_us, pulse_us=PULSE_US
+    )
     who = RigName(
         rig_id=preset.rig_id,
         name=config.name,
@@ -62,19 +64,19 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         scene=stage.name,
     )
     rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
-    rig.truth = truth
-    rig.own(owned)
+    rig.truth = Truth(world, controller)
+    rig.own([stage] if isinstance(controller, ControllerFarEnd) else [stage, controller])
     return rig
 
 
-def _inline(
-    world: World, clock: Clock, config: SimulatedRigConfig, truth: Truth
-) -> tuple[LinkFactory, list[Closing]]:
-    far_end = ControllerFarEnd(clock, world, strict=config.strict)
-
-    def link() -> Link:
-        return LoopbackLink(far_end, clock)
-
-    return link, [world.stage]
+def _controller(
+    world: World, clock: Clock, *, strict: bool, inline: bool
+) -> tuple[ControllerFarEnd | ControllerProcess, LinkFactory]:
+    """Start the controller's far end; return it and what opens a link to it."""
+    if not inline:
+        process = ControllerProcess(world, strict=strict)
+        return process, process.open
+    far_end = ControllerFarEnd(clock, world, strict=strict)
+    return far_end, lambda: LoopbackLink(far_end, clock)
 
 

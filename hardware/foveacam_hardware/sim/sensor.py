@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import CameraSettings, Image, PixelFormat, Role
 from foveacam_hardware.sim.render.sensor import Exposure, expose
 
-REFERENCE_S = 0.0085
+REFERENCE_S = 0.0076
 """White fills the well in this time: lamps and stops are set for 8 ms, one period of mains flicker."""
 PSF_SIGMA_PX = {Role.WIDE: 0.6, Role.LEFT: 1.4, Role.RIGHT: 1.4}
 """At f/21.5 the foveae are limited by diffraction: 0.29 cycles/px, a Gaussian of 1.4 px (deduced)."""

@@ -6,12 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.optics import View
+from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, View
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance
 from foveacam_hardware.sim.world import World
 
 PROBE_PX = 9
+CONTRAST_PX = 65
 PROBE_FOCAL_PX = 1e5  # 0.01 mm at a metre: the probe's middle pixel sees a point
 
 
@@ -23,6 +26,9 @@ class Seen:
     point_rig_m: tuple[float, float, float]
     name: str
     textured: bool
+    """False for a material without any texture."""
+    contrast: float
+    """Spread of the radiance over its mean, without noise, about the point: as wide as 64 fovea px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,8 +44,10 @@ class Surroundings:
 class Truth:
     """Reads the world; changes nothing."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, controller: ControllerFarEnd | ControllerProcess) -> None:
         self.world = world
+        self.controller = controller
+        """The controller's far end, whose faults are attributes (in this process) or methods (in its own)."""
 
     def static_projection(self, role: Role, volts: MirrorVolts) -> View:
         """Return a fovea's projection with its mirror at rest under `volts`, without drift."""
@@ -67,7 +75,7 @@ class Truth:
     def depth_at(self, x_px: float, y_px: float, t_ns: int) -> Seen | None:
         """Return what a raw wide pixel, fractions and all, shows at a moment; None for the background."""
         ray = self.wide_rays(np.array([[x_px, y_px]]))[0]
-        drawn, probe = self._probe(ray, t_ns)
+        drawn, probe = self._probe(ray, t_ns, focal_px=PROBE_FOCAL_PX, side_px=PROBE_PX)
         middle = PROBE_PX // 2
         number = int(drawn.ids[middle, middle])
         if number < 0:
@@ -80,6 +88,7 @@ class Truth:
             point_rig_m=(x_m, y_m, z_m),
             name=self.world.stage.scene.names[number],
             textured=self.world.stage.textured(number),
+            contrast=self._contrast(ray, t_ns),
         )
 
     def surroundings(self, x_px: float, y_px: float, t_ns: int, *, half_px: int) -> Surroundings:
@@ -101,16 +110,20 @@ class Truth:
             names=tuple(names[int(k)] for k in numbers if k >= 0),
         )
 
-    def _probe(self, ray: NDArray[np.float64], t_ns: int) -> tuple[Radiance, Projection]:
+    def _contrast(self, ray: NDArray[np.float64], t_ns: int) -> float:
+        drawn, _ = self._probe(ray, t_ns, focal_px=FOVEA_FOCAL_PX, side_px=CONTRAST_PX)
+        return float(drawn.radiance.std() / max(float(drawn.radiance.mean()), 1e-6))
+
+    def _probe(
+        self, ray: NDArray[np.float64], t_ns: int, *, focal_px: float, side_px: int
+    ) -> tuple[Radiance, Projection]:
         """Draw a few pixels around one ray from the wide camera's centre."""
         side = np.cross(ray, np.array([0.0, 1.0, 0.0]))
         side = -side / np.linalg.norm(side)
         camera_from_rig = np.stack([side, np.cross(ray, side), ray])
-        middle = PROBE_PX // 2
-        k = np.array([[PROBE_FOCAL_PX, 0.0, middle], [0.0, PROBE_FOCAL_PX, middle], [0.0, 0.0, 1.0]])
-        probe = Projection(
-            M=k @ camera_from_rig, C=np.zeros(3), width=PROBE_PX, height=PROBE_PX, axis=ray
-        )
+        middle = side_px // 2
+        k = np.array([[focal_px, 0.0, middle], [0.0, focal_px, middle], [0.0, 0.0, 1.0]])
+        probe = Projection(M=k @ camera_from_rig, C=np.zeros(3), width=side_px, height=side_px, axis=ray)
         return self.world.stage.probe(probe, self.world.scene_s(t_ns)), probe
 
 

@@ -32,10 +32,12 @@ from foveacam_hardware.sim.stage import Stage
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
 """Tilts are told to 0.01 fovea px, so that a mirror at rest is at rest and its picture may be kept."""
-STILL_PX = 0.3
-"""Less motion than this during an exposure cannot be told from none: the PSF is five times wider."""
-BLUR_STEP_PX = 3.0
-BLUR_STEPS_MAX = 6
+SETTLED_PX = 0.3
+"""A mirror that swings less than this during an exposure is where it is at its middle."""
+MIRROR_STEP_PX = 3.0
+OBJECT_STEP_PX = 4.0
+"""Objects move evenly: the middle of an exposure is its mean, and less blur than this is lost in the PSF."""
+STEPS_MAX = 6
 MOTION_SAMPLES = 9
 
 
@@ -178,13 +180,13 @@ class World:
             self.scene_s(interval.start_ns),
             self.scene_s(interval.end_ns),
         )
-        if role is not Role.WIDE:
-            moved_px = max(moved_px, self._mirror_motion_px(role, interval))
-        if moved_px < STILL_PX:
-            return 1
-        return min(BLUR_STEPS_MAX, 1 + int(np.ceil(moved_px / BLUR_STEP_PX)))
+        steps = max(1, int(np.ceil(moved_px / OBJECT_STEP_PX)))
+        swing_px = 0.0 if role is Role.WIDE else self._swing_px(role, interval)
+        if swing_px > SETTLED_PX:
+            steps = max(steps, 1 + int(np.ceil(swing_px / MIRROR_STEP_PX)))
+        return min(STEPS_MAX, steps)
 
-    def _mirror_motion_px(self, role: Role, interval: Interval) -> float:
+    def _swing_px(self, role: Role, interval: Interval) -> float:
         tilts = np.array([self._tilt_rad(role, t_ns) for t_ns in interval.middles_ns(MOTION_SAMPLES)])
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
 

@@ -30,6 +30,7 @@ from foveacam_hardware.sim.scenes.format import (
 from foveacam_hardware.sim.scenes.motion import pose
 
 PRINT_TEXELS = 1536  # of the longer side; about 1 mm on a poster
+PRINT_GRAIN = 0.05
 MARKER_CELLS = 8  # 4 x 4 bits, a black ring, and one cell of white border
 
 
@@ -110,7 +111,21 @@ def _print(given: PrintMaterial) -> NDArray[np.uint8]:
     lines = given.text.splitlines()
     for i, line in enumerate(lines):
         _write(sheet, line, _bytes(given.accent), row=(i + 0.5) / len(lines), rows=len(lines))
+    sheet = _grained(sheet)
     return np.ascontiguousarray(np.rot90(sheet, -1)) if given.upright else sheet
+
+
+def _grained(sheet: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Give a print the grain of paper: without it, its flat areas would have no texture at all."""
+    rng = np.random.default_rng(sheet.shape[:2])
+    grain = np.zeros(sheet.shape[:2], np.float32)
+    for blur_px in (0.0, 2.0, 8.0):
+        layer = rng.standard_normal(sheet.shape[:2]).astype(np.float32)
+        if blur_px:
+            layer = np.asarray(cv2.GaussianBlur(layer, (0, 0), blur_px), np.float32)
+        grain += layer / max(float(layer.std()), 1e-6)
+    mottled = sheet * (1.0 + PRINT_GRAIN * grain[:, :, None])
+    return np.asarray(np.clip(mottled + 0.5, 0, 255), np.uint8)
 
 
 def _write(
