@@ -4,7 +4,9 @@ from pathlib import Path
 
 from fastapi import APIRouter, FastAPI
 from fastapi.responses import FileResponse
+from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
 
 import foveacam_web
 
@@ -14,6 +16,15 @@ STATIC = Path(foveacam_web.__file__).parent / "static"
 
 NO_STALE_PAGES = {"Cache-Control": "no-cache"}
 """The browser asks each time whether its copy is still the newest: page and server are of one version."""
+
+
+class _FreshFiles(StaticFiles):
+    """Files that no browser uses unasked: a module of yesterday must not meet one of today."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        response = await super().get_response(path, scope)
+        response.headers.update(NO_STALE_PAGES)
+        return response
 
 
 @router.get("/")
@@ -37,4 +48,4 @@ async def icon() -> FileResponse:
 def install(app: FastAPI) -> None:
     """Serve the page, and the files that it loads."""
     app.include_router(router)
-    app.mount("/static", StaticFiles(directory=STATIC, check_dir=False), name="static")
+    app.mount("/static", _FreshFiles(directory=STATIC, check_dir=False), name="static")

@@ -71,6 +71,11 @@ export function millis(milliseconds) {
   return `${number(milliseconds, size < 1 ? 2 : size < 10 ? 1 : 0)} ms`;
 }
 
+/** @param {number | null} metres */
+export function baseline(metres) {
+  return metres === null ? MISSING : `${number(metres * 1000, 1)} mm`;
+}
+
 /** @param {string | null | undefined} utc */
 export function clockTime(utc) {
   const time = utc ? new Date(utc) : null;

@@ -8,7 +8,6 @@ import { withEvent } from "./panels/eventlog.js";
  * @typedef {import("./store.js").Store} Store
  * @typedef {import("./fixations.js").Fixations} Fixations
  * @typedef {import("./types.js").CloudDocument} CloudDocument
- * @typedef {import("./types.js").Intrinsics} Intrinsics
  * @typedef {import("./types.js").LeaseDocument} LeaseDocument
  * @typedef {import("./types.js").RigDocument} RigDocument
  * @typedef {import("./types.js").RigEvent} RigEvent
@@ -22,8 +21,6 @@ const RIG_EVERY_MS = 2000;
 export class Sync {
   #store;
   #fixations;
-  /** @type {string | null} the calibration whose lens is known */
-  #calibration_id = null;
   #busy = new Set();
 
   /** @param {{store: Store, fixations: Fixations}} context */
@@ -54,21 +51,10 @@ export class Sync {
   readRig() {
     return this.#quietly("rig", async () => {
       const rig = /** @type {RigDocument} */ (await request("GET", "/rig"));
+      const known = this.#store.state.rig?.calibration?.id;
       this.#store.set({ rig });
-      await this.#readLens(rig);
+      if (rig.calibration?.id !== known) this.#store.set({ intrinsics: rig.calibration?.wide ?? null });
     });
-  }
-
-  /** @param {RigDocument} rig */
-  async #readLens(rig) {
-    const id = rig.calibration?.id ?? null;
-    if (id === this.#calibration_id) return;
-    if (id === null) this.#store.set({ intrinsics: null });
-    else {
-      const current = /** @type {{wide?: Intrinsics}} */ (await request("GET", "/calibrations/current"));
-      this.#store.set({ intrinsics: current.wide ?? null });
-    }
-    this.#calibration_id = id;
   }
 
   #readTargets() {
@@ -80,7 +66,8 @@ export class Sync {
 
   #readClouds() {
     return this.#quietly("clouds", async () => {
-      this.#store.set({ clouds: /** @type {CloudDocument[]} */ (await request("GET", "/clouds")) });
+      const clouds = /** @type {CloudDocument[]} */ (await request("GET", "/clouds"));
+      this.#store.set({ clouds: clouds.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
     });
   }
 

@@ -26,8 +26,8 @@ export type CameraDocument = {
   model: string | null;
   serial: string | null;
   connected: boolean;
-  width: number;
-  height: number;
+  width: number | null;
+  height: number | null;
   exposure_ms: number | null;
   frame_rate_hz: number | null;
   frame_age_ms: number | null;
@@ -57,12 +57,12 @@ export type RigProblem = { device: string; detail: string; remedy?: string };
 
 export type RigDocument = {
   name: string;
-  rig_id: string;
+  rig_id: string | null;
   simulated: boolean;
   scene: string | null;
   state: "opening" | "ready" | "degraded" | "stopped";
   problems: RigProblem[];
-  baseline_m: number;
+  baseline_m: number | null;
   steering: Steering | null;
   cameras: CameraDocument[];
   mirrors: MirrorsDocument | null;
@@ -74,7 +74,9 @@ export type RigDocument = {
     age_s: number;
     mirror_sigma_deg: number | null;
     rectify_sigma_px: number | null;
+    wide: Intrinsics;
   } | null;
+  calibration_problem: string | null;
   clock: { t_ns: number; utc: string };
 };
 
@@ -117,7 +119,7 @@ export type FixationDocument = {
   point_rig_m: [number, number, number] | null;
   residual_px: number | null;
   score: number | null;
-  duration_ms: number;
+  duration_ms: number | null;
   steps: VergeStep[];
   calibration_id: string;
   target_id: string | null;
@@ -143,12 +145,14 @@ export type CloudDocument = {
   id: string;
   fixation_id: string;
   points: number;
+  created_utc: string;
   centre_rig_m: [number, number, number];
   z_min_m: number;
   z_max_m: number;
   sigma_median_m: number;
   ply_url: string;
-  glb_url: string;
+  glb_url: string | null;
+  depth_url: string;
 };
 
 export type JobState = "queued" | "running" | "cancelling" | "cancelled" | "failed" | "succeeded";

@@ -1,7 +1,7 @@
 // The state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
 import { fill, h } from "../dom.js";
-import { angle, clockTime, count, millis, MISSING, number, span } from "../format.js";
+import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -34,7 +34,7 @@ function tables(state, rig) {
     h("table", { class: "status" }, h("caption", { text: "Views" }), head(["", "Served", "Shown", "Age"]), h("tbody", {}, viewRows(state))),
     pairs("Mirrors", mirrorRows(rig.mirrors, state)),
     pairs("Calibration", calibrationRows(rig)),
-    pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id})`], ["Scene", rig.scene ?? MISSING], ["Baseline", `${number(rig.baseline_m * 1000, 1)} mm`]]),
+    pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id ?? MISSING})`], ["Scene", rig.scene ?? MISSING], ["Baseline", baseline(rig.baseline_m)]]),
   ];
 }
 
@@ -50,7 +50,7 @@ function cameraRow(camera) {
   const exposure = camera.exposure_ms === null ? "" : `, ${number(camera.exposure_ms, 2)} ms`;
   return h("tr", { class: camera.connected ? "" : "missing" },
     h("th", { scope: "row" }, state, camera.role),
-    h("td", { class: "device", title: `${name} ${camera.serial ?? ""}, ${camera.width} × ${camera.height} px${exposure}`, text: camera.connected ? name : "missing" }),
+    h("td", { class: "device", title: `${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}`, text: camera.connected ? name : "missing" }),
     h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
     h("td", { text: millis(camera.frame_age_ms) }),
     h("td", { text: count(camera.dropped), title: `${count(camera.delivered)} delivered` }));
@@ -95,8 +95,8 @@ function mirrorRows(mirrors, { overlay }) {
  * @param {RigDocument} rig
  * @returns {[string, string][]}
  */
-function calibrationRows({ calibration, steering }) {
-  if (!calibration) return [["State", "none: no pixel can be fixated before a calibration is loaded or made"]];
+function calibrationRows({ calibration, calibration_problem, steering }) {
+  if (!calibration) return [["State", calibration_problem ?? "none"]];
   const field = steering
     ? `${number(steering.ax_min_deg, 1)}° … ${number(steering.ax_max_deg, 1)}° × ${number(steering.ay_min_deg, 1)}° … ${number(steering.ay_max_deg, 1)}°`
     : MISSING;

@@ -77,8 +77,8 @@ export class Scene {
   /** @param {ConsoleState} state */
   #offerFiles({ clouds }) {
     const newest = clouds[0];
-    const picture = newest && h("img", { src: `/api/v1/clouds/${newest.id}/depth.png`, alt: "Colour-coded depth of the last fixation" });
-    const files = newest && h("p", { class: "downloads" }, h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"), h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"));
+    const picture = newest && h("img", { src: newest.depth_url, alt: "Colour-coded depth of the last fixation" });
+    const files = newest && h("p", { class: "downloads" }, h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"), newest.glb_url && h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"));
     fill(this.#place, h("div", { class: "notice no-webgl" }, picture,
       h("div", {}, h("strong", { text: "No 3D here: this browser has no WebGL" }),
         h("p", { text: "Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured shape in another program." }), files)));

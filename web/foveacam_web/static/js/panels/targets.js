@@ -46,7 +46,7 @@ export function mountTargets(place, context) {
  * @returns {Row}
  */
 function makeRow(target, { commands, select }) {
-  const label = h("input", { class: "label", type: "text", "aria-label": "Name of the target", maxlength: "120", spellcheck: "false", autocomplete: "off" });
+  const label = h("input", { class: "label", type: "text", "aria-label": "Name of the target", maxlength: "80", spellcheck: "false", autocomplete: "off" });
   const distance = h("span", { class: "distance number" });
   const button = (/** @type {string} */ name, /** @type {import("../icons.js").IconName} */ picture, /** @type {() => void} */ act) =>
     h("button", { type: "button", class: "tool", "aria-label": name, title: name, on: { click: act } }, icon(picture));

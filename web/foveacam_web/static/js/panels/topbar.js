@@ -1,7 +1,7 @@
 // The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
 
 import { fill, h, say } from "../dom.js";
-import { clockTime, number, span } from "../format.js";
+import { baseline, clockTime, number, span } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
@@ -33,7 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   fill(place, rig, simulated, state, calibration, lease);
   store.on(["rig", "stream", "stop"], (now) => {
     say(rig, now.rig ? now.rig.name : "");
-    rig.title = now.rig ? `${now.rig.rig_id}, baseline ${number(now.rig.baseline_m * 1000, 0)} mm` : "";
+    rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
     simulated.hidden = !now.rig?.simulated;
     simulated.title = now.rig?.scene ? `Scene “${now.rig.scene}”` : "";
     showState(state, now);
@@ -65,7 +65,7 @@ function showCalibration(badge, { rig }) {
   badge.classList.toggle("warn", Boolean(rig) && (!calibration || calibration.age_s > OLD_CALIBRATION_S));
   if (!calibration) {
     say(badge, "Not calibrated");
-    badge.title = "Without a calibration no pixel can be fixated.";
+    badge.title = rig?.calibration_problem ?? "Without a calibration no pixel can be fixated.";
     return;
   }
   say(badge, `Calibrated ${span(calibration.age_s)} ago`);
