@@ -1,0 +1,79 @@
+"""Where the eyes look, as tangents on the rig's axes, and the volts for it.
+
+A target seen from the rig's origin along (tx, ty) at depth 1/q along z is seen from an eye at (px, py, pz)
+along (tx - px q, ty - py q) / (1 - pz q); q = 0 is infinity.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import OutOfRange, Role, StereoVolts
+from foveacam_pipeline.models.calibration import Calibration
+
+EYES = (Role.LEFT, Role.RIGHT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Gazes:
+    """Gaze of each eye from its pivot: (2,) float64 tangents (X/Z, Y/Z), rig axes."""
+
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+
+    def eye(self, role: Role) -> NDArray[np.float64]:
+        """Return the gaze of one eye."""
+        return self.left if role is Role.LEFT else self.right
+
+    def moved(self, left: NDArray[np.float64], right: NDArray[np.float64]) -> "Gazes":
+        """Return both gazes moved by (2,) tangents each."""
+        return Gazes(left=self.left + left, right=self.right + right)
+
+
+def aim_at(calibration: Calibration, target: NDArray[np.float64], inverse_z: float) -> Gazes:
+    """Return the gazes that meet on a target: (2,) tangents from the origin, depth 1 / `inverse_z` m."""
+    gazes = []
+    for role in EYES:
+        x_m, y_m, z_m = calibration.pivot_rig_m(role)
+        gazes.append((target - np.array([x_m, y_m]) * inverse_z) / (1.0 - z_m * inverse_z))
+    return Gazes(left=gazes[0], right=gazes[1])
+
+
+def gazes_under(calibration: Calibration, volts: StereoVolts) -> Gazes:
+    """Return where the eyes look under `volts`."""
+    left, right = calibration.gaze_rad(volts)
+    return Gazes(left=np.tan(left), right=np.tan(right))
+
+
+def reaches(calibration: Calibration, gazes: Gazes) -> bool:
+    """Return whether both eyes are calibrated to look so."""
+    return all(
+        calibration.eye(role).mirror.contains(*(math.atan(t) for t in gazes.eye(role))) for role in EYES
+    )
+
+
+def nearest_reach(
+    calibration: Calibration, target: NDArray[np.float64], *, reached: float, wanted: float
+) -> float:
+    """Return the largest 1/Z from `reached` to `wanted` at which both eyes can meet on the target, 1/m."""
+    for _ in range(12):
+        middle = (reached + wanted) / 2.0
+        if reaches(calibration, aim_at(calibration, target, middle)):
+            reached = middle
+        else:
+            wanted = middle
+    return reached
+
+
+def volts_for(calibration: Calibration, gazes: Gazes) -> StereoVolts:
+    """Return the drive for both gazes, or raise OutOfRange naming the eye."""
+    drives = []
+    for role in EYES:
+        ax_rad, ay_rad = (math.atan(t) for t in gazes.eye(role))
+        try:
+            drives.append(calibration.eye(role).mirror.volts(ax_rad, ay_rad))
+        except OutOfRange as error:
+            raise OutOfRange(f"the {role} eye cannot look there: {error}") from error
+    return StereoVolts(left=drives[0], right=drives[1])

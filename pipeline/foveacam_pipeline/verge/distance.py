@@ -1,0 +1,48 @@
+"""From two gazes and what remains between them to a point of the rig frame, with its error."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.geometry.triangulate import closest_approach, depth_sigma_m, range_sigma_m
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import Gazes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A point of the rig frame, m; its distance from the rig's origin, and that distance's standard error."""
+
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+
+
+def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> Place | None:
+    """Return the point on which both eyes' lines of sight meet; None when they part.
+
+    `target`: lines of sight from the pivots. `sigma_px`: error of the match between the eyes, fovea px; the
+    calibration's own, mirrors and pivots, is added to it.
+    """
+    meeting = closest_approach(
+        calibration.pivot_rig_m(Role.LEFT),
+        np.append(target.left, 1.0),
+        calibration.pivot_rig_m(Role.RIGHT),
+        np.append(target.right, 1.0),
+    )
+    if not meeting.in_front:
+        return None
+    point: NDArray[np.float64] = meeting.point_m
+    x_m, y_m, z_m = point.tolist()
+    disparity_sigma_px = float(np.hypot(sigma_px, calibration.pose_sigma_px(z_m)))
+    z_sigma_m = depth_sigma_m(
+        z_m, disparity_sigma_px, f_px=calibration.fovea_f_px, baseline_m=calibration.baseline_m
+    )
+    sigma_m = range_sigma_m(point[None], z_sigma_m, baseline_m=calibration.baseline_m)
+    return Place(
+        point_rig_m=(x_m, y_m, z_m),
+        distance_m=float(np.linalg.norm(point)),
+        distance_sigma_m=float(sigma_m[0]),
+    )

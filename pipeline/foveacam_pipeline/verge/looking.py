@@ -1,0 +1,162 @@
+"""The looks of one fixation: steer, see, keep the record; stop at a limit, a deadline or on request."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
+
+
+class Ended(Exception):
+    """The fixation is over without being verged; `state` and `reason` say how."""
+
+    def __init__(self, state: FixationState, reason: str) -> None:
+        super().__init__(reason)
+        self.state = state
+        self.reason = reason
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Seen:
+    """One look: what was seen, and the gazes in force during the exposure."""
+
+    phase: Phase
+    gazes: Gazes
+    sighting: Sighting
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """What a step found: left minus right place, fovea px (None: not matched), and the correlation."""
+
+    score: float
+    residual_x_px: float | None = None
+    residual_y_px: float | None = None
+
+
+class Looker:
+    """Looks through the head within the limits of one fixation, and keeps its list of steps."""
+
+    def __init__(
+        self,
+        head: Head,
+        calibration: Calibration,
+        *,
+        clock: Clock,
+        limits: VergeSettings,
+        on_step: Callable[[VergeStep], None] | None,
+        cancelled: Callable[[], bool] | None,
+    ) -> None:
+        self._head = head
+        self._calibration = calibration
+        self._clock = clock
+        self._limits = limits
+        self._on_step = on_step
+        self._cancelled = cancelled
+        self._started_ns = clock.now_ns()
+        self._own = _Stopwatch()
+        self._steps: list[VergeStep] = []
+        self.last: Seen | None = None
+
+    @property
+    def steps(self) -> tuple[VergeStep, ...]:
+        """The steps so far."""
+        return tuple(self._steps)
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the deadline has passed or no look is left."""
+        late = self.elapsed_ms > 1e3 * self._limits.timeout_s
+        return late or len(self._steps) >= self._limits.max_looks
+
+    @property
+    def elapsed_ms(self) -> float:
+        """Time since the fixation began, on the rig's clock."""
+        return (self._clock.now_ns() - self._started_ns) / 1e6
+
+    def wide(self) -> Frame:
+        """Return a recent wide frame."""
+        self._check()
+        with self._own.paused():
+            return self._head.wide()
+
+    def look(self, gazes: Gazes, phase: Phase) -> Seen:
+        """Steer both eyes and look; raise Ended beyond the calibrated field or the limits."""
+        self._check()
+        if len(self._steps) >= self._limits.max_looks:
+            raise Ended(
+                FixationState.TIMED_OUT,
+                f"Not settled after {self._limits.max_looks} looks: the target may move too fast; try again.",
+            )
+        try:
+            volts = volts_for(self._calibration, gazes)
+        except OutOfRange as error:
+            raise Ended(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
+        with self._own.paused():
+            sighting = self._head.look(volts)
+        self.last = Seen(phase=phase, gazes=gazes_under(self._calibration, sighting.volts), sighting=sighting)
+        return self.last
+
+    def record(self, seen: Seen, measured: Measured) -> None:
+        """Add the step of a look, with the time of our own work since the step before."""
+        left, right = seen.gazes.left, seen.gazes.right
+        step = VergeStep(
+            index=len(self._steps),
+            phase=seen.phase,
+            left_ax_rad=math.atan(left[0]),
+            left_ay_rad=math.atan(left[1]),
+            right_ax_rad=math.atan(right[0]),
+            right_ay_rad=math.atan(right[1]),
+            residual_x_px=measured.residual_x_px,
+            residual_y_px=measured.residual_y_px,
+            score=measured.score,
+            compute_ms=self._own.lap_ms(),
+        )
+        self._steps.append(step)
+        if self._on_step is not None:
+            with self._own.paused():
+                self._on_step(step)
+
+    def _check(self) -> None:
+        if self._cancelled is not None and self._cancelled():
+            raise Cancelled(f"fixation cancelled after {len(self._steps)} looks; ask again to resume")
+        if self.elapsed_ms > 1e3 * self._limits.timeout_s:
+            raise Ended(
+                FixationState.TIMED_OUT,
+                f"No result after {self._limits.timeout_s:g} s and {len(self._steps)} looks; try again.",
+            )
+
+
+class _Stopwatch:
+    """Wall time of our own work: it stands still while somebody else works."""
+
+    def __init__(self) -> None:
+        self._since = time.perf_counter()
+
+    def lap_ms(self) -> float:
+        now = time.perf_counter()
+        spent_s, self._since = now - self._since, now
+        return 1e3 * spent_s
+
+    def paused(self) -> "_Pause":
+        return _Pause(self)
+
+    def skip(self, seconds: float) -> None:
+        self._since += seconds
+
+
+class _Pause:
+    def __init__(self, watch: _Stopwatch) -> None:
+        self._watch = watch
+        self._from = 0.0
+
+    def __enter__(self) -> None:
+        self._from = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        self._watch.skip(time.perf_counter() - self._from)

@@ -1,0 +1,44 @@
+"""How patient and how strict a fixation is; every number that one may want to tune."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VergeSettings:
+    """Limits of one fixation. Wide px are px at the wide image's centre, about 9.1 fovea px each."""
+
+    max_looks: int = 12
+    timeout_s: float = 10.0
+    """On the rig's clock, exposures and settling included."""
+    converged_px: float = 0.5
+    """Largest left-right residual of a verged fixation along either axis, fovea px."""
+    centred_wide_px: float = 1.0
+    """Largest distance of the target from the middle between both foveae's centres, wide px."""
+    agree_wide_px: float = 1.5
+    """Largest contradiction between the fovea-to-fovea match and the matches with the wide view, wide px."""
+    nearest_m: float = 1.3
+    """How near the search along the epipolar line goes."""
+    template_half_px: int = 24
+    """Half side of the patch of the wide image that a click stands for, wide px."""
+    template_half_max_px: int = 40
+    template_half_min_px: int = 12
+    template_texture_sigma_px: float = 0.08
+    """A patch grows until noise alone would misplace its match by less than this, wide px."""
+    no_texture_sigma_px: float = 0.35
+    """Beyond this error by noise alone the patch counts as without texture, wide px."""
+    register_score: float = 0.40
+    """Least correlation of a fovea with the wide patch, once both foveae agree."""
+    register_lead: float = 0.08
+    """By how much the best place must beat the second best."""
+    sure_score: float = 0.65
+    """A look that finds the patch this well ends the search along the epipolar line."""
+    rows_apart_survey_px: float = 4.0
+    """How much the rows may differ in which the two eyes find the patch, half wide px."""
+    confirm_score: float = 0.35
+    """Least correlation with the wide patch while verging."""
+    doubtful_looks: int = 2
+    """So many doubtful looks in a row are repeated; one more ends the fixation."""
+    fine_score: float = 0.35
+    """Least correlation between the foveae at the point itself."""
+    fine_sigma_px: float = 0.4
+    """Largest error of the left-right match by its own noise, fovea px."""

@@ -1,0 +1,135 @@
+"""The patch of the wide image that is looked for: undistorted, enlarged a little, slow shading taken out."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.texture import shift_sigma
+
+ENLARGED = 2.0
+"""Survey px per wide px: enough for a smooth peak, little enough to be quick."""
+SHADING_SIGMA_PX = 24.0
+"""Brightness that varies more slowly than this says nothing of where things are, survey px."""
+MARGIN_PX = 24
+TRACK_REACH_PX = 24
+"""How far a target may have moved between two wide frames, survey px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Template:
+    """A patch about a target, on the virtual pinhole at the rig's origin whose focal length is `f_px`.
+
+    `patch`: (h, w) float32, odd sides, shading removed; its middle is the target. `target`: (2,) tangents.
+    `sigma_px`: error of its place in another picture by its own noise alone, along x, wide px.
+    """
+
+    patch: NDArray[np.float32]
+    target: NDArray[np.float64]
+    f_px: float
+    sigma_px: float
+
+    @property
+    def half_px(self) -> tuple[float, float]:
+        """Half sides, wide px."""
+        height, width = self.patch.shape
+        return (width - 1) / 2 / ENLARGED, (height - 1) / 2 / ENLARGED
+
+
+def survey_f_px(wide: Intrinsics) -> float:
+    """Return the focal length at which the wide image and the foveae are compared, px."""
+    return ENLARGED * wide.fx_px
+
+
+def cut_template(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    half_px: tuple[int, int],
+    noise: float,
+) -> Template:
+    """Cut the patch about `target`: (2,) tangents, half sides of (x, y) wide px; `noise` in grey levels."""
+    f_px = survey_f_px(wide)
+    half = (round(ENLARGED * half_px[0]), round(ENLARGED * half_px[1]))
+    view = _look_up(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
+    patch = without_shading(view)[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX]
+    return Template(
+        patch=np.ascontiguousarray(patch),
+        target=target,
+        f_px=f_px,
+        sigma_px=shift_sigma(patch, noise=noise, enlarged=ENLARGED),
+    )
+
+
+def room_px(wide: Intrinsics, target: NDArray[np.float64]) -> int:
+    """Return how far the target is from the edge of the wide image, whole wide px; negative outside."""
+    x, y = wide.pixels(np.arctan(target)[None])[0].tolist()
+    return math.floor(min(float(x), float(y), wide.width - 1 - float(x), wide.height - 1 - float(y)))
+
+
+def follow(
+    template: Template, gray: NDArray[np.uint8], wide: Intrinsics
+) -> tuple[NDArray[np.float64], float]:
+    """Return where the patch is in another wide frame, (2,) tangents, and its correlation there."""
+    height, width = template.patch.shape
+    reach = TRACK_REACH_PX
+    half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
+    view = without_shading(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
+    scores = cv2.matchTemplate(
+        view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX], template.patch, cv2.TM_CCOEFF_NORMED
+    )
+    x, y, score = peak(np.asarray(scores, dtype=np.float32))
+    return template.target + np.array([x - reach, y - reach]) / template.f_px, score
+
+
+def without_shading(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the image less its slow part (h, w) float32."""
+    slow = cv2.GaussianBlur(image, (0, 0), SHADING_SIGMA_PX, borderType=cv2.BORDER_REFLECT_101)
+    return np.asarray(image - slow, dtype=np.float32)
+
+
+def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:
+    """Return (x, y, score) of the largest entry, x and y to a fraction by a parabola each."""
+    row, column = divmod(int(np.argmax(scores)), scores.shape[1])
+    x = column + _vertex(scores[row, max(0, column - 1) : column + 2], column, scores.shape[1])
+    y = row + _vertex(scores[max(0, row - 1) : row + 2, column], row, scores.shape[0])
+    return x, y, float(scores[row, column])
+
+
+def _vertex(three: NDArray[np.float32], index: int, length: int) -> float:
+    """Return how far the parabola through three neighbours peaks from the middle one; 0 at a border."""
+    if not 0 < index < length - 1:
+        return 0.0
+    before, middle, after = (float(v) for v in three)
+    bend = before - 2.0 * middle + after
+    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+
+
+def _look_up(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    f_px: float,
+    half: tuple[int, int],
+) -> NDArray[np.float32]:
+    """Return the wide image on the virtual pinhole about `target`, (2 half_y + 1, 2 half_x + 1) float32.
+
+    The lens is looked up on a coarse mesh and interpolated: distortion is smooth.
+    """
+    knots = 9
+    xs, ys = (np.linspace(-h, h, knots) for h in half)
+    mesh = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2) / f_px + target
+    pixels = wide.pixels(np.arctan(mesh)).reshape(knots, knots, 2)
+    size = (2 * half[0] + 1, 2 * half[1] + 1)
+    rows, columns = np.linspace(0, knots - 1, size[1]), np.linspace(0, knots - 1, size[0])
+    grid_x, grid_y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    maps = cv2.remap(
+        pixels.astype(np.float32), grid_x, grid_y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT
+    )
+    view = cv2.remap(gray, maps[..., 0], maps[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(view, dtype=np.float32)

@@ -1,0 +1,52 @@
+"""Is there anything to match? Brightness noise of an image, and the error of a match that it causes."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+BLOCK = 16
+QUIET_SHARE = 0.1
+"""The quietest tenth of the blocks shows the noise; the others hold texture as well."""
+LAPLACIAN = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]], dtype=np.float32)
+LAPLACIAN_GAIN = 36.0
+"""Sum of the squares of its weights: variance of its answer to white noise of variance 1."""
+LEAST_VARIANCE = 1.0 / 12.0
+"""Quantisation to whole grey levels."""
+
+
+def noise_level(gray: NDArray[np.uint8], *, at_px: NDArray[np.float64]) -> float:
+    """Return the standard deviation of the brightness noise about a point, grey levels.
+
+    Shot noise grows with brightness, so that every block votes with its variance over its mean; the quietest
+    blocks are those without texture. `at_px`: (2,) the point, px.
+    """
+    small = gray[::2] if gray.size > 500_000 else gray
+    rough = cv2.filter2D(small, cv2.CV_32F, LAPLACIAN)
+    height, width = (side // BLOCK * BLOCK for side in small.shape)
+    size = (width // BLOCK, height // BLOCK)
+    variance = cv2.resize(cv2.multiply(rough, rough)[:height, :width], size, interpolation=cv2.INTER_AREA)
+    mean = cv2.resize(small[:height, :width], size, interpolation=cv2.INTER_AREA).astype(np.float32)
+    lit = (mean > 8.0) & (mean < 245.0)
+    if not lit.any():
+        return float(np.sqrt(LEAST_VARIANCE))
+    per_level = (variance[lit] / LAPLACIAN_GAIN - LEAST_VARIANCE) / mean[lit]
+    slope = max(0.0, float(np.quantile(per_level, QUIET_SHARE)))
+    x, y = (
+        int(np.clip(round(float(v)), 0, side - 1)) for v, side in zip(at_px, gray.shape[::-1], strict=True)
+    )
+    around = gray[max(0, y - BLOCK) : y + BLOCK + 1, max(0, x - BLOCK) : x + BLOCK + 1]
+    return float(np.sqrt(LEAST_VARIANCE + slope * float(around.mean())))
+
+
+def shift_sigma(patch: NDArray[np.float32], *, noise: float, enlarged: float) -> float:
+    """Return the standard error of a patch's place along x by noise alone, px of the image it was cut from.
+
+    `noise`: grey levels in that image. `enlarged`: samples of the patch per px. The patch is smoothed by one
+    px first; the gradient energy that noise makes by itself, half as much again, is taken off: bare noise
+    comes out as infinity.
+    """
+    smooth = cv2.GaussianBlur(patch, (0, 0), enlarged)
+    slope = (smooth[:, 2:] - smooth[:, :-2]) / 2.0
+    own = slope.size / enlarged**2 * noise**2 / (8.0 * np.pi)
+    energy = float(np.sum(slope * slope)) - 1.5 * own
+    return noise / float(np.sqrt(energy)) if energy > 0.0 else float("inf")

@@ -1,0 +1,71 @@
+"""The sentences for the operator: why a fixation ended as it did, and what would help."""
+
+from foveacam_pipeline.verge.distance import Place
+from foveacam_pipeline.verge.fine import FineMatch
+from foveacam_pipeline.verge.looking import Ended
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.survey import Registration
+from foveacam_pipeline.verge.values import FixationState
+
+NEAR_ENOUGH = 1.6
+"""The last look of a complete search stands at most this much farther than the nearest depth it sees."""
+
+
+def verged(place: Place, fine: FineMatch) -> str:
+    """Return the sentence of a success."""
+    return (
+        f"Verged at {place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.1f} mm, left and right agree "
+        f"to {max(abs(fine.residual_x_px), abs(fine.residual_y_px)):.2f} px."
+    )
+
+
+def blank_patch() -> Ended:
+    """Return the end at a patch of the wide image that shows nothing but noise."""
+    return Ended(
+        FixationState.NO_TEXTURE,
+        "The wide image shows no texture there, only noise; choose a point on a pattern or an edge, or draw "
+        "a rectangle that holds one.",
+    )
+
+
+def not_found(limits: VergeSettings, *, nearest_m: float) -> Ended:
+    """Return the end of a search that found nothing; `nearest_m`: depth of its last look."""
+    if nearest_m > NEAR_ENOUGH * limits.nearest_m:
+        return Ended(
+            FixationState.OUT_OF_RANGE,
+            f"Not found from infinity to {nearest_m:.2f} m, and an eye cannot turn further in: for something "
+            "nearer choose a point closer to the middle of the wide view.",
+        )
+    return Ended(
+        FixationState.LOST,
+        f"Not found in both foveae between {limits.nearest_m:g} m and infinity: it may be hidden from one "
+        "eye, nearer, moving, or one of many alike; choose a point beside it or a larger rectangle.",
+    )
+
+
+def doubt(
+    wide: Registration, fine: FineMatch, limits: VergeSettings, *, strayed_wide_px: float
+) -> Ended | None:
+    """Return why a look cannot be trusted, or None when its measurements are good and agree.
+
+    `strayed_wide_px`: how far the fovea-to-fovea match is from the two matches with the wide view.
+    """
+    if wide.score < limits.confirm_score:
+        return Ended(
+            FixationState.LOST,
+            f"The target left the foveae or is hidden from one (correlation {wide.score:.2f} with the wide "
+            "view); try again, or choose a point beside it.",
+        )
+    if fine.sigma_x_px > limits.fine_sigma_px or fine.score < limits.fine_score:
+        return Ended(
+            FixationState.NO_TEXTURE,
+            f"The point itself shows no texture in the foveae (correlation {fine.score:.2f}), though its "
+            "surroundings do; choose a point on the pattern.",
+        )
+    if strayed_wide_px > limits.agree_wide_px:
+        return Ended(
+            FixationState.LOST,
+            f"Left and right agree on another place than the wide view, {strayed_wide_px:.1f} wide px apart: "
+            "the pattern may repeat, or a near edge covers it; draw a larger rectangle.",
+        )
+    return None
