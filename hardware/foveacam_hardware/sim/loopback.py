@@ -64,12 +64,12 @@ class LoopbackController:
     def __init__(
         self, clock: Clock, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
     ) -> None:
-        self._clock = clock
+        self.clock = clock
         self.far_end = ControllerFarEnd(clock, cables, strict=strict, version=version)
 
     def open(self) -> LoopbackLink:
         """Open its port, as a driver's link factory."""
-        return LoopbackLink(self.far_end, self._clock)
+        return LoopbackLink(self.far_end, self.clock)
 
     def configure(
         self, *, strict: bool | None = None, silent: bool | None = None, clock_ppm: float | None = None

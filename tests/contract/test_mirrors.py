@@ -1,0 +1,365 @@
+"""The Mirrors contract, on the controller's driver: once in process on simulated time, once on a pty."""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from foveacam_hardware.contract import (
+    PARKED,
+    Clock,
+    DeviceFault,
+    FoveaError,
+    Mirrors,
+    MirrorVolts,
+    MonotonicClock,
+    NotConnected,
+    OutOfRange,
+    Role,
+    StereoVolts,
+    VirtualClock,
+)
+from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.sim.cables import RecordingCables
+from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.loopback import LoopbackController
+
+REST = (29490,) * 8
+ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
+HALF_STEP_V = 200 / 65_535 / 2 + 1e-9
+SETTLE_US, PULSE_US = 10_000, 4000
+
+
+class Bench:
+    """A controller on one of its hosts, and a driver not yet connected to it."""
+
+    def __init__(
+        self, controller: LoopbackController | ControllerProcess, cables: RecordingCables, clock: Clock
+    ) -> None:
+        self.controller = controller
+        self.cables = cables
+        self.clock = clock
+        self.mirrors = ControllerMirrors(controller.open, clock)
+
+    def seen(self) -> RecordingCables:
+        """Return what the cables saw of everything that was sent so far."""
+        self.mirrors.ping()
+        self.controller.status()
+        return self.cables
+
+
+Make = Callable[[tuple[int, int, int]], Bench]
+
+
+@pytest.fixture(params=["loopback", "process"])
+def make(request: pytest.FixtureRequest) -> Iterator[Make]:
+    benches: list[Bench] = []
+
+    def build(version: tuple[int, int, int]) -> Bench:
+        cables = RecordingCables()
+        if request.param == "loopback":
+            clock = VirtualClock(1_000_000_000)
+            controller = LoopbackController(clock, cables, strict=True, version=version)
+            benches.append(Bench(controller, cables, clock))
+        else:
+            process = ControllerProcess(cables, strict=True, version=version)
+            benches.append(Bench(process, cables, MonotonicClock()))
+        return benches[-1]
+
+    yield build
+    for bench in benches:
+        bench.mirrors.close()
+        if isinstance(bench.controller, ControllerProcess):
+            bench.controller.close()
+
+
+@pytest.fixture
+def bench(make: Make) -> Bench:
+    bench = make((2, 1, 0))
+    bench.mirrors.connect()
+    return bench
+
+
+def test_the_driver_is_mirrors(bench: Bench) -> None:
+    mirrors: Mirrors = bench.mirrors
+
+    assert mirrors.info.version == "2.1.0"
+    assert mirrors.limits.max_v == 170.0
+
+
+def test_connect_ends_enabled_and_parked_with_bias_and_filter_in_force(bench: Bench) -> None:
+    state = bench.mirrors.state
+
+    assert (state.connected, state.enabled, state.volts, state.fault) == (True, True, PARKED, None)
+    cables = bench.seen()
+    assert cables.drives[0][1] == cables.codes == REST
+    assert cables.rail_on
+    assert cables.cutoff_hz == 120
+
+
+def test_connecting_again_changes_nothing(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+    bench.mirrors.connect()
+
+    assert bench.seen().rails[1:] == []
+    assert bench.mirrors.state.volts != PARKED
+
+
+def test_steer_moves_the_mirrors_to_the_volts_it_returns(bench: Bench) -> None:
+    actual = bench.mirrors.steer(ASIDE)
+
+    codes = bench.seen().codes
+    differences = [(codes[i] - codes[i + 1]) * 200 / 65_535 for i in (0, 2, 4, 6)]
+    told = [actual.left.x_v, actual.left.y_v, actual.right.x_v, actual.right.y_v]
+    assert differences == pytest.approx(told, abs=1e-12)
+    assert differences == pytest.approx([10.0, -20.0, -10.0, 5.0], abs=HALF_STEP_V)
+    assert bench.mirrors.state.volts == actual
+
+
+def test_expose_moves_settles_triggers_and_reports(bench: Bench) -> None:
+    actual = bench.mirrors.steer(ASIDE)
+    bench.mirrors.steer(PARKED)
+
+    receipt = bench.mirrors.expose(ASIDE, settle_us=SETTLE_US, pulse_us=PULSE_US)
+
+    cables = bench.seen()
+    (edge,) = cables.triggers
+    moved_ns = next(t_ns for t_ns, codes in reversed(cables.drives) if codes != REST)
+    assert (edge.pulse_us, edge.cameras) == (PULSE_US, 6)
+    assert edge.t_ns - moved_ns == SETTLE_US * 1000
+    # The clocks are mapped by the best of several pings: wrong by half a round trip at most, and 1 µs.
+    doubt_ns = bench.mirrors.telemetry.rtt_p99_ms * 0.5e6 + 1000
+    assert receipt.t_trigger_ns == pytest.approx(edge.t_ns, abs=doubt_ns)
+    assert receipt.t_exposure_ns - receipt.t_trigger_ns == pytest.approx(2_500_000, abs=2000)
+    assert receipt.volts == actual == bench.mirrors.state.volts
+
+
+def test_every_exposure_waits_for_the_mirrors_unless_they_already_stand(bench: Bench) -> None:
+    for volts in (ASIDE, PARKED, ASIDE):
+        bench.mirrors.expose(volts, settle_us=SETTLE_US, pulse_us=PULSE_US)
+        drives, triggers = bench.cables.drives, bench.seen().triggers
+        assert triggers[-1].t_ns - drives[-1][0] >= SETTLE_US * 1000
+
+    bench.clock.sleep_until_ns(bench.clock.now_ns() + SETTLE_US * 1000)
+    drives_before = len(bench.seen().drives)
+    bench.mirrors.expose(ASIDE, settle_us=SETTLE_US, pulse_us=PULSE_US)
+    assert len(bench.seen().drives) == drives_before
+
+
+def test_ordinary_work_never_trips_the_faults_of_a_strict_controller(bench: Bench) -> None:
+    for step in range(60):
+        volts = StereoVolts(
+            left=MirrorVolts(x_v=step, y_v=-step), right=MirrorVolts(x_v=-step, y_v=2.5 * step)
+        )
+        for _ in range(6):
+            bench.mirrors.steer(volts)
+        bench.mirrors.expose(volts, settle_us=200, pulse_us=PULSE_US)
+        bench.mirrors.ping()
+    bench.mirrors.park()
+    bench.mirrors.disable()
+    bench.mirrors.enable()
+
+    status = bench.controller.status()
+    assert (status.dead, status.malformed, status.enabled) == (False, 0, True)
+    assert bench.mirrors.telemetry.bad_packets == 0
+
+
+def test_park_brings_both_mirrors_to_rest(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+
+    bench.mirrors.park()
+
+    assert bench.mirrors.state.volts == PARKED
+    assert bench.seen().codes == REST
+
+
+def test_steer_after_an_exposure_moves_the_stream_that_is_on_the_mirrors(bench: Bench) -> None:
+    bench.mirrors.expose(ASIDE, settle_us=0, pulse_us=PULSE_US)
+    bench.mirrors.steer(PARKED)
+    assert bench.seen().codes == REST
+
+    bench.mirrors.expose(PARKED, settle_us=0, pulse_us=PULSE_US)
+    bench.mirrors.steer(ASIDE)
+    assert bench.seen().codes != REST
+
+
+def test_disable_switches_the_rail_off_and_enable_on_again(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+    bench.mirrors.disable()
+
+    assert not bench.seen().rail_on
+    assert not bench.mirrors.state.enabled
+    with pytest.raises(DeviceFault, match="enable the mirrors first"):
+        bench.mirrors.steer(ASIDE)
+    bench.mirrors.enable()
+    bench.mirrors.steer(ASIDE)
+    cables = bench.seen()
+    assert [on for _, on in cables.rails] == [True, False, True]
+    assert cables.codes != REST
+
+
+def test_close_parks_switches_off_and_ends_the_reader(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+
+    bench.mirrors.close()
+    bench.mirrors.close()
+
+    bench.controller.status()
+    assert not bench.cables.rail_on
+    assert bench.cables.codes == REST
+    assert not [thread for thread in threading.enumerate() if thread.name == "controller-reader"]
+    with pytest.raises(NotConnected, match="connect again"):
+        bench.mirrors.steer(ASIDE)
+
+
+def test_before_connect_nothing_works_and_everything_says_why(make: Make) -> None:
+    mirrors = make((2, 1, 0)).mirrors
+
+    actions: list[Callable[[], object]] = [
+        mirrors.enable,
+        mirrors.disable,
+        mirrors.park,
+        mirrors.ping,
+        lambda: mirrors.steer(PARKED),
+        lambda: mirrors.expose(PARKED, settle_us=0, pulse_us=1),
+    ]
+    for action in actions:
+        with pytest.raises(NotConnected, match="not connected"):
+            action()
+    assert not mirrors.state.connected
+    assert mirrors.telemetry.tx_packets == 0
+
+
+@pytest.mark.parametrize(("settle_us", "pulse_us"), [(0, 0), (0, -5), (-1, 100), (2**32, 100), (0, 2**32)])
+def test_times_that_cannot_be_are_refused(bench: Bench, settle_us: int, pulse_us: int) -> None:
+    with pytest.raises(OutOfRange, match="µs"):
+        bench.mirrors.expose(PARKED, settle_us=settle_us, pulse_us=pulse_us)
+
+
+def test_a_missing_strobe_is_told_in_the_controllers_words_and_the_next_frame_works(bench: Bench) -> None:
+    bench.cables.exposure_us[Role.RIGHT] = None
+    with pytest.raises(DeviceFault, match=r"Strobe timeout.*strobe cables"):
+        bench.mirrors.expose(ASIDE, settle_us=0, pulse_us=PULSE_US)
+    bench.cables.exposure_us[Role.RIGHT] = 5000
+
+    receipt = bench.mirrors.expose(PARKED, settle_us=SETTLE_US, pulse_us=PULSE_US)
+
+    assert receipt.volts == PARKED
+    cables = bench.seen()
+    assert cables.triggers[-1].t_ns - cables.drives[-1][0] >= SETTLE_US * 1000
+    bench.mirrors.steer(ASIDE)
+    assert bench.seen().codes != REST
+
+
+def test_telemetry_counts_the_traffic(bench: Bench) -> None:
+    before = bench.mirrors.telemetry
+    for _ in range(10):
+        bench.mirrors.ping()
+        bench.mirrors.steer(PARKED)
+
+    after = bench.mirrors.telemetry
+    assert after.tx_packets - before.tx_packets == 20
+    assert after.rx_packets - before.rx_packets == 10
+    assert after.tx_bytes - before.tx_bytes > 20 * 6
+    assert after.rx_bytes - before.rx_bytes > 10 * 6
+    assert 0 <= after.rtt_p50_ms <= after.rtt_p99_ms
+
+
+def test_log_pushes_reach_the_log(make: Make, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, logger="foveacam_hardware"):
+        make((2, 1, 0)).mirrors.connect()
+
+    assert "controller: [INFO]: Rail is on" in caplog.messages
+
+
+def test_before_2_steering_goes_by_actuate_and_exposures_are_refused(make: Make) -> None:
+    bench = make((1, 1, 0))
+    bench.mirrors.connect()
+
+    actual = bench.mirrors.steer(ASIDE)
+    assert bench.mirrors.state.volts == actual
+    assert bench.seen().codes != REST
+    with pytest.raises(DeviceFault, match=r"1\.1\.0 has no triggered exposures"):
+        bench.mirrors.expose(ASIDE, settle_us=0, pulse_us=PULSE_US)
+    bench.mirrors.park()
+    assert bench.seen().codes == REST
+    bench.mirrors.close()
+    assert bench.controller.status().malformed == 0
+
+
+def test_before_1_1_pings_work_without_a_clock(make: Make) -> None:
+    bench = make((1, 0, 0))
+    bench.mirrors.connect()
+
+    assert bench.mirrors.ping() >= 0
+    assert bench.mirrors.telemetry.clock_offset_ns == 0
+
+
+def test_firmware_of_the_future_is_refused_and_nothing_stays_open(make: Make) -> None:
+    bench = make((3, 0, 0))
+
+    with pytest.raises(DeviceFault, match=r"3\.0 is newer"):
+        bench.mirrors.connect()
+
+    assert not bench.mirrors.state.connected
+    assert "newer" in (bench.mirrors.state.fault or "")
+    bench.controller.status()
+    assert bench.cables.rails == []
+    assert not [thread for thread in threading.enumerate() if thread.name == "controller-reader"]
+
+
+def test_a_failed_start_is_undone(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = make((2, 1, 0))
+
+    def refuse(*_: object) -> None:
+        raise DeviceFault("streams are out of order")
+
+    with monkeypatch.context() as patched, pytest.raises(DeviceFault, match="out of order"):
+        patched.setattr("foveacam_hardware.drivers.controller_dialogue.Dialogue.create_streams", refuse)
+        bench.mirrors.connect()
+
+    bench.controller.status()
+    assert [on for _, on in bench.cables.rails] == [True, False]
+    assert not bench.mirrors.state.connected
+    bench.mirrors.connect()
+    assert bench.mirrors.state.enabled
+    assert bench.mirrors.state.fault is None
+
+
+def test_a_controller_found_enabled_is_switched_off_and_started_properly(make: Make) -> None:
+    bench = make((2, 1, 0))
+    bench.mirrors.connect()
+    bench.mirrors.steer(ASIDE)
+    dialogue = bench.mirrors._dialogue
+    assert dialogue is not None
+    dialogue.session.close()  # as a host does that was killed
+
+    bench.mirrors.connect()
+
+    cables = bench.seen()
+    assert [on for _, on in cables.rails] == [True, False, True]
+    off_ns = next(t_ns for t_ns, on in cables.rails if not on)
+    assert all(codes == REST for t_ns, codes in cables.drives if t_ns >= off_ns)
+    assert bench.mirrors.state.volts == PARKED
+
+
+def test_a_second_driver_is_told_that_the_port_is_held() -> None:
+    with ControllerProcess(RecordingCables()) as process:
+        first = ControllerMirrors(process.open, MonotonicClock())
+        first.connect()
+        second = ControllerMirrors(process.open, MonotonicClock())
+        with pytest.raises(NotConnected, match="held by another program"):
+            second.connect()
+        assert "held" in (second.state.fault or "")
+        first.steer(ASIDE)
+        first.close()
+        second.connect()
+        second.close()
+
+
+def test_errors_of_the_driver_are_of_the_one_tree(bench: Bench) -> None:
+    bench.controller.power_cycle()
+    with pytest.raises(FoveaError, match="restarted"):
+        bench.mirrors.expose(ASIDE, settle_us=0, pulse_us=PULSE_US)
+    assert not bench.mirrors.state.connected
