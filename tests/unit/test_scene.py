@@ -12,7 +12,7 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web import scene as scene_module
 from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
 from foveacam_web.scene_fixation import LIVE_POINTS, thin
-from foveacam_web.scene_rig import gaze_direction, rig_from_gaze
+from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
 from foveacam_web.viser_page import viser_page
 
@@ -73,6 +73,14 @@ def test_a_frustum_points_along_the_gaze_and_stays_level(ax_deg: float, ay_deg: 
     assert rotation[1, 0] == pytest.approx(0.0)
     x, y, z = gaze_direction(gaze)
     assert (math.degrees(math.atan2(x, z)), math.degrees(math.atan2(y, z))) == pytest.approx((ax_deg, ay_deg))
+
+
+@pytest.mark.parametrize("fov_deg", [(25.6, 19.4), (2.86, 2.15)])
+def test_a_frustum_is_as_deep_as_asked(fov_deg: tuple[float, float]) -> None:
+    # viser's client: (x, y, z) = (tan h/2, tan v/2, 1) * scale / cbrt(x y z / 3)
+    fov_rad = (math.radians(fov_deg[0]), math.radians(fov_deg[1]))
+    x, y = math.tan(fov_rad[0] / 2), math.tan(fov_rad[1] / 2)
+    assert frustum_scale(fov_rad, depth_m=2.5) / math.cbrt(x * y / 3) == pytest.approx(2.5)
 
 
 def test_the_label_shows_the_digits_that_the_error_leaves() -> None:

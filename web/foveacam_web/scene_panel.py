@@ -12,7 +12,7 @@ from foveacam_web.scene_fixation import Shown
 
 VIEW_PANEL_WIDTH_PX = 440
 _VIEW_FRAME = (
-    '<iframe src="{url}" title="Camera views" data-foveacam-views '
+    '<iframe loading="lazy" src="{url}" title="Camera views" data-foveacam-views '
     'style="display:block;width:100%;height:72vh;border:0;background:#111"></iframe>'
 )
 _HINT = "Click a surface or its marker to select the target. Drag to turn, scroll to come closer."
@@ -28,7 +28,7 @@ class ScenePanel:
     def __init__(self, server: viser.ViserServer, *, view_url: str | None, shown: Shown) -> None:
         self._shown = shown
         gui = server.gui
-        gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         if view_url is not None:
             views = gui.add_panel()
             with views.add_tab("Camera views"):

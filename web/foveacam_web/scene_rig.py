@@ -21,7 +21,10 @@ _FLOOR_Y_M = 0.45
 """The grid lies below the rig; +y points down."""
 _FLOOR_DEPTH_M = 40.0
 _FLOOR_WIDTH_M = 20.0
-_MARKS_M = (1, 2, 3, 5, 10, 15, 20, 30, 40)
+_MARKS_M = (1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 40)
+_MARKS_X_M = -0.8
+_WIDE_DEPTH_M = 0.35
+"""How far the wide camera's frustum is drawn; those of the foveae reach to what they look at."""
 _GRID_COLOR: Rgb = (92, 96, 104)
 _SECTION_COLOR: Rgb = (134, 140, 150)
 _STRAIGHT = EyeGaze(ax_rad=0.0, ay_rad=0.0)
@@ -39,6 +42,16 @@ def rig_from_gaze(gaze: EyeGaze) -> NDArray[np.float64]:
     x = np.cross((0.0, 1.0, 0.0), z)
     x /= np.linalg.norm(x)
     return np.stack((x, np.cross(z, x), z), axis=1)
+
+
+def frustum_scale(fov_rad: tuple[float, float], *, depth_m: float) -> float:
+    """Return viser's scale of a frustum that is `depth_m` deep.
+
+    viser scales a frustum to a volume, so that a narrow one would reach far beyond a wide one.
+    """
+    horizontal_rad, vertical_rad = fov_rad
+    base = math.tan(horizontal_rad / 2.0) * math.tan(vertical_rad / 2.0)
+    return depth_m * math.cbrt(base / 3.0)
 
 
 class RigDrawing:
@@ -71,9 +84,10 @@ class RigDrawing:
             self._scene.add_label(
                 f"/floor_marks/{z_m}",
                 f"{z_m} m",
-                position=(0.0, _FLOOR_Y_M, float(z_m)),
-                font_screen_scale=0.8,
-                anchor="center-center",
+                position=(_MARKS_X_M, _FLOOR_Y_M, float(z_m)),
+                font_size_mode="scene",
+                font_scene_height=0.025 + 0.011 * z_m,
+                anchor="center-right",
             )
 
     def draw(self, shape: RigShape) -> None:
@@ -81,10 +95,12 @@ class RigDrawing:
         self._shape = shape
         self._scene.add_frame("/rig", axes_length=0.08, axes_radius=0.002)
         self._scene.add_label("/rig/name", "wide", position=(0.0, -0.05, 0.0), font_screen_scale=0.8)
-        self._frustum("wide", fov_rad=shape.wide_fov_rad, x_m=0.0, color=WIDE_COLOR, scale=0.16)
+        self._frustum("wide", fov_rad=shape.wide_fov_rad, x_m=0.0, color=WIDE_COLOR, depth_m=_WIDE_DEPTH_M)
         for eye, sign, color in (("left", -0.5, LEFT_COLOR), ("right", 0.5, RIGHT_COLOR)):
             x_m = sign * shape.baseline_m
-            self._eyes[eye] = self._frustum(eye, fov_rad=shape.fovea_fov_rad, x_m=x_m, color=color, scale=0.3)
+            self._eyes[eye] = self._frustum(
+                eye, fov_rad=shape.fovea_fov_rad, x_m=x_m, color=color, depth_m=self._ray_m
+            )
             self._rays[eye] = self._scene.add_line_segments(
                 f"/gaze/{eye}",
                 np.zeros((1, 2, 3), dtype=np.float32),
@@ -94,7 +110,7 @@ class RigDrawing:
                 position=(x_m, 0.0, 0.0),
                 visible=self._rays_visible,
             )
-        self._turn()
+        self._turn(shape)
 
     def look(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None) -> None:
         """Turn the eyes, their rays as long as `distance_m`; nothing is sent when they look there already."""
@@ -104,7 +120,7 @@ class RigDrawing:
             return
         self._gaze, self._ray_m = gaze, ray_m
         if self._shape is not None:
-            self._turn()
+            self._turn(self._shape)
 
     def show_rays(self, *, visible: bool) -> None:
         """Show or hide the gaze rays."""
@@ -112,21 +128,22 @@ class RigDrawing:
         for ray in self._rays.values():
             ray.visible = visible
 
-    def _turn(self) -> None:
+    def _turn(self, shape: RigShape) -> None:
         for eye, gaze in self._gaze.items():
+            self._eyes[eye].scale = frustum_scale(shape.fovea_fov_rad, depth_m=self._ray_m)
             self._eyes[eye].wxyz = transforms.SO3.from_matrix(rig_from_gaze(gaze)).wxyz
             ends_m = np.stack((np.zeros(3), self._ray_m * gaze_direction(gaze)))
             self._rays[eye].points = ends_m[None].astype(np.float32)
 
     def _frustum(
-        self, eye: str, *, fov_rad: tuple[float, float], x_m: float, color: Rgb, scale: float
+        self, eye: str, *, fov_rad: tuple[float, float], x_m: float, color: Rgb, depth_m: float
     ) -> viser.CameraFrustumHandle:
         horizontal_rad, vertical_rad = fov_rad
         return self._scene.add_camera_frustum(
             f"/cameras/{eye}",
             fov=vertical_rad,
             aspect=math.tan(horizontal_rad / 2.0) / math.tan(vertical_rad / 2.0),
-            scale=scale,
+            scale=frustum_scale(fov_rad, depth_m=depth_m),
             color=color,
             thickness=1.5,
             thickness_units="screen",

@@ -8,10 +8,11 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 Rgb: TypeAlias = tuple[int, int, int]
 
 WIDE_COLOR: Rgb = (160, 160, 170)
-LEFT_COLOR: Rgb = (235, 94, 85)
-RIGHT_COLOR: Rgb = (64, 190, 214)
-TARGET_COLOR: Rgb = (255, 176, 46)
-SELECTED_COLOR: Rgb = (255, 255, 255)
+LEFT_COLOR: Rgb = (78, 168, 255)
+RIGHT_COLOR: Rgb = (255, 166, 64)
+"""Left and right as in the page."""
+TARGET_COLOR: Rgb = (79, 195, 201)
+SELECTED_COLOR: Rgb = (255, 64, 160)
 
 DEFAULT_RAY_M = 10.0
 """How far a gaze ray is drawn while no distance is known."""

@@ -10,9 +10,30 @@ import viser
 
 # viser reconnects only while its document has the focus, which a frame inside the console never has
 _RECONNECT = "<script>document.hasFocus = () => true;</script>"
-# No toast about software rendering, no share or licence furniture; kept to what the pinned version names
+# No toast about software rendering
 _STYLE = "<style>.mantine-Notifications-root { display: none !important; }</style>"
-_BARE_STYLE = "<style>[data-foveacam-views] { display: none !important; }</style>"
+# Alone, the page follows the system's choice of dark or light; inside the console its address says
+_THEME = """<script>{
+const address = new URL(location.href);
+if (!address.searchParams.has("darkMode") && matchMedia("(prefers-color-scheme: dark)").matches) {
+  address.searchParams.set("darkMode", "");
+  history.replaceState(null, "", address);
+}}</script>"""
+# Inside the console: no docked views beside the console's own, and the panel folded away until it is wanted
+_BARE = """<style>
+[data-dock-region="left"] { display: none !important; }
+[data-dock-root] > :first-child { inset: 0 !important; }
+</style>
+<script>{
+const fold = new MutationObserver(() => {
+  const button = document.querySelector('[data-testid="floating-panel"] [data-dock-minimize]');
+  if (!button) return;
+  fold.disconnect();
+  setTimeout(() => button.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })), 300);
+  setTimeout(() => document.activeElement?.blur(), 600);
+});
+fold.observe(document, { childList: true, subtree: true });
+}</script>"""
 
 
 class PageChanged(RuntimeError):
@@ -30,7 +51,7 @@ def viser_page(*, bare: bool = False) -> bytes:
     head, separator, rest = page.partition("<head>")
     if not separator:
         raise PageChanged(f"viser {viser.__version__}: its client page has no <head>")
-    added = _RECONNECT + _STYLE + (_BARE_STYLE if bare else "")
+    added = _RECONNECT + _STYLE + (_BARE if bare else _THEME)
     return (head + separator + added + rest).encode()
 
 
