@@ -19,10 +19,12 @@ if (!address.searchParams.has("darkMode") && matchMedia("(prefers-color-scheme: 
   address.searchParams.set("darkMode", "");
   history.replaceState(null, "", address);
 }}</script>"""
-# Inside the console: no docked views beside the console's own, and the panel folded away until it is wanted
+# Inside the console: no docked views beside the console's own, the panel folded away until it is wanted,
+# and no bottom sheet, which would cover most of a pane as small as a phone's
 _BARE = """<style>
 [data-dock-region="left"] { display: none !important; }
 [data-dock-root] > :first-child { inset: 0 !important; }
+.mantine-Paper-root[style*="max-height: 60%"] { display: none !important; }
 </style>
 <script>{
 const fold = new MutationObserver(() => {
