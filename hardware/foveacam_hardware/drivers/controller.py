@@ -36,8 +36,8 @@ logger = logging.getLogger(__name__)
 
 _Answer = TypeVar("_Answer")
 
-DEADLINE_S = 0.35
-"""For an answer; with the probes after it, a dead controller is reported within 0.8 s."""
+DEADLINE_S = 0.3
+"""For an answer; with the probes after it, a dead controller is reported within 0.9 s."""
 PROBE_DEADLINE_S = 0.2
 PROBES = 2
 """The first may be swallowed by what a lost byte left of the packet before it."""

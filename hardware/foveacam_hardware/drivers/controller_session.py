@@ -30,6 +30,8 @@ logger = logging.getLogger(__name__)
 
 POLL_S = 0.05
 """How long the reader may stay deaf to `close`."""
+STALL_S = 0.05
+"""After a deadline the reader gets this long to hand over what arrived while this process was stalled."""
 Message: TypeAlias = tuple[Method, Property, bytes]
 """A request before it has a sequence number."""
 
@@ -84,12 +86,11 @@ class Reply:
     def wait(self, *, deadline_s: float) -> Arrival:
         """Return the next phase's reply; raise `Timeout`, `NotConnected`, or `Refusal` with REJ's text."""
         request = self.request
-        try:
-            item = self._inbox.get(timeout=deadline_s)
-        except Empty:
+        item = self._next(deadline_s) or self._next(STALL_S)
+        if item is None:
             raise Timeout(
                 f"controller: no answer to {request.method.name} {request.prop.name} within {deadline_s:g} s"
-            ) from None
+            )
         if isinstance(item, NotConnected):
             raise NotConnected(str(item)) from item
         packet, t_ns = item
@@ -98,6 +99,12 @@ class Reply:
             remedy = _REMEDIES.get(text, "see the controller's protocol")
             raise Refusal(f"controller refused {request.prop.name}: '{text}'; {remedy}", text=text)
         return Arrival(packet, self.sent_ns, t_ns)
+
+    def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
+        try:
+            return self._inbox.get(timeout=timeout_s)
+        except Empty:
+            return None
 
 
 class Refusal(DeviceFault):
