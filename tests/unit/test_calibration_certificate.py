@@ -82,5 +82,5 @@ def test_the_wide_lens_is_known_to_a_fraction_of_a_pixel(calibration: Calibratio
     errors = wide_errors_px(calibration, truth, rng=np.random.default_rng(14), count=400)
     # 40 boards of 108 corners, 0.05 px each: the centre, bound up with tilt, is the weakest at about 0.1 px.
     assert np.sqrt(np.mean(errors**2)) < 0.3
-    # The focal length is known to about 1e-4, 0.09 px in a corner, and the lens obeys another law than the fit.
+    # The focal length is known to about 1e-4, 0.09 px in a corner, and the lens obeys another law.
     assert np.abs(errors - errors.mean(axis=0)).max() < 0.2

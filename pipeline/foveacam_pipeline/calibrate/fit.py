@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 from scipy.spatial import ConvexHull
 
 from foveacam_pipeline.calibrate.fit_homography import fit_homography
@@ -29,7 +28,7 @@ PIVOT_TOLERANCE_M = 0.4e-3
 mount and in the lens) where a sweep at one depth cannot measure it."""
 _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
-_PUPIL_RANGE_M = (0.0, 0.2)
+_PUPIL_STEPS_M = (10e-3, 1e-3)
 
 logger = logging.getLogger(__name__)
 
@@ -176,11 +175,14 @@ def _fit_pupil(sweep: RigSweep) -> float:
             _fit_field(sweep, eye, eye.angles_rad, pupil_m=pupil_m, orders=(3,))
             for eye in (sweep.left, sweep.right)
         ]
-        return math.hypot(fields[0].loo_px, fields[1].loo_px)
+        return fields[0].loo_px ** 2 + fields[1].loo_px ** 2
 
-    found = minimize_scalar(disagreement, bounds=_PUPIL_RANGE_M, method="bounded", options={"xatol": 5e-5})
-    logger.info("pupil %.2f mm behind the pivots", 1e3 * float(found.x))
-    return float(found.x)
+    pupil_m = sweep.pupil_m
+    for step_m in _PUPIL_STEPS_M:  # squares of misfits: a parabola, the better the nearer
+        below, at, above = (disagreement(pupil_m + side * step_m) for side in (-1.0, 0.0, 1.0))
+        pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
+    logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)
+    return pupil_m
 
 
 def _model_sigma(

@@ -23,7 +23,7 @@ from foveacam_pipeline.geometry.polynomial import (
 from foveacam_pipeline.models.homography import ENTRIES, HomographyField
 
 ORDERS = (1, 2, 3, 4, 5)
-_ROUNDS = 8
+_ROUNDS = 6
 _LOO_TOLERANCE = 0.02
 
 logger = logging.getLogger(__name__)

@@ -16,7 +16,9 @@ from foveacam_pipeline.geometry.shapes import as_finite_rows, as_rows
 HUBER_K = 1.345
 """Residuals beyond this many robust standard deviations lose weight (95 % efficiency, Huber 1981)."""
 _IRLS_ROUNDS = 30
+_IRLS_STOP = 1e-7
 _OUTLIER_SIGMAS = 4.0
+_SAMPLES_PER_TERM = 3
 OUTLIER_WEIGHT = HUBER_K / _OUTLIER_SIGMAS
 """Weight of a residual of four robust standard deviations; what weighs less is left out of statistics."""
 
@@ -126,22 +128,23 @@ def least_squares(matrix: NDArray[np.float64], values: NDArray[np.float64]) -> N
 
 
 def _solve(
-    basis: NDArray[np.float64], values: NDArray[np.float64], loss: str
+    orthonormal: NDArray[np.float64], values: NDArray[np.float64], loss: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return coefficients (k,), weights (n,) and leverage (n,) of one output."""
+    """Return coordinates (k,), weights (n,) and leverage (n,) of one output; `orthonormal`: (n, k) basis."""
     weights = np.ones(len(values))
-    coefficients = least_squares(basis, values)
+    coordinates = orthonormal.T @ values
     for _ in range(_IRLS_ROUNDS if loss == "huber" else 0):
-        weights = huber_weights(values - basis @ coefficients)
-        root = np.sqrt(weights)
-        update = least_squares(basis * root[:, None], values * root)
-        moved = float(np.max(np.abs(update - coefficients)))
-        coefficients = update
-        if moved <= 1e-12 * float(np.max(np.abs(coefficients), initial=1e-300)):
+        weights = huber_weights(values - orthonormal @ coordinates)
+        weighted = orthonormal * weights[:, None]
+        update = np.asarray(np.linalg.solve(orthonormal.T @ weighted, weighted.T @ values), dtype=np.float64)
+        moved = float(np.max(np.abs(update - coordinates)))
+        coordinates = update
+        if moved <= _IRLS_STOP * float(np.max(np.abs(coordinates), initial=1e-300)):
             break
-    orthonormal = np.linalg.qr(basis * np.sqrt(weights)[:, None])[0]
-    leverage: NDArray[np.float64] = np.sum(orthonormal**2, axis=1)
-    return coefficients, weights, leverage
+    weighted = orthonormal * weights[:, None]
+    inverse_gram = np.linalg.inv(orthonormal.T @ weighted)
+    leverage = np.sum((weighted @ inverse_gram) * orthonormal, axis=1)
+    return coordinates, weights, np.asarray(leverage, dtype=np.float64)
 
 
 def scaling_of(xy: NDArray[np.float64]) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -170,8 +173,10 @@ def fit_polynomial(
         )
     centre, scale = scaling_of(rows)
     basis = monomials((rows[:, 0] - centre[0]) / scale[0], (rows[:, 1] - centre[1]) / scale[1], order)
-    solved = [_solve(basis, column, loss) for column in target.T]
-    coefficients, weights, leverage = (np.column_stack(part) for part in zip(*solved, strict=True))
+    orthonormal, triangle = np.linalg.qr(basis)  # once; the robust rounds then work on small, sound matrices
+    solved = [_solve(orthonormal, column, loss) for column in target.T]
+    coordinates, weights, leverage = (np.column_stack(part) for part in zip(*solved, strict=True))
+    coefficients = np.asarray(np.linalg.solve(triangle, coordinates), dtype=np.float64)
     residuals = target - basis @ coefficients
     return PolynomialFit(
         polynomial=BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients),
@@ -192,10 +197,11 @@ def fit_best_order(
 ) -> PolynomialFit:
     """Fit the lowest order whose leave-one-out error is within `tolerance` of the best one's.
 
-    Errors are compared with one limit for all orders, so that no order hides its misses as outliers.
+    Errors are compared with one limit for all orders, so that no order hides its misses as outliers; an order
+    with fewer than three samples a coefficient is not tried, because robust weights would serve its noise.
     """
     rows = as_finite_rows(xy, columns=2, name="xy")
-    feasible = [order for order in orders if len(exponents(order)) < len(rows)]
+    feasible = [order for order in orders if _SAMPLES_PER_TERM * len(exponents(order)) <= len(rows)]
     if not feasible:
         return fit_polynomial(rows, values, min(orders), loss)  # raises with the number of samples needed
     fits = [fit_polynomial(rows, values, order, loss) for order in sorted(feasible)]
