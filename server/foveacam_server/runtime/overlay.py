@@ -17,6 +17,11 @@ class Overlay:
         self._distance_m = math.inf
         self._last: tuple[Calibration, StereoVolts, float, Document] | None = None
 
+    @property
+    def distance_m(self) -> float:
+        """The distance of what is looked at, metres; infinite while none is known."""
+        return self._distance_m
+
     def look_at_distance(self, distance_m: float) -> None:
         """Take the outlines at `distance_m` from now on, metres from the rig's origin."""
         self._distance_m = distance_m

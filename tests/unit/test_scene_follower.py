@@ -1,0 +1,71 @@
+import math
+from pathlib import Path
+
+import pytest
+
+import foveacam_server
+from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.runtime.scene_follower import SceneFollower, Sight, rig_shape
+from foveacam_web.scene import ViewerScene
+from foveacam_web.scene_values import EyeGaze, RigShape
+
+
+class Recorder(ViewerScene):
+    """A scene that is never started and notes what it is told."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.shapes: list[RigShape] = []
+        self.gazes: list[tuple[EyeGaze, EyeGaze, float | None]] = []
+
+    def show_rig(self, shape: RigShape) -> None:
+        self.shapes.append(shape)
+
+    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
+        self.gazes.append((left, right, distance_m))
+
+
+@pytest.fixture(scope="module")
+def certificate() -> Calibration:
+    return load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+
+
+def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) -> None:
+    shape = rig_shape(certificate)
+    degrees = [math.degrees(angle) for angle in (*shape.wide_fov_rad, *shape.fovea_fov_rad)]
+    # Table 2: 25.6 x 19.4 degrees wide, 2.86 x 2.15 fovea; the lens is known to a percent
+    assert degrees == pytest.approx([25.6, 19.4, 2.86, 2.15], rel=0.01)
+    assert shape.baseline_m == pytest.approx(0.2, rel=0.02)
+
+
+def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: Calibration) -> None:
+    scene, volts = Recorder(), [PARKED]
+    follower = SceneFollower(
+        scene, sight=lambda: Sight(calibration=certificate, volts=volts[-1], distance_m=math.inf)
+    )
+    follower.tell()
+    follower.tell()
+    volts.append(StereoVolts(left=MirrorVolts(x_v=60.0, y_v=0.0), right=PARKED.right))
+    follower.tell()
+    assert len(scene.shapes) == 1
+    (parked_left, parked_right, distance_m), (turned_left, turned_right, _) = scene.gazes
+    assert distance_m is None
+    # 0.060 degrees a volt
+    assert math.degrees(turned_left.ax_rad - parked_left.ax_rad) == pytest.approx(3.6, rel=0.2)
+    assert turned_right == parked_right
+
+
+def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:
+    scene = Recorder()
+    SceneFollower(scene, sight=lambda: None).tell()
+    assert scene.shapes == []
+    assert scene.gazes == []
+
+
+def test_closing_ends_the_thread(certificate: Calibration) -> None:
+    follower = SceneFollower(Recorder(), sight=lambda: None)
+    follower.start()
+    follower.close()
+    assert not follower._thread.is_alive()
