@@ -22,7 +22,7 @@ from foveacam_pipeline.verge.fine import FineMatch, match_fine
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.sight import Aim, patch_for, resolve
+from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
 from foveacam_pipeline.verge.survey import Registration, confirm, epipolar_looks, reduce_look, register
 from foveacam_pipeline.verge.template import Template, follow
 from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Target, VergeStep
@@ -33,6 +33,15 @@ LEAST_STEP_PER_M = 0.02
 FOLLOW_SCORE = 0.5
 FOLLOW_LEAST_PX = 1.5
 """Smaller displacements between two wide frames are noise, survey px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Found:
+    """The gazes that bring the patch to both centres."""
+
+    gazes: Gazes
+    template: Template
+    score: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,43 +114,52 @@ class _Loop:
         frame = self._looker.wide()
         self._wide_seq = frame.seq
         try:
-            template = patch_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
+            templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
-        found = self._find(template)
-        return self._close(found, template)
+        found = self._find(templates)
+        return self._close(found.gazes, found.template)
 
-    def _find(self, template: Template) -> Gazes:
-        """Look parallel, then farther in along the epipolar line, until both foveae see the patch.
-
-        Return the gazes that bring it to both centres.
-        """
-        best: tuple[Registration, Seen] | None = None
-        blank = template.sigma_px > self._limits.no_texture_sigma_px
-        for index, inverse_z in enumerate(
-            epipolar_looks(self._calibration, template, self._limits.nearest_m)
-        ):
-            try:
-                gazes = aim_at(self._calibration, template.target, inverse_z)
-                seen = self._looker.look(gazes, Phase.EPIPOLAR if index else Phase.PARALLEL)
-            except Ended:
-                if best is None and (index == 0 or self._looker.out_of_time):
-                    raise
-                break  # an eye cannot turn that far in: what was seen so far decides
-            template = self._followed(template, seen.sighting)
-            found = register(reduce_look(seen.sighting, self._calibration, f_px=template.f_px), template)
+    def _find(self, templates: tuple[Template, ...]) -> _Found:
+        """Look parallel, then farther in along the epipolar line, until both foveae see the patch."""
+        best: _Found | None = None
+        blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
+        inverse_z = 0.0
+        for inverse_z in self._search_depths(templates[-1]):
+            gazes = aim_at(self._calibration, templates[0].target, inverse_z)
+            seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
+            templates = self._followed(templates, seen.sighting)
+            found, template = self._register(seen, templates)
             self._looker.record(seen, self._survey_step(found))
             if blank:
                 raise verdict.blank_patch()
             if found is None or not self._plausible(found):
                 continue
-            if best is None or found.score > best[0].score:
-                best = (found, seen)
+            if best is None or found.score > best.score:
+                centred = seen.gazes.moved(found.left, found.right)
+                best = _Found(gazes=centred, template=template, score=found.score)
             if found.score >= self._limits.sure_score:
                 break
         if best is None:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
-        return best[1].gazes.moved(best[0].left, best[0].right)
+        return best
+
+    def _register(self, seen: Seen, templates: tuple[Template, ...]) -> tuple[Registration | None, Template]:
+        """Search one look for the patches; return the first that is plausible and sure, else the best."""
+        look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
+        best: tuple[Registration | None, Template] = (None, templates[0])
+        for template in templates:
+            found = register(look, template)
+            if found is None:
+                continue
+            if best[0] is None or (self._plausible(found), found.score) > (
+                self._plausible(best[0]),
+                best[0].score,
+            ):
+                best = (found, template)
+            if self._plausible(found) and found.score >= self._limits.sure_score:
+                break
+        return best
 
     def _search_depths(self, template: Template) -> Iterator[float]:
         """Yield 1/Z, 1/m, of the looks of a search, the last one as near as both eyes can turn in."""
@@ -206,16 +224,17 @@ class _Loop:
             )
         return _Verged(place=place, fine=fine)
 
-    def _followed(self, template: Template, sighting: Sighting) -> Template:
-        """Return the template where a newer wide frame shows it."""
+    def _followed(self, templates: tuple[Template, ...], sighting: Sighting) -> tuple[Template, ...]:
+        """Return the patches where a newer wide frame shows them."""
         if sighting.wide.seq == self._wide_seq:
-            return template
+            return templates
         self._wide_seq = sighting.wide.seq
-        target, score = follow(template, gray(to_uint8(sighting.wide)), self._calibration.wide)
-        moved_px = float(np.abs(target - template.target).max()) * template.f_px
+        first = templates[0]
+        target, score = follow(first, gray(to_uint8(sighting.wide)), self._calibration.wide)
+        moved_px = float(np.abs(target - first.target).max()) * first.f_px
         if score < FOLLOW_SCORE or moved_px < FOLLOW_LEAST_PX:
-            return template
-        return replace(template, target=target)
+            return templates
+        return tuple(replace(template, target=target) for template in templates)
 
     def _plausible(self, found: Registration) -> bool:
         limits = self._limits

@@ -18,10 +18,12 @@ class VergeSettings:
     """Largest contradiction between the fovea-to-fovea match and the matches with the wide view, wide px."""
     nearest_m: float = 1.3
     """How near the search along the epipolar line goes."""
-    template_half_px: int = 24
+    template_half_px: int = 14
     """Half side of the patch of the wide image that a click stands for, wide px."""
+    template_growth: float = 1.7
+    """A second, larger patch is tried where the first is not found; as many times as large."""
     template_half_max_px: int = 40
-    template_half_min_px: int = 12
+    template_half_min_px: int = 10
     template_texture_sigma_px: float = 0.08
     """A patch grows until noise alone would misplace its match by less than this, wide px."""
     no_texture_sigma_px: float = 0.35

@@ -40,10 +40,12 @@ def resolve(target: Target, wide: Intrinsics, limits: VergeSettings) -> Aim:
     return _rectangle(target, wide, limits)
 
 
-def patch_for(gray: NDArray[np.uint8], aim: Aim, wide: Intrinsics, limits: VergeSettings) -> Template:
-    """Cut the patch of a target: as large as its texture needs, as small as the image's edge leaves.
+def patches_for(
+    gray: NDArray[np.uint8], aim: Aim, wide: Intrinsics, limits: VergeSettings
+) -> tuple[Template, ...]:
+    """Cut the patches to look for, best first: as small as the texture allows, and a larger one.
 
-    Raise OutOfRange when the wide image does not show enough of the surroundings.
+    A rectangle says its size itself. Raise OutOfRange when the target is too near to the image's edge.
     """
     room = room_px(wide, aim.tangents)
     pixel = wide.pixels(np.array([aim.angles_rad]))[0]
@@ -54,17 +56,21 @@ def patch_for(gray: NDArray[np.uint8], aim: Aim, wide: Intrinsics, limits: Verge
             f"on every side, the image is {wide.width} x {wide.height} px; choose one nearer to the middle"
         )
     noise = noise_level(gray, at_px=pixel)
-    half_x, half_y = aim.half_px or (limits.template_half_px, limits.template_half_px)
-    while True:
-        template = cut_template(
-            gray, wide, aim.tangents, half_px=(min(half_x, room), min(half_y, room)), noise=noise
-        )
-        largest = min(room, limits.template_half_max_px)
-        if template.sigma_px <= limits.template_texture_sigma_px or min(half_x, half_y) >= largest:
-            return template
-        half_x, half_y = (
-            max(half, min(limits.template_half_max_px, round(half * GROWTH))) for half in (half_x, half_y)
-        )
+    largest = min(room, limits.template_half_max_px)
+
+    def cut(half_px: tuple[int, int]) -> Template:
+        size = min(half_px[0], room), min(half_px[1], room)
+        return cut_template(gray, wide, aim.tangents, half_px=size, noise=noise)
+
+    if aim.half_px is not None:
+        return (cut(aim.half_px),)
+    half = limits.template_half_px
+    template = cut((half, half))
+    while template.sigma_px > limits.template_texture_sigma_px and half < largest:
+        half = min(largest, round(half * GROWTH))
+        template = cut((half, half))
+    wider = min(largest, round(half * limits.template_growth))
+    return (template,) if wider <= half else (template, cut((wider, wider)))
 
 
 def _rectangle(target: RectangleTarget, wide: Intrinsics, limits: VergeSettings) -> Aim:

@@ -66,7 +66,7 @@ class VergeStep:
     right_ax_rad: float
     right_ay_rad: float
     residual_x_px: float | None
-    """Left minus right place of the target in the foveae along the epipolar line, fovea px; None: not found."""
+    """Left minus right place of the target in the foveae along the epipolar line, fovea px, if found."""
     residual_y_px: float | None
     score: float
     """Normalised cross-correlation of the match that this step used, -1..1."""
