@@ -1,4 +1,4 @@
-"""The serial bench: its figures are measured, complete, and within the bars that do not depend on the machine."""
+"""The serial bench: its figures are complete, and within the bars that no machine is too slow for."""
 
 from foveacam_server.bench.serial import run
 
