@@ -1,6 +1,7 @@
 """The factory certificates against the simulation's truth, at volts, pixels and depths not fitted."""
 
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_server.bench import factory
 from foveacam_server.bench.certificate_check import (
     distance_error_m,
     gaze_errors_rad,
@@ -84,3 +86,27 @@ def test_the_wide_lens_is_known_to_a_fraction_of_a_pixel(calibration: Calibratio
     assert np.sqrt(np.mean(errors**2)) < 0.3
     # The focal length is known to about 1e-4, 0.09 px in a corner, and the lens obeys another law.
     assert np.abs(errors - errors.mean(axis=0)).max() < 0.2
+
+
+def test_the_script_certifies_a_rig_and_measures_rather_than_copies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(factory, "GRID", 9)
+    monkeypatch.setattr(factory, "WIDE_VIEWS", 15)
+    monkeypatch.setattr(factory, "PRESETS", ("rig120",))
+    created = datetime(2026, 1, 31, 12, tzinfo=UTC)
+    figures = factory.run(folder=tmp_path, created=created)
+    made = load_calibration(tmp_path / "sim-rig120.json")
+    assert (made.rig_id, made.origin, made.created) == ("sim-rig120", "factory", created)
+    # sqrt(36 / 162) of the 0.005 deg of one measurement at the most; the noise must show, too.
+    assert 0.0005 < figures["left_gaze_rms_deg"] < 0.0035
+    assert 0.005 < figures["rectification_within_image_rms_px_at_5_m"] < 0.1
+    assert 0.005 < figures["wide_rms_px"] < 0.6
+
+
+def test_judging_a_certificate_writes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("a quick run must not write")
+
+    monkeypatch.setattr(factory, "save_calibration", refuse)
+    assert factory.run(quick=True)["left_gaze_rms_deg"] < 0.002
