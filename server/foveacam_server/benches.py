@@ -1,4 +1,4 @@
-"""Finds and runs the benches: modules under `bench/` whose `run` returns figures with units in their names."""
+"""Finds and runs the benches: modules under `bench/` whose `run` returns named figures."""
 
 import inspect
 from collections.abc import Mapping

@@ -1,7 +1,6 @@
 """`foveacam doctor`: what a server would need on this machine, checked one by one."""
 
 import os
-import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from foveacam_hardware.rig import open_rig
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.runtime.calibrations import FACTORY
 from foveacam_server.runtime.opening import rig_config
+from foveacam_server.runtime.stream_socket import listen
 from foveacam_server.settings import Settings
 
 
@@ -104,7 +104,7 @@ def _renderer_cache(_settings: Settings) -> str:
 
 
 def _port(settings: Settings) -> str:
-    with socket.create_server((settings.host, settings.port)) as listener:
+    with listen(settings.host, settings.port) as listener:
         return f"{settings.host}:{listener.getsockname()[1]} is free"
 
 

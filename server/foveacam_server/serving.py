@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import errno
 import socket
 import sys
 
@@ -10,11 +9,11 @@ import uvicorn
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.app import create_app
 from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.services import Services
+from foveacam_server.runtime.stream_socket import listen
 from foveacam_server.settings import Settings
 
 GRACE_S = 1
@@ -71,7 +70,7 @@ def run_server(settings: Settings, *, console: Console) -> None:
     if isinstance(config, SimulatedRigConfig):
         _check_simulation(config)
     app = create_app(settings)
-    with _listener(settings) as listener:
+    with listen(settings.host, settings.port) as listener:
         if isinstance(config, SimulatedRigConfig):
             _compile_renderer(console)
         server = _Greeting(
@@ -107,22 +106,6 @@ def _compile_renderer(console: Console) -> None:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("preparing the simulated rig (first start: about a minute)")
         warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))
-
-
-def _listener(settings: Settings) -> socket.socket:
-    host, port = settings.host, settings.port
-    try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        return socket.create_server((host, port), family=family, backlog=512)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            raise Busy(
-                f"port {port} on {host} is in use by another program; stop it, or choose another with --port "
-                f"{port + 1 if port < 65535 else 0}"
-            ) from error
-        raise InvalidInput(
-            f"cannot listen on {host} port {port}: {error.strerror or error}; choose another --host or --port"
-        ) from error
 
 
 def _url(settings: Settings, *, port: int) -> str:

@@ -8,6 +8,7 @@ from fastapi.responses import JSONResponse
 
 from foveacam_server.api.models import JobDocument
 from foveacam_server.api.models import Problem as ProblemModel
+from foveacam_server.errors import MEDIA_TYPE
 from foveacam_server.runtime.job_table import Job, JobState
 from foveacam_server.runtime.services import Services
 
@@ -61,18 +62,19 @@ def wait_s(prefer: str | None) -> float:
 
 
 async def job_answer(services: Services, job: Job, *, prefer: str | None) -> JSONResponse:
-    """Answer with the job (202), or with its fixation (200) when it ends in the time given.
-
-    A job that failed in that time is still answered as a job: its problem stands in it.
-    """
+    """Answer with the job (202), or, when it ends in the time given, with its fixation (200) or its problem."""
     wanted_s = wait_s(prefer)
     if wanted_s > 0.0:
         job = await services.jobs.ended(job.id, timeout_s=wanted_s)
     headers = {"Location": f"{JOBS_URL}/{job.id}"}
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
-    if wanted_s > 0.0 and job.state is JobState.SUCCEEDED and job.result_url is not None:
-        fixation = services.fixations.table.get(job.result_url.rsplit("/", 1)[1])
-        return JSONResponse(fixation, headers=headers)
+        if job.state is JobState.SUCCEEDED and job.result_url is not None:
+            fixation = services.fixations.table.get(job.result_url.rsplit("/", 1)[1])
+            return JSONResponse(fixation, headers=headers)
+        if job.state.ended and job.problem is not None:
+            problem = job.problem | {"instance": headers["Location"]}
+            status = int(problem["status"])
+            return JSONResponse(problem, status_code=status, headers=headers, media_type=MEDIA_TYPE)
     document = JobDocument.model_validate(job.document()).model_dump(mode="json")
     return JSONResponse(document, status_code=202, headers=headers)

@@ -1,5 +1,6 @@
 """Depth as the wide camera sees it: the newest depth maps in wide pixels, asked pixel by pixel."""
 
+import math
 import threading
 from collections import deque
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ from foveacam_server.errors import NotFound
 
 KEPT = 32
 """Depth maps that are asked; older ones are forgotten."""
+REACH_PX = 1.5
+"""A pixel without depth of its own takes that of a neighbour so near (0.03 degrees)."""
 STEP_PX = 2
 """Every second pixel of a map at half size: still some 10 points a wide pixel."""
 
@@ -35,13 +38,25 @@ class DepthPatch:
     sigma_m: NDArray[np.float32]
 
     def at(self, x_px: float, y_px: float) -> tuple[float, float] | None:
-        """Return (z, sigma) m of the wide pixel that holds (x, y); None where the map does not tell."""
-        column, row = round(x_px) - self.x0, round(y_px) - self.y0
-        height, width = self.z_m.shape
-        if not (0 <= column < width and 0 <= row < height):
+        """Return (z, sigma) m of the nearest known cell within `REACH_PX`; None where there is none."""
+        x, y = x_px - self.x0, y_px - self.y0
+        left, top = max(0, math.ceil(x - REACH_PX)), max(0, math.ceil(y - REACH_PX))
+        bottom, right = max(0, math.floor(y + REACH_PX) + 1), max(0, math.floor(x + REACH_PX) + 1)
+        near = self.z_m[top:bottom, left:right]
+        rows, columns = np.nonzero(np.isfinite(near))
+        if len(rows) == 0:
             return None
-        z_m, sigma_m = float(self.z_m[row, column]), float(self.sigma_m[row, column])
-        return (z_m, sigma_m) if np.isfinite(z_m) and np.isfinite(sigma_m) else None
+        distance_px = np.hypot(columns + left - x, rows + top - y)
+        nearest = int(np.argmin(distance_px))
+        if distance_px[nearest] > REACH_PX:
+            return None
+        row, column = int(rows[nearest]) + top, int(columns[nearest]) + left
+        return float(self.z_m[row, column]), float(self.sigma_m[row, column])
+
+    def covers(self, x_px: float, y_px: float) -> bool:
+        """Tell whether the fovea looked there, whether or not it found depth."""
+        height, width = self.z_m.shape
+        return bool(0 <= x_px - self.x0 <= width - 1 and 0 <= y_px - self.y0 <= height - 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +101,26 @@ def project_patch(
         y0=int(low[1]),
         z_m=z_grid.reshape(shape),
         sigma_m=sigma_grid.reshape(shape),
+    )
+
+
+def point_patch(
+    point_rig_m: tuple[float, float, float],
+    *,
+    sigma_z_m: float,
+    wide: Intrinsics,
+    fixation_id: str,
+    created_utc: str,
+) -> DepthPatch:
+    """Return what the verged point alone tells: one wide pixel."""
+    x_px, y_px = wide.pixels(angles_from_rays([point_rig_m]))[0].tolist()
+    return DepthPatch(
+        fixation_id=fixation_id,
+        created_utc=created_utc,
+        x0=round(x_px),
+        y0=round(y_px),
+        z_m=np.array([[point_rig_m[2]]], dtype=np.float32),
+        sigma_m=np.array([[sigma_z_m]], dtype=np.float32),
     )
 
 
@@ -136,7 +171,7 @@ class DepthPatches:
             self._patches = deque(kept, maxlen=KEPT)
 
     def at(self, x_px: float, y_px: float, *, wide: Intrinsics) -> DepthReading:
-        """Return the depth at a wide pixel; raise `OutOfRange` outside the image, `NotFound` if unknown."""
+        """Return the depth at a wide pixel; raise `OutOfRange` or, where unknown, `NotFound`."""
         wide.check_pixel(x_px, y_px)
         with self._lock:
             newest_first = list(reversed(self._patches))
@@ -144,6 +179,13 @@ class DepthPatches:
             found = patch.at(x_px, y_px)
             if found is not None:
                 return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
+        if any(patch.covers(x_px, y_px) for patch in newest_first):
+            raise NotFound(
+                f"wide pixel ({x_px:g}, {y_px:g}) was looked at, but has no texture to measure; try beside it",
+                asked=f"depth at ({x_px:g}, {y_px:g})",
+                found="no texture there",
+                remedy="try a pixel beside it",
+            )
         raise NotFound(
             f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g}); fixate it first",
             asked=f"depth at ({x_px:g}, {y_px:g})",

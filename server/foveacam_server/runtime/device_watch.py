@@ -31,6 +31,7 @@ class DeviceWatch:
         self._clock = clock
         self._events = events
         self._problems: dict[str, DeviceProblem] = {}
+        self._told: tuple[DeviceProblem, ...] = ()
         self._probation: set[str] = set()
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = 0
@@ -38,8 +39,8 @@ class DeviceWatch:
 
     @property
     def problems(self) -> tuple[DeviceProblem, ...]:
-        """What is wrong now."""
-        return tuple(self._problems.values())
+        """What is wrong now; any thread may ask."""
+        return self._told
 
     def lacking(self, *devices: str) -> DeviceProblem | None:
         """Return what is wrong with the first of `devices` that cannot be used."""
@@ -52,6 +53,7 @@ class DeviceWatch:
         """Write down that `device` fails; tell it once."""
         known = device in self._problems
         self._problems[device] = DeviceProblem(device=device, detail=detail, remedy=remedy)
+        self._told = tuple(self._problems.values())
         self._probation.discard(device)
         if known:
             return
@@ -125,4 +127,5 @@ class DeviceWatch:
     def _recovered(self, device: str) -> None:
         self._probation.discard(device)
         if self._problems.pop(device, None) is not None:
+            self._told = tuple(self._problems.values())
             self._events.emit("device.recovered", f"{device} is back", data={"device": device})

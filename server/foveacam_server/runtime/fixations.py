@@ -8,6 +8,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, VergeStep
 from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.depth_patches import DepthPatches, point_patch
 from foveacam_server.runtime.documents import fixation_document, step_document, told
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.fixation_request import check_target, target_of
@@ -32,6 +33,7 @@ class Tools:
     calibration: CalibrationService
     jobs: JobRunner
     shapes: ShapeWorker
+    patches: DepthPatches
     events: EventLog
     clock: Clock
     on_distance: Callable[[float], None]
@@ -164,6 +166,15 @@ class FixationService:
         if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
             return
         self._tools.on_distance(distance_m)
+        self._tools.patches.add(
+            point_patch(
+                point,
+                sigma_z_m=sigma_m * point[2] / distance_m,
+                wide=calibration.wide,
+                fixation_id=document["id"],
+                created_utc=document["created_utc"],
+            )
+        )
         if not document["request"].get("depth", True):
             return
         self._tools.shapes.put(

@@ -33,12 +33,14 @@ class ViewSpec:
     description: str
     live: bool
     """Whether a camera feeds it without end, so that standing still is a fault."""
+    on_demand: bool = False
+    """Whether it is fed only while somebody watches, so that it may rest while nobody does."""
 
 
 VIEWS = (
     ViewSpec(name="wide", width=1440, height=1080, description="Wide camera", live=True),
-    ViewSpec(name="left", width=1440, height=1080, description="Left fovea", live=True),
-    ViewSpec(name="right", width=1440, height=1080, description="Right fovea", live=True),
+    ViewSpec(name="left", width=1440, height=1080, description="Left fovea", live=True, on_demand=True),
+    ViewSpec(name="right", width=1440, height=1080, description="Right fovea", live=True, on_demand=True),
     ViewSpec(
         name="anaglyph",
         width=720,
@@ -114,6 +116,7 @@ class _ViewState:
         self.published = 0
         self.repeated = 0
         self.changed_ns = 0
+        self.watched_ns: int | None = None
         self._sample: NDArray[np.uint8] | NDArray[np.uint16] | None = None
 
     def take(self, picture: Picture, *, now_ns: int) -> bool:
@@ -143,11 +146,16 @@ class _ViewState:
         return (len(recent_ns) - 1) * 1e9 / (recent_ns[-1] - recent_ns[0])
 
     def frozen_since_ms(self, now_ns: int) -> float | None:
-        """Return for how long a live view has stood still, None while it moves or never began."""
+        """Return for how long a live view has stood still, None while it moves, rests or never began."""
         if self.newest is None or not self.spec.live:
             return None
-        still_ms = (now_ns - self.changed_ns) / 1e6
-        return still_ms if still_ms > FROZEN_AFTER_MS else None
+        limit_ns = FROZEN_AFTER_MS * 1e6
+        still_ns = now_ns - self.changed_ns
+        all_alike = self.newest.t_ns - self.changed_ns > limit_ns
+        watched = self.watched_ns is not None and now_ns - self.watched_ns > limit_ns
+        if still_ns <= limit_ns or not (all_alike or watched or not self.spec.on_demand):
+            return None
+        return still_ns / 1e6
 
 
 class FrameHub:
@@ -246,7 +254,7 @@ class FrameHub:
         """Tell whether anybody wants to hear of `view`, so that idle views need not be made."""
         self._state(view)
         with self._lock:
-            return any(view in watch.views for watch in self._watches)
+            return self._states[view].watched_ns is not None
 
     def watch(self, views: frozenset[str], wake: Callable[[str], None]) -> Watch:
         """Call `wake(view)` on the running loop after each new picture; several may be one call."""
@@ -255,12 +263,22 @@ class FrameHub:
         watch = Watch(hub=self, loop=asyncio.get_running_loop(), views=views, wake=wake)
         with self._lock:
             self._watches.add(watch)
+            self._note_watched()
         return watch
 
     def forget(self, watch: Watch) -> None:
         """End a watch; harmless when it has ended."""
         with self._lock:
             self._watches.discard(watch)
+            self._note_watched()
+
+    def _note_watched(self) -> None:
+        now_ns = self._clock.now_ns()
+        for view, state in self._states.items():
+            if not any(view in watch.views for watch in self._watches):
+                state.watched_ns = None
+            elif state.watched_ns is None:
+                state.watched_ns = now_ns
 
     def _state(self, view: str) -> _ViewState:
         state = self._states.get(view)
@@ -275,6 +293,7 @@ class FrameHub:
             with self._lock:
                 self._waking.discard((loop, view))
                 self._watches = {watch for watch in self._watches if watch.loop is not loop}
+                self._note_watched()
 
     def _wake(self, loop: asyncio.AbstractEventLoop, view: str) -> None:
         with self._lock:

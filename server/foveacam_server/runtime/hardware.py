@@ -8,11 +8,11 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
     PARKED,
-    Busy,
     Clock,
     FoveaError,
     Frame,
@@ -20,8 +20,8 @@ from foveacam_hardware.contract import (
     NotConnected,
     Sighting,
     StereoVolts,
-    Stopped,
 )
+from foveacam_server.runtime import refusals
 from foveacam_server.runtime.command_queue import CommandQueue
 from foveacam_server.runtime.device_watch import FOVEAE, WIDE, DeviceWatch
 from foveacam_server.runtime.events import EventLog, Level
@@ -81,8 +81,8 @@ class HardwareThread:
 
     @property
     def status(self) -> RigStatus:
-        """The rig as last seen."""
-        return self._status
+        """The rig as last seen; its state and its problems are those of this moment."""
+        return replace(self._status, state=self._state(), problems=self._watch.problems)
 
     @property
     def gaze(self) -> StereoVolts:
@@ -106,7 +106,7 @@ class HardwareThread:
     def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
         """Enqueue `work` for the thread; raise `NotConnected` or `Busy` at once."""
         if self._rig is None or self._closing.is_set():
-            raise self._not_open()
+            raise refusals.not_open(self._watch.problems)
         return self._commands.put(work)
 
     def look(self, volts: StereoVolts) -> "Future[Sighting]":
@@ -122,34 +122,24 @@ class HardwareThread:
         """Move both mirrors without looking; refused while stopped or while somebody works with the rig."""
         self.check_may_move()
         if self._session_of is not None:
-            raise _in_use("steer", self._session_of)
+            raise refusals.in_use("steer", self._session_of)
         return self.submit(lambda rig: self._steer(rig, volts))
 
     def check_may_move(self) -> None:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot be moved now."""
         if self._halted.is_set():
-            raise Stopped(
-                "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
-                asked="move the mirrors",
-                found="the stop is engaged",
-                remedy="release the stop: DELETE /api/v1/stop",
-            )
+            raise refusals.stopped()
         if self._rig is None:
-            raise self._not_open()
+            raise refusals.not_open(self._watch.problems)
         missing = self._watch.lacking(*FOVEAE)
         if missing is not None:
-            raise NotConnected(
-                f"{missing.device}: {missing.detail}; {missing.remedy}",
-                asked="move the mirrors",
-                found=f"{missing.device}: {missing.detail}",
-                remedy=missing.remedy,
-            )
+            raise refusals.missing(missing)
 
     @contextmanager
     def session(self, holder: str, *, cancelled: Callable[[], bool]) -> Iterator[Head]:
         """Give one job the rig to itself: live looks pause, the job's own looks feed the views."""
         if not self._session.acquire(blocking=False):
-            raise _in_use(f"give the rig to {holder}", self._session_of or "somebody")
+            raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
         self._session_of = holder
         try:
             yield ExclusiveHead(self, cancelled=cancelled)
@@ -181,7 +171,6 @@ class HardwareThread:
 
     def _run(self) -> None:
         rig = self._open()
-        self._opened.set()
         if rig is None:
             self._closing.wait()
             return
@@ -199,11 +188,12 @@ class HardwareThread:
         except FoveaError as error:
             remedy = error.remedy or "correct it and start the server again"
             self._watch.fault("rig", detail=str(error), remedy=remedy)
-            self._status = RigStatus(state=RigState.DEGRADED, problems=self._watch.problems)
+            self._opened.set()
             self._tell_state(RigState.DEGRADED)
             return None
         self._watch.connect(rig)
         self._rig = rig
+        self._opened.set()
         self._refresh(rig)
         return rig
 
@@ -282,37 +272,20 @@ class HardwareThread:
 
     def _refresh(self, rig: Rig) -> None:
         self._status_due_ns = self._clock.now_ns() + STATUS_PERIOD_NS
-        problems = self._watch.problems
-        state = RigState.DEGRADED if problems else RigState.READY
-        if self._halted.is_set():
-            state = RigState.STOPPED
-        before = self._status.state
-        rates, gaze = self._live.rates, self._gaze
+        before, state = self._status.state, self._state()
+        problems, rates, gaze = self._watch.problems, self._live.rates, self._gaze
         self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)
         if state is not before:
             self._tell_state(state)
+
+    def _state(self) -> RigState:
+        if self._halted.is_set():
+            return RigState.STOPPED
+        if self._watch.problems:
+            return RigState.DEGRADED
+        return RigState.READY if self._opened.is_set() else RigState.OPENING
 
     def _tell_state(self, state: RigState) -> None:
         level = Level.INFO if state is RigState.READY else Level.WARNING
         data = {"state": state.value, "devices": [problem.device for problem in self._watch.problems]}
         self._events.emit("rig.state", f"the rig is {state.value}", level=level, data=data)
-
-    def _not_open(self) -> NotConnected:
-        problems = self._watch.problems
-        if problems:
-            first = problems[0]
-            return NotConnected(f"{first.device}: {first.detail}", found=first.detail, remedy=first.remedy)
-        return NotConnected(
-            "the rig is still opening; try again in a moment",
-            found="the rig is still opening",
-            remedy="try again in a moment",
-        )
-
-
-def _in_use(asked: str, holder: str) -> Busy:
-    return Busy(
-        f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
-        asked=asked,
-        found=f"{holder} is using the rig",
-        remedy="wait for it, or cancel its job",
-    )

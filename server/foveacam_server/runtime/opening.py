@@ -21,6 +21,7 @@ from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.ports import Rig, Viewer
+from foveacam_server.runtime.scene_follower import SceneFollower, Sight
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.shapes import ShapeWorker
 from foveacam_server.runtime.stop import StopSwitch
@@ -71,6 +72,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         calibration=calibration,
         jobs=jobs,
         shapes=shapes,
+        patches=clouds.patches,
         events=events,
         clock=clock,
         on_distance=overlay.look_at_distance,
@@ -83,6 +85,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
     stack.callback(stopping.shutdown)
     hardware.start()
+    if viewer is not None:
+        _follow(viewer, stack=stack, calibration=calibration, hardware=hardware, overlay=overlay)
     return Services(
         settings=settings,
         boot_id=boot_id,
@@ -102,6 +106,25 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         fixations=fixations,
         viewer=viewer,
     )
+
+
+def _follow(
+    viewer: Viewer,
+    *,
+    stack: ExitStack,
+    calibration: CalibrationService,
+    hardware: HardwareThread,
+    overlay: Overlay,
+) -> None:
+    def sight() -> Sight | None:
+        current = calibration.current
+        if current is None:
+            return None
+        return Sight(calibration=current, volts=hardware.gaze, distance_m=overlay.distance_m)
+
+    follower = SceneFollower(viewer, sight=sight)
+    follower.start()
+    stack.callback(follower.close)
 
 
 def _open_rig(settings: Settings, *, clock: Clock, calibration: CalibrationService) -> Rig:

@@ -1,0 +1,163 @@
+"""A whole server on the simulated rig, in this process or in one of its own."""
+
+import os
+import queue
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.render import warm_up
+from foveacam_hardware.sim.truth import Truth
+from foveacam_server.app import create_app
+from foveacam_server.bench.local_server import serving
+from foveacam_server.runtime.services import Services
+from foveacam_server.settings import Settings
+
+PATIENCE_S = 60.0
+CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
+API = "/api/v1"
+
+
+@dataclass
+class Running:
+    """A server in this process, its inside, and a client of it."""
+
+    port: int
+    services: Services
+    http: httpx.Client
+
+    def get(self, path: str, **params: str | float) -> httpx.Response:
+        return self.http.get(API + path, params=params)
+
+    def post(self, path: str, body: object = None, **headers: str) -> httpx.Response:
+        names = {name.replace("_", "-"): value for name, value in headers.items()}
+        return self.http.post(API + path, json=body, headers=names)
+
+    def fixate(self, body: object = CENTRE) -> dict[str, Any]:  # Any: a JSON document
+        """Look there and return the fixation's document."""
+        answer = self.post("/fixations", body, Prefer="wait=60")
+        assert answer.status_code == 200, answer.text
+        found: dict[str, Any] = answer.json()
+        return found
+
+    @property
+    def rig(self) -> Rig:
+        found = self.services.hardware.submit(lambda rig: rig).result(PATIENCE_S)
+        assert isinstance(found, Rig)
+        return found
+
+    @property
+    def truth(self) -> Truth:
+        found = self.rig.truth
+        assert found is not None
+        return found
+
+    def wait_for_event(self, kind: str, *, after: int) -> dict[str, Any]:  # Any: an event's data
+        """Return the data of the first event of `kind` that follows event number `after`."""
+        with self.http.stream("GET", API + "/events", headers={"Last-Event-ID": str(after)}) as stream:
+            seen = ""
+            for line in stream.iter_lines():
+                if line.startswith("event: "):
+                    seen = line.removeprefix("event: ")
+                if line.startswith("data: ") and seen == kind:
+                    return dict(httpx.Response(200, content=line.removeprefix("data: ")).json()["data"])
+        raise AssertionError(f"the stream ended without {kind}")
+
+    @property
+    def last_event(self) -> int:
+        recent = self.services.events.recent(1)
+        return recent[-1].id if recent else 0
+
+
+@contextmanager
+def running(
+    data: Path, *, rig: str = "sim", scene: str = "bench", calibration: Path | None = None
+) -> Iterator[Running]:
+    warm_up()  # a compiled renderer: else the first look would wait for it
+    app = create_app(Settings(data=data, rig=rig, scene=scene, calibration=calibration, viewer=False))
+    with serving(app) as port:
+        services = app.state.services
+        assert services.hardware.wait_open(PATIENCE_S)
+        base = f"http://127.0.0.1:{port}"
+        with httpx.Client(base_url=base, timeout=PATIENCE_S, trust_env=False) as http:
+            yield Running(port, services, http)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server that the tests of one module share."""
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield found
+
+
+@dataclass
+class Program:
+    """`foveacam serve` in a process of its own."""
+
+    process: subprocess.Popen[str]
+    url: str
+
+
+def read_until(process: subprocess.Popen[str], pattern: str, *, timeout_s: float = PATIENCE_S) -> str:
+    """Return the first group of `pattern` in what the process prints."""
+    found: queue.Queue[str] = queue.Queue()
+
+    def read() -> None:
+        assert process.stdout is not None
+        printed = []
+        for line in process.stdout:
+            printed.append(line)
+            match = re.search(pattern, line)
+            if match:
+                found.put(match[1])
+        found.put("")  # it ended
+        process.stdout.close()
+
+    threading.Thread(target=read, daemon=True).start()
+    answer = found.get(timeout=timeout_s)
+    assert answer, "the program ended before it printed what was waited for"
+    return answer
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Start `foveacam serve` with more arguments; it is ended afterwards."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str, data: Path | None = None) -> Program:
+        folder = data or tmp_path / "data"
+        command = [
+            sys.executable,
+            "-m",
+            "foveacam_server",
+            "serve",
+            "--port",
+            "0",
+            "--data",
+            str(folder),
+            *arguments,
+        ]
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, "COLUMNS": "200"},
+        )
+        started.append(process)
+        return Program(process, read_until(process, r"is ready: (\S+)"))
+
+    yield start
+    for process in started:
+        process.terminate()
+        process.wait(20)

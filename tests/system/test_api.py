@@ -1,0 +1,205 @@
+"""The REST interface on the simulated rig: a fixation from click to cloud, and everything around it."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import Role
+
+from .conftest import CENTRE, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope="module")
+def fixation(server: Running) -> dict[str, Any]:
+    before = server.last_event
+    found = server.fixate({"pixel": {"x_px": 800.0, "y_px": 610.0}, "label": "the shelf"})
+    server.wait_for_event("cloud.created", after=before)
+    return found
+
+
+def test_click_gives_the_true_distance_within_three_sigma(server: Running, fixation: dict[str, Any]) -> None:
+    assert fixation["state"] == "verged"
+    seen = server.truth.depth_at(800.0, 610.0, server.services.clock.now_ns())
+    assert seen is not None
+    assert abs(fixation["distance_m"] - seen.range_m) <= 3.0 * fixation["distance_sigma_m"]
+
+
+def test_fixation_is_kept_with_its_steps_and_its_shape(server: Running, fixation: dict[str, Any]) -> None:
+    kept = server.get(f"/fixations/{fixation['id']}").json()
+    assert kept["steps"] == fixation["steps"]
+    assert kept["cloud_id"] is not None
+    assert kept["request"]["label"] == "the shelf"
+
+
+def test_verged_fixation_becomes_a_target(server: Running, fixation: dict[str, Any]) -> None:
+    target = next(found for found in server.get("/targets").json() if found["id"] == fixation["target_id"])
+    assert target["label"] == "the shelf"
+    assert target["distance_m"] == fixation["distance_m"]
+
+
+def test_cloud_lies_around_the_fixated_point(server: Running, fixation: dict[str, Any]) -> None:
+    cloud_id = server.get(f"/fixations/{fixation['id']}").json()["cloud_id"]
+    cloud = server.get(f"/clouds/{cloud_id}").json()
+    assert cloud["points"] > 1000
+    assert cloud["z_min_m"] <= fixation["point_rig_m"][2] <= cloud["z_max_m"]
+    ply = server.http.get(cloud["ply_url"])
+    assert ply.content.startswith(b"ply\n")
+    assert f"element vertex {cloud['points']}".encode() in ply.content
+    assert server.http.get(cloud["glb_url"]).content.startswith(b"glTF")
+    assert server.http.get(cloud["depth_url"]).content.startswith(b"\x89PNG")
+
+
+def test_depth_at_the_clicked_pixel_is_the_fixations(server: Running, fixation: dict[str, Any]) -> None:
+    depth = server.get("/depth", x_px=800.0, y_px=610.0).json()
+    combined_m = math.hypot(depth["distance_sigma_m"], fixation["distance_sigma_m"])
+    assert abs(depth["distance_m"] - fixation["distance_m"]) <= 3.0 * combined_m
+    assert np.linalg.norm(depth["point_rig_m"]) == pytest.approx(depth["distance_m"], abs=1e-5)
+
+
+def test_depth_where_nobody_looked_says_so(server: Running) -> None:
+    answer = server.get("/depth", x_px=5.0, y_px=5.0)
+    assert answer.status_code == 404
+    assert "no fovea has looked there" in answer.json()["detail"]
+
+
+def test_computed_views_have_pictures_after_a_fixation(server: Running, fixation: dict[str, Any]) -> None:
+    assert fixation["state"] == "verged"
+    for view in ("anaglyph", "difference", "depth"):
+        assert server.get(f"/views/{view}/snapshot.jpg").status_code == 200
+
+
+def test_without_prefer_a_fixation_is_a_job_that_leads_to_its_result(server: Running) -> None:
+    before = server.last_event
+    answer = server.post("/fixations", {**CENTRE, "depth": False})
+    assert answer.status_code == 202
+    job = answer.json()
+    assert answer.headers["Location"] == f"/api/v1/jobs/{job['id']}"
+    done = server.wait_for_event("fixation.done", after=before)
+    assert done["job_id"] == job["id"]
+    ended = server.post(
+        "/fixations", {**CENTRE, "depth": False}, Prefer="wait=60"
+    )  # queued behind: it has ended
+    assert ended.status_code == 200
+    job = server.get(f"/jobs/{job['id']}").json()
+    assert job["state"] == "succeeded"
+    assert job["progress"]["done"] == job["progress"]["total"] == len(done["steps"])
+    assert server.http.get(job["result_url"]).json()["id"] == done["id"]
+
+
+def test_same_idempotency_key_is_the_same_job(server: Running) -> None:
+    first = server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="twice")
+    again = server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="twice")
+    assert again.json()["id"] == first.json()["id"]
+
+
+def test_idempotency_key_of_another_request_is_refused(server: Running) -> None:
+    server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="mine")
+    other = server.post("/fixations", {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}}, Idempotency_Key="mine")
+    assert other.status_code == 422
+    assert "already used" in other.json()["found"]
+
+
+def test_target_can_be_renamed_looked_at_again_and_forgotten(server: Running) -> None:
+    target_id = server.fixate({**CENTRE, "depth": False})["target_id"]
+    assert (
+        server.http.patch(f"/api/v1/targets/{target_id}", json={"label": "corner"}).json()["label"]
+        == "corner"
+    )
+    again = server.post(f"/targets/{target_id}/fixate", Prefer="wait=60").json()
+    assert again["target_id"] == target_id
+    kept = server.get(f"/targets/{target_id}").json()
+    assert (kept["label"], kept["fixation_id"]) == ("corner", again["id"])
+    assert server.http.delete(f"/api/v1/targets/{target_id}").status_code == 204
+    assert server.get(f"/targets/{target_id}").status_code == 404
+
+
+def test_removed_cloud_takes_its_files_and_its_depth_along(server: Running) -> None:
+    before = server.last_event
+    fixation = server.fixate({"pixel": {"x_px": 700.0, "y_px": 600.0}})
+    assert fixation["state"] == "verged"
+    cloud = server.wait_for_event("cloud.created", after=before)
+    assert server.http.delete(f"/api/v1/clouds/{cloud['id']}").status_code == 204
+    assert server.http.get(cloud["ply_url"]).status_code == 404
+    assert server.get(f"/fixations/{fixation['id']}").json()["cloud_id"] is None
+    assert server.get("/depth", x_px=700.0, y_px=600.0).status_code == 404
+
+
+def test_steering_open_loop_moves_both_eyes(server: Running) -> None:
+    answer = server.post("/mirrors/steer", {"direction": {"ax_deg": 3.0, "ay_deg": -2.0}, "distance_m": None})
+    assert answer.status_code == 200
+    mirrors = answer.json()
+    for eye in ("left", "right"):
+        assert mirrors[eye]["ax_deg"] == pytest.approx(3.0, abs=0.01)  # DAC step 0.0006 degrees, pivots 0
+        assert mirrors[eye]["ay_deg"] == pytest.approx(-2.0, abs=0.01)
+
+
+def test_steering_to_a_distance_converges_the_eyes(server: Running) -> None:
+    near = server.post(
+        "/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "distance_m": 4.0}
+    ).json()
+    expected_deg = 2.0 * math.degrees(math.atan(0.1 / 4.0))
+    assert near["left"]["ax_deg"] - near["right"]["ax_deg"] == pytest.approx(expected_deg, abs=0.02)
+
+
+def test_rig_document_tells_cameras_mirrors_and_calibration(server: Running) -> None:
+    rig = server.get("/rig").json()
+    assert rig["state"] == "ready"
+    assert [camera["role"] for camera in rig["cameras"]] == [role.value for role in Role]
+    assert all(camera["connected"] for camera in rig["cameras"])
+    assert rig["mirrors"]["enabled"]
+    assert rig["calibration"]["rig_id"] == rig["rig_id"]
+    assert rig["steering"]["ax_min_deg"] < -5.0 < 5.0 < rig["steering"]["ax_max_deg"]
+    assert server.get("/cameras/left").json()["width"] == 1440
+
+
+def test_current_calibration_is_among_all(server: Running) -> None:
+    current = server.get("/calibrations/current").json()
+    assert current["id"] in [known["id"] for known in server.get("/calibrations").json()]
+    assert server.get(f"/calibrations/{current['id']}").json()["label"] == current["label"]
+
+
+def test_lease_keeps_others_from_moving_and_names_its_holder(server: Running) -> None:
+    token = server.post("/lease", {"holder": "Ada"}).json()["token"]
+    try:
+        refused = server.post("/fixations", CENTRE)
+        assert refused.status_code == 409
+        assert "Ada" in refused.json()["detail"]
+        steered = server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}}, X_Lease=token)
+        assert steered.status_code == 200
+        assert server.get("/lease").json()["holder"] == "Ada"
+        assert server.http.put("/api/v1/lease", headers={"X-Lease": token}).status_code == 200
+    finally:
+        server.http.delete("/api/v1/lease", headers={"X-Lease": token})
+    assert server.get("/lease").json()["holder"] is None
+
+
+def test_lease_can_be_taken_over_and_that_is_written_down(server: Running) -> None:
+    server.post("/lease", {"holder": "Ada"})
+    assert server.post("/lease", {"holder": "Bob"}).status_code == 409
+    token = server.post("/lease", {"holder": "Bob", "take_over": True}).json()["token"]
+    newest = server.get("/events/recent", limit=1).json()[0]
+    assert newest["kind"] == "lease.changed"
+    assert newest["data"] == {"holder": "Bob", "before": "Ada"}
+    assert server.http.delete("/api/v1/lease", headers={"X-Lease": token}).status_code == 204
+
+
+def test_events_continue_where_a_client_left_off(server: Running) -> None:
+    before = server.last_event
+    server.services.events.emit("rig.state", "first")
+    server.services.events.emit("rig.state", "second", data={"n": 2})
+    assert server.wait_for_event("rig.state", after=before + 1) == {"n": 2}
+
+
+def test_metrics_count_frames(server: Running) -> None:
+    metrics = server.http.get("/metrics").text
+    assert 'foveacam_camera_frames_total{camera="wide"}' in metrics
+    assert "foveacam_rig_ready 1.0" in metrics
+
+
+def test_health_and_readiness(server: Running) -> None:
+    assert server.http.get("/healthz").json() == {"status": "ok"}
+    assert server.http.get("/readyz").json() == {"ready": True, "problems": []}

@@ -1,0 +1,152 @@
+"""Bad input over REST: each refusal is a problem document that names thing, value, range, remedy."""
+
+from typing import Any
+
+import httpx
+import pytest
+
+from .conftest import CENTRE, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+PARALLEL = {"ax_deg": 0.0, "ay_deg": 0.0}
+
+
+def problem(answer: httpx.Response, *, status: int, slug: str) -> dict[str, Any]:  # Any: a JSON document
+    """Check the form of a problem document and return it."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    document: dict[str, Any] = answer.json()
+    assert document["type"] == f"/problems/{slug}"
+    assert document["status"] == status
+    assert document["title"]
+    assert document["instance"] == answer.url.path
+    return document
+
+
+@pytest.mark.parametrize(("x_px", "y_px"), [(1440.0, 10.0), (-1.0, 10.0), (10.0, 1080.0), (1e300, 0.0)])
+def test_pixel_outside_the_image_names_the_allowed_range(server: Running, x_px: float, y_px: float) -> None:
+    found = problem(
+        server.post("/fixations", {"pixel": {"x_px": x_px, "y_px": y_px}}), status=422, slug="out-of-range"
+    )
+    assert f"({x_px:g}, {y_px:g})" in found["detail"]
+    assert "1439.5" in found["detail"]
+    assert "1079.5" in found["detail"]
+
+
+def test_direction_beyond_ten_degrees_names_the_angle_and_the_range(server: Running) -> None:
+    body = {"direction": {"ax_deg": 10.5, "ay_deg": 0.0}}
+    found = problem(server.post("/fixations", body), status=422, slug="out-of-range")
+    assert found["asked"] == "ax_deg = 10.5"
+    assert "-10 to 10 degrees" in found["found"]
+    assert found["remedy"]
+
+
+def test_steering_beyond_ten_degrees_is_refused_too(server: Running) -> None:
+    body = {"direction": {"ax_deg": 0.0, "ay_deg": -11.0}}
+    assert (
+        "ay_deg = -11"
+        in problem(server.post("/mirrors/steer", body), status=422, slug="out-of-range")["asked"]
+    )
+
+
+def test_direction_that_the_calibration_does_not_cover_is_refused(server: Running) -> None:
+    body = {"direction": {"ax_deg": 9.99, "ay_deg": 9.99}}
+    problem(server.post("/mirrors/steer", body), status=422, slug="out-of-range")
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity"])
+def test_number_that_is_not_finite_is_refused(server: Running, number: str) -> None:
+    answer = server.http.post(
+        "/api/v1/fixations",
+        content=f'{{"pixel": {{"x_px": {number}, "y_px": 5}}}}',
+        headers={"Content-Type": "application/json"},
+    )
+    found = problem(answer, status=422, slug="invalid-input")
+    assert "pixel.x_px" in found["detail"]
+    assert "a finite number" in found["remedy"]
+
+
+@pytest.mark.parametrize(
+    ("body", "named"),
+    [
+        ({"pixel": {"x_px": "5", "y_px": 5}}, 'pixel.x_px is the text "5"; needed is a number'),
+        ({"pixel": {"x_px": True, "y_px": 5}}, "pixel.x_px is true; needed is a number"),
+        ({"pixel": {"x_px": 5}}, "pixel.y_px is missing"),
+        ({"pixel": {"x_px": 5, "y_px": 5, "z_px": 5}}, "pixel.z_px is not known here"),
+        ({"pixle": {"x_px": 5, "y_px": 5}}, "pixle is not known here"),
+        ({**CENTRE, "depth": "yes"}, 'depth is the text "yes"; needed is true or false'),
+        ([1, 2], "needed is an object"),
+        ({}, "exactly one of pixel, rectangle and direction, found none"),
+        ({**CENTRE, "direction": PARALLEL}, "found pixel and direction"),
+    ],
+)
+def test_body_that_does_not_fit_is_told_in_plain_words(server: Running, body: object, named: str) -> None:
+    assert named in problem(server.post("/fixations", body), status=422, slug="invalid-input")["detail"]
+
+
+def test_body_that_is_no_json_is_told_so(server: Running) -> None:
+    answer = server.http.post(
+        "/api/v1/fixations", content="{pixel", headers={"Content-Type": "application/json"}
+    )
+    assert "not JSON" in problem(answer, status=422, slug="invalid-input")["detail"]
+
+
+def test_rectangle_without_area_is_refused(server: Running) -> None:
+    body = {"rectangle": {"x_px": 10.0, "y_px": 10.0, "width_px": 0.0, "height_px": 5.0}}
+    assert "no area" in problem(server.post("/fixations", body), status=422, slug="out-of-range")["detail"]
+
+
+def test_distance_to_steer_to_must_be_positive(server: Running) -> None:
+    body = {"direction": PARALLEL, "distance_m": -1.0}
+    assert (
+        "distance_m is -1.0"
+        in problem(server.post("/mirrors/steer", body), status=422, slug="invalid-input")["detail"]
+    )
+
+
+@pytest.mark.parametrize("query", ["x_px=nan&y_px=1", "x_px=a&y_px=1", "y_px=1"])
+def test_depth_query_that_does_not_fit_is_refused(server: Running, query: str) -> None:
+    found = problem(server.http.get(f"/api/v1/depth?{query}"), status=422, slug="invalid-input")
+    assert found["detail"].startswith("x_px is")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/fixations/fix-none",
+        "/targets/tgt-none",
+        "/clouds/cld-0",
+        "/clouds/cld-0.ply",
+        "/jobs/job-none",
+        "/calibrations/none",
+        "/nothing",
+        "/views/none/snapshot.jpg",
+    ],
+)
+def test_what_does_not_exist_is_a_404_problem(server: Running, path: str) -> None:
+    problem(server.get(path), status=404, slug="not-found")
+
+
+def test_cloud_id_that_climbs_out_of_its_folder_is_refused(server: Running) -> None:
+    answer = server.http.get("/api/v1/clouds/..%2F..%2Ffoveacam.sqlite")
+    assert answer.status_code in (404, 422)
+
+
+def test_wrong_method_names_the_right_ones(server: Running) -> None:
+    answer = server.http.put("/api/v1/rig")
+    found = problem(answer, status=405, slug="method-not-allowed")
+    assert answer.headers["Allow"] == "GET"
+    assert "GET" in found["remedy"]
+
+
+def test_error_that_nobody_foresaw_shows_no_insides(
+    server: Running, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(limit: int) -> list[Any]:  # Any: never returned
+        raise ZeroDivisionError(f"secret {limit}")
+
+    monkeypatch.setattr(server.services.jobs, "newest", broken)
+    found = problem(server.get("/jobs"), status=500, slug="internal")
+    assert "secret" not in str(found)
+    assert "secret 50" in caplog.text

@@ -1,0 +1,174 @@
+"""Trouble: the stop, a dying controller, a lost camera, missing devices, restarts, foreign calibrations."""
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import httpx
+import pytest
+
+from foveacam_hardware.contract import PARKED, Role, StereoVolts
+from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_server.runtime.calibrations import FACTORY
+
+from .conftest import API, CENTRE, Program, Running, running
+
+pytestmark = pytest.mark.timeout(300)
+
+MISSING_PORT = """
+kind = "serial"
+rig_id = "workshop"
+[mirrors]
+port = "/dev/ttyNOBODY"
+"""
+
+
+def test_stop_parks_at_once_however_much_is_queued(server: Running) -> None:
+    server.post("/mirrors/steer", {"direction": {"ax_deg": 4.0, "ay_deg": 2.0}})
+    for _ in range(5):
+        assert server.post("/fixations", {**CENTRE, "depth": False}).status_code == 202
+    began = time.monotonic()
+    answer = server.post("/stop").json()
+    took_s = time.monotonic() - began
+    try:
+        assert answer == {"engaged": True, "parked": True}
+        assert took_s < 1.0  # the bar of the console; itself it takes milliseconds
+        refused = server.post("/fixations", CENTRE)
+        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
+        assert server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}}).status_code == 409
+        assert server.get("/stop").json()["engaged"]
+        ended = _wait_until_idle(server)
+        assert {job["state"] for job in ended[:5]} <= {"cancelled", "succeeded"}
+        assert ended[0]["state"] == "cancelled"
+        assert server.rig.mirrors.state.volts == PARKED
+    finally:
+        server.http.delete(f"{API}/stop")
+    assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
+
+
+def test_stop_needs_no_database(server: Running) -> None:
+    with server.services.store.session() as session:
+        session.connection().exec_driver_sql("BEGIN EXCLUSIVE")
+        answer = server.post("/stop")
+        assert answer.json() == {"engaged": True, "parked": True}
+        session.connection().exec_driver_sql("ROLLBACK")
+    assert not server.http.delete(f"{API}/stop").json()["engaged"]
+
+
+def test_cancelled_fixation_ends_as_cancelled(server: Running) -> None:
+    first = server.post("/fixations", CENTRE).json()
+    second = server.post("/fixations", CENTRE).json()
+    assert server.post(f"/jobs/{second['id']}/cancel").status_code == 200
+    _wait_until_idle(server)
+    assert server.get(f"/jobs/{second['id']}").json()["state"] == "cancelled"
+    assert server.get(f"/jobs/{first['id']}").json()["state"] == "succeeded"
+
+
+def test_controller_that_dies_in_a_fixation_fails_the_job_and_is_parked_on_return(tmp_path: Path) -> None:
+    with running(tmp_path) as server:
+        controller = server.truth.controller
+        assert isinstance(controller, ControllerProcess)
+        before = server.last_event
+        killed = threading.Event()
+        _before_look(server, 1, lambda: (controller.die(), killed.set()))
+        answer = server.post("/fixations", CENTRE, Prefer="wait=60")
+        assert killed.is_set()
+        assert answer.status_code in (502, 503, 504)
+        assert "controller" in answer.json()["detail"]
+        assert server.wait_for_event("device.fault", after=before)["device"] == "mirrors"
+        assert server.http.get("/healthz").status_code == 200
+        ready = server.http.get("/readyz")
+        assert (ready.status_code, ready.json()["problems"][0]["device"]) == (503, "mirrors")
+        assert server.post("/fixations", CENTRE).status_code == 503
+        controller.power_cycle()
+        assert server.wait_for_event("device.recovered", after=before) == {"device": "mirrors"}
+        assert server.rig.mirrors.state.volts == PARKED
+        assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
+
+
+def test_unplugged_wide_camera_is_told_and_comes_back(tmp_path: Path) -> None:
+    with running(tmp_path) as server:
+        before = server.last_event
+        server.truth.world.faults.unplugged.add(Role.WIDE)
+        assert server.wait_for_event("device.fault", after=before)["device"] == "wide"
+        rig = server.get("/rig").json()
+        assert [problem["device"] for problem in rig["problems"]] == ["wide"]
+        server.truth.world.faults.unplugged.discard(Role.WIDE)
+        assert server.wait_for_event("device.recovered", after=before) == {"device": "wide"}
+
+
+def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Path) -> None:
+    rig_file = tmp_path / "rig.toml"
+    rig_file.write_text(MISSING_PORT)
+    with running(tmp_path / "data", rig=str(rig_file)) as server:
+        assert server.http.get("/healthz").status_code == 200
+        ready = server.http.get("/readyz")
+        assert ready.status_code == 503
+        missing = {problem["device"]: problem["detail"] for problem in ready.json()["problems"]}
+        assert "/dev/ttyNOBODY" in missing["mirrors"]
+        assert "workshop" in missing["calibration"]
+        refused = server.post("/fixations", CENTRE)
+        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/not-calibrated")
+        assert server.post("/stop").json() == {"engaged": True, "parked": False}
+
+
+def test_calibration_of_another_rig_is_refused_and_said(tmp_path: Path) -> None:
+    with running(tmp_path, calibration=FACTORY / "sim-paper.json") as server:
+        refused = server.post("/fixations", CENTRE)
+        assert refused.status_code == 409
+        assert "sim-paper" in refused.json()["detail"]
+        assert "sim-rig120" in refused.json()["detail"]
+        assert server.get("/rig").json()["calibration"] is None
+
+
+def test_restart_keeps_targets_and_fails_what_it_interrupted(tmp_path: Path) -> None:
+    with running(tmp_path) as server:
+        fixation = server.fixate()
+        server.wait_for_event("cloud.created", after=0)
+        last = server.last_event
+    with running(tmp_path) as server:
+        target = server.get(f"/targets/{fixation['target_id']}").json()
+        assert target["distance_m"] == fixation["distance_m"]
+        assert server.get(f"/clouds/{target['cloud_id']}").status_code == 200
+        assert server.get("/depth", x_px=720.0, y_px=560.0).status_code in (200, 404)
+        assert server.services.events.after(0)[0].id == 1
+        assert server.last_event > last
+
+
+def test_killed_server_leaves_a_failed_job_not_a_running_one(
+    program: Callable[..., Program], tmp_path: Path
+) -> None:
+    data = tmp_path / "data"
+    first = program(data=data)
+    with httpx.Client(base_url=first.url, trust_env=False, timeout=60.0) as http:
+        jobs = [http.post(f"{API}/fixations", json=CENTRE).json()["id"] for _ in range(4)]
+        first.process.kill()
+        first.process.wait(20)
+    with running(data) as server:
+        last = server.get(f"/jobs/{jobs[-1]}").json()
+    assert last["state"] == "failed"
+    assert "interrupted by a restart" in last["problem"]["detail"]
+
+
+def _wait_until_idle(server: Running) -> list[dict[str, str]]:
+    done = threading.Event()
+    server.services.jobs.handle("probe", lambda context: done.set() or "")  # type: ignore[func-returns-value]
+    server.services.jobs.submit("probe", {})
+    assert done.wait(60.0)
+    jobs = server.get("/jobs", limit=20).json()
+    return [job for job in jobs if job["kind"] != "probe"]
+
+
+def _before_look(server: Running, number: int, act: Callable[[], object]) -> None:
+    """Call `act` when a job has done `number` looks, before its next."""
+    hardware = server.services.hardware
+    look, count = hardware.look, [0]
+
+    def counted(volts: StereoVolts) -> object:
+        if count[0] == number:
+            act()
+        count[0] += 1
+        return look(volts)
+
+    hardware.look = counted  # type: ignore[method-assign,assignment]
