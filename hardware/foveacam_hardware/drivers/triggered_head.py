@@ -26,6 +26,8 @@ CLOCK_TOLERANCE_NS = 2_000_000
 """The controller's clock is mapped over a serial port: good to well under this, and far below a frame."""
 PULSE_SHARE = 2
 """The trigger pulse ends by the middle of the exposure: the controller must never see it outlast one."""
+LONGEST_AFTER_PULSE_US = 4000
+"""And a long exposure ends this soon after the pulse: the controller gives up 5 ms after it."""
 
 
 class TriggeredHead:
@@ -72,8 +74,9 @@ class TriggeredHead:
             )
         for camera in (self._left, self._right):
             if not camera.settings.triggered:
-                raise InvalidInput(f"camera {camera.role}: it runs freely; configure it with triggered = true")
-        return min(self.pulse_us, left_ns // 1000 // PULSE_SHARE)
+                raise InvalidInput(f"camera {camera.role}: it runs freely; configure it as triggered")
+        exposure_us = left_ns // 1000
+        return max(min(self.pulse_us, exposure_us // PULSE_SHARE), exposure_us - LONGEST_AFTER_PULSE_US)
 
     def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
         """Return the camera's frame of this trigger; frames of earlier ones are dropped."""
