@@ -1,4 +1,4 @@
-"""The views' WebSocket, snapshot and MJPEG on a real server, fed by the test itself."""
+"""The views' WebSocket on a real server, fed by the test itself."""
 
 import asyncio
 import json
@@ -23,7 +23,7 @@ from foveacam_server.api import views
 from foveacam_server.bench.local_server import serving
 from foveacam_server.bench.stream_clients import Viewer, thin_line
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, Streams
+from foveacam_server.runtime.stream import Streams
 from foveacam_server.runtime.stream_messages import HEADER
 
 PATIENCE_S = 10.0
@@ -326,70 +326,3 @@ def test_a_frozen_camera_is_flagged(live: Live) -> None:
         assert stats["views"]["wide"]["frozen_since_ms"] >= 5000.0
 
     play(scenario)
-
-
-def test_a_snapshot_is_the_newest_picture(live: Live) -> None:
-    live.publish("right", 12)
-    answer = live.get("/api/v1/views/right/snapshot.jpg?scale=2")
-    assert answer.headers["content-type"] == "image/jpeg"
-    assert answer.headers["x-frame-seq"] == "12"
-    picture_ = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_UNCHANGED)
-    assert picture_ is not None
-    assert picture_.shape[:2] == (30, 40)
-
-
-def test_the_list_names_all_views(live: Live) -> None:
-    live.publish("wide", 1)
-    listed = {view["name"]: view for view in live.get("/api/v1/views").json()}
-    assert list(listed) == ["wide", "left", "right", "anaglyph", "difference", "depth"]
-    assert (listed["wide"]["width"], listed["wide"]["height"]) == (80, 60)
-    assert listed["left"]["age_ms"] is None
-
-
-@pytest.mark.parametrize(
-    ("path", "status", "slug"),
-    [
-        ("/api/v1/views/back/snapshot.jpg", 404, "not-found"),
-        ("/api/v1/views/wide/snapshot.jpg", 503, "not-connected"),
-        ("/api/v1/views/wide/snapshot.jpg?scale=3", 422, "invalid-input"),
-        ("/api/v1/views/back/stream.mjpeg", 404, "not-found"),
-    ],
-)
-def test_what_cannot_be_shown_is_a_problem_document(live: Live, path: str, status: int, slug: str) -> None:
-    answer = live.get(path)
-    assert answer.status_code == status
-    assert answer.json()["type"] == f"/problems/{slug}"
-
-
-def test_mjpeg_carries_whole_pictures(live: Live) -> None:
-    live.publish("wide", 3)
-    with httpx.stream("GET", live.url("/api/v1/views/wide/stream.mjpeg"), trust_env=False) as answer:
-        assert answer.headers["content-type"] == "multipart/x-mixed-replace; boundary=foveacam-frame"
-        part = next(answer.iter_bytes())
-    head, _, body = part.partition(b"\r\n\r\n")
-    assert b"X-Frame-Seq: 3" in head
-    assert body.startswith(b"\xff\xd8")
-    assert body.endswith(b"\xff\xd9\r\n")
-
-
-def test_a_third_mjpeg_stream_of_one_address_is_refused_until_one_ends(live: Live) -> None:
-    url = live.url("/api/v1/views/wide/stream.mjpeg")
-    live.publish("wide", 1)
-    with httpx.Client(trust_env=False) as client, httpx.Client(trust_env=False) as second:
-        with client.stream("GET", url) as one:
-            first_parts = one.iter_bytes()
-            next(first_parts)
-            with second.stream("GET", url) as two:
-                second_parts = two.iter_bytes()  # kept: when forgotten, it closes the stream
-                next(second_parts)
-                refused = httpx.get(url, trust_env=False)
-                assert refused.status_code == 409
-                assert refused.json()["type"] == "/problems/busy"
-                assert str(MJPEG_PER_ADDRESS) in refused.json()["detail"]
-        # The seats are free again once the server has noticed that both left
-        deadline_s = time.monotonic() + PATIENCE_S
-        while time.monotonic() < deadline_s:
-            with client.stream("GET", url) as again:
-                if again.status_code == 200:
-                    return
-    pytest.fail("the seats of streams that ended were never given back")

@@ -6,7 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, Role, VirtualClock
-from foveacam_server.runtime.frame_hub import FROZEN_AFTER_MS, FrameHub
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.view_state import FROZEN_AFTER_MS
 
 MS = 1_000_000
 
@@ -76,6 +77,24 @@ def test_a_live_view_whose_pictures_are_all_alike_is_frozen() -> None:
         hub.publish("left", same.copy(), t_ns=clock.now_ns(), seq=seq)
         clock.sleep_until_ns(clock.now_ns() + 100 * MS)
     assert hub.status("left").frozen_since_ms == pytest.approx(FROZEN_AFTER_MS + 200.0)
+
+
+def test_a_fovea_that_nobody_watches_may_rest_but_not_while_watched() -> None:
+    clock = VirtualClock(1_000 * MS)
+    hub = FrameHub(clock=clock)
+    hub.publish("left", noise(1), t_ns=clock.now_ns())
+    clock.sleep_until_ns(clock.now_ns() + 60_000 * MS)
+    assert hub.status("left").frozen_since_ms is None
+
+    async def scenario() -> tuple[float | None, float | None]:
+        hub.watch(frozenset({"left"}), lambda _view: None)
+        at_once = hub.status("left").frozen_since_ms
+        clock.sleep_until_ns(clock.now_ns() + 2_000 * MS)
+        return at_once, hub.status("left").frozen_since_ms
+
+    at_once_ms, later_ms = asyncio.run(scenario())
+    assert at_once_ms is None
+    assert later_ms == pytest.approx(62_000.0)
 
 
 def test_a_black_picture_is_not_taken_for_a_frozen_one() -> None:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, Image
-from foveacam_server.runtime.frame_hub import FrameHub, Picture
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.view_state import Picture
 
 QUALITY = 75
 """Measured: a grey 1440x1080 frame takes 3-4 ms and about 150 kB; PNG takes 64 ms and 2.3 MB."""

@@ -1,12 +1,11 @@
 """The newest picture of every view: published from any thread, watched from event loops.
 
-Latest wins and nothing queues; rate, age and freezes are measured here. Encoding is the encoder's,
-sending the streams', and what an overlay means the publisher's.
+Latest wins and nothing queues. Encoding is the encoder's, sending the streams', and what an overlay
+means the publisher's.
 """
 
 import asyncio
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -15,81 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Image, InvalidInput
-
-RATE_WINDOW_NS = 2_000_000_000
-"""The rate of a view is that of its pictures of the last two seconds."""
-FROZEN_AFTER_MS = 1500.0
-"""Without a new picture for so long a live view counts as frozen."""
-_SAMPLE_STEP_PX = 24
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ViewSpec:
-    """A view that the server knows; the size is nominal until its first picture comes."""
-
-    name: str
-    width: int
-    height: int
-    description: str
-    live: bool
-    """Whether a camera feeds it without end, so that standing still is a fault."""
-    on_demand: bool = False
-    """Whether it is fed only while somebody watches, so that it may rest while nobody does."""
-
-
-VIEWS = (
-    ViewSpec(name="wide", width=1440, height=1080, description="Wide camera", live=True),
-    ViewSpec(name="left", width=1440, height=1080, description="Left fovea", live=True, on_demand=True),
-    ViewSpec(name="right", width=1440, height=1080, description="Right fovea", live=True, on_demand=True),
-    ViewSpec(
-        name="anaglyph",
-        width=720,
-        height=540,
-        description="Red-cyan overlay of the rectified foveae",
-        live=False,
-    ),
-    ViewSpec(
-        name="difference", width=720, height=540, description="Difference of the rectified foveae", live=False
-    ),
-    ViewSpec(
-        name="depth",
-        width=720,
-        height=540,
-        description="Depth of the last fixation, colour coded",
-        live=False,
-    ),
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture:
-    """One published image; `image` must not change once it is published."""
-
-    view: str
-    image: Image
-    bits: int
-    seq: int
-    """The publisher's number of it, else the hub's own count."""
-    t_ns: int
-    meta: Mapping[str, object] | None
-    """What the page draws over it, ready for JSON; None for nothing."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ViewStatus:
-    """How a view is doing."""
-
-    spec: ViewSpec
-    width: int
-    height: int
-    rate_hz: float
-    age_ms: float | None
-    """Since the middle of the newest picture's exposure; None before the first."""
-    frozen_since_ms: float | None
-    """For how long the picture has stood still; None while it does not."""
-    published: int
-    repeated: int
-    """Pictures offered again that were here already, or identical in content."""
+from foveacam_server.runtime.view_state import VIEWS, Picture, ViewSpec, ViewState, ViewStatus
 
 
 @dataclass(eq=False, slots=True)
@@ -106,65 +31,13 @@ class Watch:
         self.hub.forget(self)
 
 
-class _ViewState:
-    """What the hub remembers of one view."""
-
-    def __init__(self, spec: ViewSpec) -> None:
-        self.spec = spec
-        self.newest: Picture | None = None
-        self.arrivals_ns: deque[int] = deque(maxlen=128)
-        self.published = 0
-        self.repeated = 0
-        self.changed_ns = 0
-        self.watched_ns: int | None = None
-        self._sample: NDArray[np.uint8] | NDArray[np.uint16] | None = None
-
-    def take(self, picture: Picture, *, now_ns: int) -> bool:
-        """Keep `picture` when it is news; tell whether it was."""
-        newest = self.newest
-        if newest is not None and (newest.image is picture.image or newest.t_ns >= picture.t_ns):
-            self.repeated += 1
-            return False
-        sample = picture.image[::_SAMPLE_STEP_PX, ::_SAMPLE_STEP_PX].copy()
-        # Sensor noise makes two exposures differ; a flat picture (lens cap, saturation) proves nothing
-        same = self._sample is not None and np.array_equal(sample, self._sample) and bool(np.ptp(sample))
-        if same:
-            self.repeated += 1
-        else:
-            self.changed_ns = picture.t_ns
-            self._sample = sample
-        self.newest = picture
-        self.published += 1
-        self.arrivals_ns.append(now_ns)
-        return True
-
-    def rate_hz(self, now_ns: int) -> float:
-        """Return the rate of arrivals within the window, 0 when there were fewer than two."""
-        recent_ns = [t_ns for t_ns in self.arrivals_ns if now_ns - t_ns <= RATE_WINDOW_NS]
-        if len(recent_ns) < 2 or recent_ns[-1] == recent_ns[0]:
-            return 0.0
-        return (len(recent_ns) - 1) * 1e9 / (recent_ns[-1] - recent_ns[0])
-
-    def frozen_since_ms(self, now_ns: int) -> float | None:
-        """Return for how long a live view has stood still, None while it moves, rests or never began."""
-        if self.newest is None or not self.spec.live:
-            return None
-        limit_ns = FROZEN_AFTER_MS * 1e6
-        still_ns = now_ns - self.changed_ns
-        all_alike = self.newest.t_ns - self.changed_ns > limit_ns
-        watched = self.watched_ns is not None and now_ns - self.watched_ns > limit_ns
-        if still_ns <= limit_ns or not (all_alike or watched or not self.spec.on_demand):
-            return None
-        return still_ns / 1e6
-
-
 class FrameHub:
     """Named views, the newest picture of each, and who wants to hear of the next."""
 
     def __init__(self, *, clock: Clock, views: Sequence[ViewSpec] = VIEWS) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._states = MappingProxyType({spec.name: _ViewState(spec) for spec in views})
+        self._states = MappingProxyType({spec.name: ViewState(spec) for spec in views})
         self._watches: set[Watch] = set()
         self._waking: set[tuple[asyncio.AbstractEventLoop, str]] = set()
 
@@ -280,7 +153,7 @@ class FrameHub:
             elif state.watched_ns is None:
                 state.watched_ns = now_ns
 
-    def _state(self, view: str) -> _ViewState:
+    def _state(self, view: str) -> ViewState:
         state = self._states.get(view)
         if state is None:
             raise InvalidInput(f"there is no view '{view}'; the views are {', '.join(self._states)}")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from foveacam_server.runtime.encoder import Scale
-from foveacam_server.runtime.frame_hub import Picture
+from foveacam_server.runtime.view_state import Picture
 
 BACKLOG_LIMIT_MS = 250.0
 """A further picture is sent only if all that is under way should be drawn within this time.

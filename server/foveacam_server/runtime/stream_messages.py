@@ -8,7 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.runtime.encoder import Encoded, Scale
-from foveacam_server.runtime.frame_hub import FrameHub, Picture
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.view_state import Picture
 
 HEADER = struct.Struct("<BBHIQII")
 """View index, scale, flags, seq, capture time us, age us when sent, reserved: 24 bytes, little endian."""
