@@ -3,10 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
+from foveacam_hardware.sim.render.jit import inlined, kernel
+from foveacam_hardware.sim.render.materials import CELLS, Tables
 
 F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
+Four = tuple[float, float, float, float]
 
 PARTS = 4
 """A turned footprint is covered by this many boxes along each of its sides."""
@@ -44,46 +46,46 @@ def _mean(
 
 
 @kernel
-def _cell(x: float, y: float, columns: int, rows: int, outside: float, sums: F64) -> float:
-    """Return the value of the cell that (x, y) lies in."""
-    j, i = int(np.floor(x)), int(np.floor(y))
-    if j < 0 or i < 0 or j >= columns or i >= rows:
-        return outside
-    k = i * (columns + 1) + j
-    return sums[k] - sums[k + 1] - sums[k + columns + 1] + sums[k + columns + 2]
-
-
-@kernel
-def _turned_mean(x: float, y: float, J: F64, columns: int, rows: int, outside: float, sums: F64) -> float:
-    """Return the mean over the parallelogram spanned by the columns of J about (x, y)."""
-    hx = 0.5 * (abs(J[0, 0]) + abs(J[0, 1])) / PARTS
-    hy = 0.5 * (abs(J[1, 0]) + abs(J[1, 1])) / PARTS
+def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: float, sums: F64) -> float:
+    """Return the mean over the parallelogram spanned by (J0, J2) and (J1, J3) about (x, y)."""
+    hx, hy = 0.5 * (abs(J[0]) + abs(J[1])) / PARTS, 0.5 * (abs(J[2]) + abs(J[3])) / PARTS
     total = 0.0
     for a in range(PARTS):
         for b in range(PARTS):
             s, t = (a + 0.5) / PARTS - 0.5, (b + 0.5) / PARTS - 0.5
-            cx, cy = x + s * J[0, 0] + t * J[0, 1], y + s * J[1, 0] + t * J[1, 1]
+            cx, cy = x + s * J[0] + t * J[1], y + s * J[2] + t * J[3]
             total += _mean(cx, cy, hx, hy, columns, rows, outside, sums)
     return total / (PARTS * PARTS)
 
 
-@kernel
-def shade_cells(du: F32, dv: F32, u: float, v: float, J_m: F64, cells: F64, sums: F64, out: F32) -> None:
-    """Fill out with the mean of the cells over each footprint, 0..1."""
-    cell_m, columns, rows = cells[0], int(cells[1]), int(cells[2])
-    table = sums[int(cells[3]) : int(cells[3]) + (columns + 1) * (rows + 1)]
-    outside = cells[4]
-    J = J_m / cell_m
-    wide, high = abs(J[0, 0]) + abs(J[0, 1]), abs(J[1, 0]) + abs(J[1, 1])
-    along = min(abs(J[0, 0]), abs(J[0, 1])) < 0.01 * wide and min(abs(J[1, 0]), abs(J[1, 1])) < 0.01 * high
-    single = along or min(wide, high) > 4.0
-    for i in range(du.shape[0]):
-        x, y = (u + du[i]) / cell_m + 0.5 * columns, (v + dv[i]) / cell_m + 0.5 * rows
-        if np.floor(x - 0.5 * wide) == np.floor(x + 0.5 * wide) and np.floor(y - 0.5 * high) == np.floor(
-            y + 0.5 * high
-        ):
-            out[i] = np.float32(_cell(x, y, columns, rows, outside, table))
-        elif single:
-            out[i] = np.float32(_mean(x, y, 0.5 * wide, 0.5 * high, columns, rows, outside, table))
-        else:
-            out[i] = np.float32(_turned_mean(x, y, J, columns, rows, outside, table))
+@inlined
+def shade_cells(items: Items, count: int, tables: Tables) -> None:
+    """Fill the values of all items of cells with their mean over each footprint, 0..1."""
+    first, obj, where, du, dv, value = items.first, items.obj, items.where, items.du, items.dv, items.value
+    kind, cells = tables.kind, tables.cells
+    for m in range(count):
+        j = obj[m]
+        if kind[j] != CELLS:
+            continue
+        per_m, columns, rows, outside = 1.0 / cells[j, 0], int(cells[j, 1]), int(cells[j, 2]), cells[j, 4]
+        table = tables.sums[int(cells[j, 3]) : int(cells[j, 3]) + (columns + 1) * (rows + 1)]
+        u, v = where[m, U] * per_m + 0.5 * columns, where[m, V] * per_m + 0.5 * rows
+        J = (where[m, JUX] * per_m, where[m, JUY] * per_m, where[m, JVX] * per_m, where[m, JVY] * per_m)
+        wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
+        along = min(abs(J[0]), abs(J[1])) < 0.01 * wide and min(abs(J[2]), abs(J[3])) < 0.01 * high
+        single = along or min(wide, high) > 4.0
+        for i in range(np.uintp(first[m]), np.uintp(first[m + 1])):
+            x, y = u + du[i] * per_m, v + dv[i] * per_m
+            column, row = np.floor(x - 0.5 * wide), np.floor(y - 0.5 * high)
+            if column == np.floor(x + 0.5 * wide) and row == np.floor(y + 0.5 * high):
+                if column < 0.0 or row < 0.0 or column >= columns or row >= rows:
+                    value[0, i] = np.float32(outside)
+                else:
+                    k = np.uintp(row) * np.uintp(columns + 1) + np.uintp(column)
+                    below = k + np.uintp(columns + 1)
+                    mean = table[k] - table[k + np.uintp(1)] - table[below] + table[below + np.uintp(1)]
+                    value[0, i] = np.float32(mean)
+            elif single:
+                value[0, i] = np.float32(_mean(x, y, 0.5 * wide, 0.5 * high, columns, rows, outside, table))
+            else:
+                value[0, i] = np.float32(_turned_mean(x, y, J, columns, rows, outside, table))

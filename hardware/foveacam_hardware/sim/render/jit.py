@@ -4,15 +4,46 @@ Numba caches beside the module, in NUMBA_CACHE_DIR when that is set, else in the
 where none of them can be written the kernels still work, and are compiled anew by each process.
 """
 
+import hashlib
 from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from numba import njit
 
 
-def kernel(function: Callable[..., Any]) -> Any:  # numba ships no types: a dispatcher is Any
+@lru_cache(maxsize=1)
+def _package_digest() -> str:
+    """Return a hash of this package's sources."""
+    digest = hashlib.blake2b(digest_size=8)
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _tie_to_package(dispatcher: Any) -> None:  # noqa: ANN401 (numba ships no types)
+    """Let the cached code of a kernel lapse when any module of the package changes.
+
+    Numba looks at the kernel's own file only, though the code of others is linked into it.
+    """
+    try:
+        index = dispatcher._cache._cache_file  # noqa: SLF001 (numba offers no other way)
+        index._version = f"{index._version} {_package_digest()}"  # noqa: SLF001
+    except (AttributeError, OSError):
+        return
+
+
+def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
     """Compile a function on its first call; it releases the GIL and gives the same bits on every run."""
     try:
-        return njit(nogil=True, cache=True, error_model="numpy")(function)
+        dispatcher = njit(nogil=True, cache=True, error_model="numpy")(function)
     except RuntimeError:  # numba: "no locator available", that is, no folder to write the cache to
         return njit(nogil=True, error_model="numpy")(function)
+    _tie_to_package(dispatcher)
+    return dispatcher
+
+
+def inlined(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
+    """Make a function part of each kernel that calls it, which saves compiling it on its own."""
+    return njit(inline="always", error_model="numpy")(function)

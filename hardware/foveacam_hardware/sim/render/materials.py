@@ -38,7 +38,7 @@ class Noise:
         contrast: 1 = a standard deviation of 0.06 of the way from a to b in each octave.
         scale_m: longest wavelength.
         grain_m: shortest wavelength.
-        stretch: draws the pattern out along u (wood, brushed metal); 1 = the same in all directions.
+        stretch: draws the pattern out (wood, brushed metal), above 1 along u, below 1 along v by 1/stretch.
     """
 
     seed: int = 0
@@ -122,7 +122,7 @@ class Tables(NamedTuple):
 
     kind: I32  # (n,)
     colors: F64  # (n, 2, 3): at shade 0 and at shade 1
-    stretch: F64  # (n,)
+    stretch: F64  # (n, 2): factors on u and v
     layers: (
         F64  # (n, MAX_LAYERS, 7): texel_m, four of the matrix texels_from_uv, seed of the offset, amplitude
     )
@@ -184,7 +184,7 @@ class _Packer:
     def __init__(self, count: int) -> None:
         self.kind: I32 = np.zeros(count, np.int32)
         self.colors: F64 = np.zeros((count, 2, 3))
-        self.stretch: F64 = np.ones(count)
+        self.stretch: F64 = np.ones((count, 2))
         self.layers: F64 = np.zeros((count, MAX_LAYERS, 7))
         self.cells: F64 = np.zeros((count, 5))
         self.sums: list[F64] = []
@@ -195,7 +195,8 @@ class _Packer:
         if isinstance(material, Plain):
             self.kind[i], self.colors[i] = PLAIN, material.color
         elif isinstance(material, Noise):
-            self.kind[i], self.stretch[i] = NOISE, material.stretch
+            self.kind[i] = NOISE
+            self.stretch[i] = 1.0 / max(material.stretch, 1.0), min(material.stretch, 1.0)
             self.colors[i] = material.color_a, material.color_b
             self.layers[i] = _noise_layers(material)
         elif isinstance(material, Cells):

@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.sim.render.footprint import footprint_filter
+from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
+from foveacam_hardware.sim.render.jit import inlined, kernel
+from foveacam_hardware.sim.render.materials import BITMAP, Tables
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
-
-MAX_TAPS = 8
 
 
 @kernel
@@ -31,26 +32,29 @@ def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32
         out[c] += np.float32(weight * ((1.0 - fy) * top + fy * low))
 
 
-@kernel
-def shade_bitmap(du: F32, dv: F32, u: float, v: float, J: F64, bitmap: F64, texels: F32, out: F32) -> None:
-    """Fill out (3, n) with the picture's colours over each footprint."""
-    texel_m = bitmap[0]
-    p, q = np.hypot(J[0, 0], J[1, 0]), np.hypot(J[0, 1], J[1, 1])
-    long, k = (p, 0) if p >= q else (q, 1)
-    short = abs(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]) / max(long, 1e-300)
-    taps = int(min(float(MAX_TAPS), max(1.0, np.ceil(long / max(short, 1e-300) - 0.3))))
-    level = max(0.0, np.log2(max(short, long / taps) / texel_m))
-    low = int(level)
-    part = level - low
+@inlined
+def shade_bitmap(items: Items, count: int, tables: Tables) -> None:
+    """Fill the values of all items of pictures with their colours, averaged over each footprint."""
+    first, obj, where, du, dv, value = items.first, items.obj, items.where, items.du, items.dv, items.value
+    kind, bitmaps, texels = tables.kind, tables.cells, tables.texels
     colour = np.zeros(3, np.float32)
-    for i in range(du.shape[0]):
-        colour[:] = np.float32(0.0)
-        for tap in range(taps):
-            at = (tap + 0.5) / taps - 0.5
-            x = (u + du[i] + at * J[0, k]) / texel_m + 0.5 * bitmap[1]
-            y = (v + dv[i] + at * J[1, k]) / texel_m + 0.5 * bitmap[2]
-            _add(x, y, low, (1.0 - part) / taps, bitmap, texels, colour)
-            if part > 0.0:
-                _add(x, y, low + 1, part / taps, bitmap, texels, colour)
-        for c in range(3):
-            out[c, i] = colour[c]
+    for m in range(count):
+        j = obj[m]
+        if kind[j] != BITMAP:
+            continue
+        bitmap = bitmaps[j]
+        per_m = 1.0 / bitmap[0]
+        u, v = where[m, U] * per_m + 0.5 * bitmap[1], where[m, V] * per_m + 0.5 * bitmap[2]
+        au, av, taps, narrow, _ = footprint_filter(where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY])
+        level = max(0.0, np.log2(narrow * per_m))
+        low = int(level)
+        part = level - low
+        for i in range(first[m], first[m + 1]):
+            colour[:] = np.float32(0.0)
+            for step in range(2 * taps):
+                at = ((step >> 1) + 0.5) / taps - 0.5
+                x, y = u + (du[i] + at * au) * per_m, v + (dv[i] + at * av) * per_m
+                up = step & 1
+                _add(x, y, low + up, (part if up else 1.0 - part) / taps, bitmap, texels, colour)
+            for c in range(3):
+                value[c, i] = colour[c]

@@ -1,15 +1,20 @@
-"""Render whole tiles: visibility, radiance, depth and identity, edges smoothed; one call per band of tiles."""
+"""Render whole tiles: visibility, radiance, depth and identity, edges smoothed; one call a band of tiles."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.sim.render.batch import CAPACITY, Batch, gather, interpolate, new_batch, shade_sky
+from foveacam_hardware.sim.render.cells import shade_cells
+from foveacam_hardware.sim.render.items import Items, add_up, find_items, new_items
+from foveacam_hardware.sim.render.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import Tables
+from foveacam_hardware.sim.render.pictures import shade_bitmap
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Bins, Objects, Prims, View
-from foveacam_hardware.sim.render.shade import Run, new_run, shade, shade_sky
+from foveacam_hardware.sim.render.shade import paint, shade_noise
 from foveacam_hardware.sim.render.visibility import (
+    COUNTED,
     SAMPLES,
     Tile,
     fill,
@@ -17,8 +22,6 @@ from foveacam_hardware.sim.render.visibility import (
     mark_edges,
     new_tile,
     sample_edges,
-    sample_x,
-    sample_y,
 )
 
 F64 = NDArray[np.float64]
@@ -35,7 +38,7 @@ class Stage(NamedTuple):
     bins: Bins
     tables: Tables  # colours already in the frame's channels
     smooth: I32
-    sky: F64  # (2, 3) in the frame's channels
+    sky: F64  # (2, channels)
     luma: F64  # (3,)
 
 
@@ -47,98 +50,120 @@ class Target(NamedTuple):
     ids: I32  # (h, w) object, −1 where nothing is hit
 
 
-@kernel
-def _shade_run(
-    tile: Tile, r: int, c: int, end: int, x: int, y: int, run: Run, stage: Stage, target: Target
+@inlined
+def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> None:
+    """Fill colour (CAPACITY, channels) for all runs of the batch."""
+    interpolate(batch, runs, stage.prims.q, stage.prims.light)
+    shade_sky(batch, runs, stage.camera.Minv)
+    count = find_items(batch, runs, stage.prims, stage.objects, stage.tables, items)
+    shade_noise(items, count, stage.tables)
+    shade_cells(items, count, stage.tables)
+    shade_bitmap(items, count, stage.tables)
+    add_up(batch, runs, stage.prims, stage.tables, items)
+    paint(batch, runs, stage.prims.obj, stage.tables, stage.sky, stage.luma, colour)
+
+
+@inlined
+def _store(
+    batch: Batch, runs: int, x0: int, y0: int, width: int, stage: Stage, colour: F32, target: Target
 ) -> None:
-    """Shade tile columns c..end of row r, which see one face, into the image at (x, y)."""
-    f = tile.face[r, c]
-    n = end - c
-    xs, ys = tile.x[r, c:end], tile.y[r, c:end]
-    out = target.radiance[y, x : x + n]
-    if f < 0:
-        shade_sky(xs, ys, stage.camera.Minv, stage.sky, out)
-        target.depth[y, x : x + n] = np.float32(np.inf)
-        target.ids[y, x : x + n] = -1
-        return
-    shade(xs, ys, f, run, stage.prims, stage.objects, stage.tables, stage.luma, out)
-    target.ids[y, x : x + n] = stage.prims.obj[f]
-    d = stage.camera.depth
-    depth = target.depth[y, x : x + n]
-    for i in range(n):
-        depth[i] = np.float32(run.t[i] * (d[0] * xs[i] + d[1] * ys[i] + d[2]))
+    """Write a tile's colour, depth and ids into the image."""
+    d0, d1, d2 = stage.camera.depth[0], stage.camera.depth[1], stage.camera.depth[2]
+    face, first, x, y, t, channels = batch.face, batch.first, batch.x, batch.y, batch.t, colour.shape[1]
+    radiance, depth, ids, obj = target.radiance, target.depth, target.ids, stage.prims.obj
+    for k in range(runs):
+        f = face[k]
+        a, b = np.uintp(first[k]), np.uintp(first[k + 1])
+        row = np.uintp(y0 + a // np.uintp(width))
+        shift = np.uintp(x0 + a % np.uintp(width)) - a
+        j = obj[f] if f >= 0 else np.int32(-1)
+        for i in range(a, b):
+            ids[row, i + shift] = j
+            z = t[i] * (d0 * x[i] + d1 * y[i] + d2) if f >= 0 else np.inf
+            depth[row, i + shift] = np.float32(z)
+            for channel in range(channels):
+                radiance[row, i + shift, channel] = colour[i, channel]
 
 
-@kernel
-def _shade_tile(
-    tile: Tile, x0: int, y0: int, width: int, height: int, run: Run, stage: Stage, target: Target
+@inlined
+def _gather_marks(
+    tile: Tile, mark: int, marks: int, batch: Batch, weight: F32, start: I32
+) -> tuple[int, int]:
+    """Fill the batch from as many marks as fit, from `mark` on; return the runs and the mark after.
+
+    Every face that the samples of a mark see becomes a run of one pixel, at the centroid of those samples.
+    """
+    faces, columns, rows, tx, ty = tile.sample_face, tile.mark, tile.mark_row, tile.x, tile.y
+    first, face, x, y = batch.first, batch.face, batch.x, batch.y
+    runs = 0
+    while mark < marks and runs + SAMPLES <= CAPACITY:
+        start[mark] = runs
+        c, r = columns[mark], rows[mark]
+        for s in range(SAMPLES):
+            f = faces[mark, s]
+            if f == COUNTED:
+                continue
+            count, dx, dy = 0, 0.0, 0.0
+            for other in range(s, SAMPLES):
+                if faces[mark, other] == f:
+                    count += 1
+                    dx += (other % 4 - 1.5) * 0.25
+                    dy += (other // 4 - 1.5) * 0.25
+                    faces[mark, other] = COUNTED
+            dx, dy = 0.5 * dx / count, 0.5 * dy / count
+            first[runs], face[runs], weight[runs] = runs, f, np.float32(count / SAMPLES)
+            x[runs] = tx[r, c] + dx * (tx[r, c + 1] - tx[r, c - 1]) + dy * (tx[r + 1, c] - tx[r - 1, c])
+            y[runs] = ty[r, c] + dx * (ty[r, c + 1] - ty[r, c - 1]) + dy * (ty[r + 1, c] - ty[r - 1, c])
+            runs += 1
+        mark += 1
+    start[mark] = first[runs] = runs
+    return runs, mark
+
+
+@inlined
+def _resolve(
+    tile: Tile, begin: int, end: int, x0: int, y0: int, colour: F32, weight: F32, start: I32, radiance: F32
 ) -> None:
-    for r in range(1, height + 1):
-        c = 1
-        while c <= width:
-            end = c + 1
-            while end <= width and tile.face[r, end] == tile.face[r, c]:
-                end += 1
-            _shade_run(tile, r, c, end, x0 + c - 1, y0 + r - 1, run, stage, target)
-            c = end
-
-
-@kernel
-def _sample_colour(
-    tile: Tile, m: int, r: int, first: int, run: Run, stage: Stage, point: F64, one: F32
-) -> int:
-    """Shade what sample `first` sees, at the centroid of all samples that see it; return how many do."""
-    f = tile.sample_face[m, first]
-    count, dx, dy = 0, 0.0, 0.0
-    for s in range(first, SAMPLES):
-        if tile.sample_face[m, s] == f:
-            count += 1
-            dx += (s % 4 - 1.5) * 0.25
-            dy += (s // 4 - 1.5) * 0.25
-    c = tile.mark[m]
-    point[0, 0] = sample_x(tile, r, c, dx / count, dy / count)
-    point[1, 0] = sample_y(tile, r, c, dx / count, dy / count)
-    if f < 0:
-        shade_sky(point[0], point[1], stage.camera.Minv, stage.sky, one)
-    else:
-        shade(point[0], point[1], f, run, stage.prims, stage.objects, stage.tables, stage.luma, one)
-    return count
-
-
-@kernel
-def _resolve(tile: Tile, x0: int, y0: int, run: Run, stage: Stage, radiance: F32) -> None:
-    """Replace the radiance of marked pixels by the mean over their samples."""
-    channels = radiance.shape[2]
-    point, one = np.empty((2, 1)), np.zeros((1, channels), np.float32)
-    total = np.zeros(channels, np.float32)
-    for r in range(1, TILE_H + 1):
-        for m in range(tile.mark_start[r], tile.mark_start[r + 1]):
-            total[:] = np.float32(0.0)
-            for s in range(SAMPLES):
-                known = False
-                for before in range(s):
-                    known = known or tile.sample_face[m, before] == tile.sample_face[m, s]
-                if known:
-                    continue
-                count = _sample_colour(tile, m, r, s, run, stage, point, one)
-                for k in range(channels):
-                    total[k] += one[0, k] * np.float32(count / SAMPLES)
-            radiance[y0 + r - 1, x0 + tile.mark[m] - 1] = total
+    """Replace the radiance of the marks begin..end by the mean over their samples."""
+    columns, rows = tile.mark, tile.mark_row
+    for m in range(begin, end):
+        for channel in range(colour.shape[1]):
+            total = np.float32(0.0)
+            for i in range(start[m], start[m + 1]):
+                total += weight[i] * colour[i, channel]
+            radiance[y0 + rows[m] - 1, x0 + columns[m] - 1, channel] = total
 
 
 @kernel
 def render_tiles(tiles: NDArray[np.int64], stage: Stage, target: Target) -> None:
-    """Render the tiles of these numbers (row by row from the top left)."""
-    view = stage.camera
-    columns = (view.width + TILE_W - 1) // TILE_W
-    tile, run = new_tile(), new_run()
+    """Render the tiles of these numbers (row by row from the top left): first all pixels, then the edges."""
+    camera, prims, bins, smooth, radiance = (
+        stage.camera,
+        stage.prims,
+        stage.bins,
+        stage.smooth,
+        target.radiance,
+    )
+    columns = (camera.width + TILE_W - 1) // TILE_W
+    tile, batch, items = new_tile(), new_batch(), new_items()
+    colour = np.zeros((CAPACITY, radiance.shape[2]), np.float32)
+    weight, start = np.zeros(CAPACITY, np.float32), np.zeros(CAPACITY + 1, np.int32)
     for index in tiles:
         x0, y0 = (index % columns) * TILE_W, (index // columns) * TILE_H
-        width, height = min(TILE_W, view.width - x0), min(TILE_H, view.height - y0)
-        load_rays(tile, x0, y0, view)
-        fill(tile, index, x0, y0, view, stage.prims, stage.bins)
-        _shade_tile(tile, x0, y0, width, height, run, stage, target)
-        marks = mark_edges(tile, height, width, stage.prims, stage.smooth)
-        if marks > 0:
-            sample_edges(tile, marks, index, x0, y0, view, stage.prims, stage.bins)
-            _resolve(tile, x0, y0, run, stage, target.radiance)
+        width, height = min(TILE_W, camera.width - x0), min(TILE_H, camera.height - y0)
+        load_rays(tile, x0, y0, camera)
+        fill(tile, index, x0, y0, camera, prims, bins)
+        runs = gather(tile.x, tile.y, tile.face, width, height, batch)
+        begin, end, marks = -1, 0, 0
+        while True:
+            _shade(batch, runs, items, stage, colour)
+            if begin < 0:
+                _store(batch, runs, x0, y0, width, stage, colour, target)
+                marks = mark_edges(tile, height, width, prims, smooth)
+                sample_edges(tile, marks, index, x0, y0, camera, prims, bins)
+            else:
+                _resolve(tile, begin, end, x0, y0, colour, weight, start, radiance)
+            if end >= marks:
+                break
+            begin = end
+            runs, end = _gather_marks(tile, begin, marks, batch, weight, start)
