@@ -52,11 +52,16 @@ def _shape(thing: Object) -> Shape:
     if isinstance(thing, BoxThing):
         return Box(width_m=thing.size_m[0], height_m=thing.size_m[1], depth_m=thing.size_m[2])
     if isinstance(thing, SphereThing):
-        return sphere(radius_m=thing.radius_m)
+        return sphere(radius_m=thing.radius_m, rings=thing.facets)
     if isinstance(thing, ColumnThing):
         if thing.top_radius_m is None:
-            return column(radius_m=thing.radius_m, height_m=thing.height_m, sides=48, bands=4)
-        return cone_stump(radius_m=thing.radius_m, top_radius_m=thing.top_radius_m, height_m=thing.height_m)
+            return column(radius_m=thing.radius_m, height_m=thing.height_m, sides=thing.sides, bands=1)
+        return cone_stump(
+            radius_m=thing.radius_m,
+            top_radius_m=thing.top_radius_m,
+            height_m=thing.height_m,
+            sides=thing.sides,
+        )
     return figurine(height_m=thing.height_m, triangles=thing.triangles)
 
 

@@ -39,7 +39,7 @@ def figurine(*, height_m: float, triangles: int) -> Mesh:
     return _turned(vertices * height_m)
 
 
-def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: int = 48) -> Mesh:
+def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: int) -> Mesh:
     """Return an upright stump of a cone about its middle, with lids."""
     radius = np.array([0.0, radius_m, radius_m, top_radius_m, top_radius_m, 0.0])
     height = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5]) * height_m

@@ -170,10 +170,11 @@ class BoxThing(Thing):
 
 
 class SphereThing(Thing):
-    """A ball."""
+    """A ball of `facets` flats from pole to pole; more are rounder and take longer to draw."""
 
     shape: Literal["sphere"]
     radius_m: Metres
+    facets: int = Field(default=10, ge=4, le=64)
 
 
 class ColumnThing(Thing):
@@ -183,6 +184,7 @@ class ColumnThing(Thing):
     radius_m: Metres
     top_radius_m: Metres | None = None
     height_m: Metres
+    sides: int = Field(default=20, ge=3, le=128)
 
 
 class StatueThing(Thing):
