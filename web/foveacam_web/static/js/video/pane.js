@@ -8,7 +8,6 @@ import { Viewport } from "./viewport.js";
 /**
  * @typedef {import("../types.js").ViewName} ViewName
  * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").ViewInfo} ViewInfo
  * @typedef {import("../types.js").ShownView} ShownView
  */
 
@@ -80,7 +79,7 @@ export class Pane {
     return this.viewport.scale * this.viewport.width * devicePixelRatio;
   }
 
-  /** @param {ViewInfo} info */
+  /** @param {{width: number, height: number}} info the picture at full size, px */
   describe(info) {
     if (info.width === this.viewport.width && info.height === this.viewport.height) return;
     this.viewport = new Viewport(info.width, info.height);
@@ -90,7 +89,7 @@ export class Pane {
   /** Put the canvas where the viewport says. */
   place() {
     const { viewport, canvas } = this;
-    viewport.resize(this.surface.clientWidth, this.surface.clientHeight);
+    viewport.resize(this.surface.getBoundingClientRect(), 1 / devicePixelRatio);
     const { x, y } = viewport.origin;
     canvas.style.width = `${viewport.width}px`;
     canvas.style.height = `${viewport.height}px`;
@@ -102,6 +101,7 @@ export class Pane {
   /** @param {ConsoleState} state */
   update(state) {
     const shown = state.shown[this.name];
+    if (shown && shown.count > 0) this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale });
     const trouble = this.#trouble(state, shown);
     this.notice.hidden = trouble === null;
     if (trouble) fill(this.notice, h("strong", { text: trouble.title }), h("p", { text: trouble.detail }));

@@ -8,7 +8,8 @@ const FINEST = 48; // CSS pixels for one sensor pixel, at most
 
 /** The placement of one picture in one box. */
 export class Viewport {
-  #box = { width: 1, height: 1 };
+  #box = { width: 1, height: 1, left: 0, top: 0 };
+  #device_px = 1;
   #zoom = 1;
   /** The place on the picture, from its edge, that stands in the middle of the box. */
   #middle;
@@ -32,21 +33,26 @@ export class Viewport {
     return this.#zoom * Math.min(this.#box.width / this.width, this.#box.height / this.height);
   }
 
-  /** Where the picture's top left corner is in the box, CSS px. */
+  /**
+   * Where the picture's top left corner is in the box, CSS px. It lies on a device pixel: browsers draw a layer there
+   * whatever they are told, and clicks must agree with what is drawn.
+   */
   get origin() {
+    const { width, height, left, top } = this.#box;
     const scale = this.scale;
     return {
-      x: this.#box.width / 2 - this.#middle.x * scale,
-      y: this.#box.height / 2 - this.#middle.y * scale,
+      x: this.#snapped(left + width / 2 - this.#middle.x * scale) - left,
+      y: this.#snapped(top + height / 2 - this.#middle.y * scale) - top,
     };
   }
 
   /**
-   * @param {number} width CSS px
-   * @param {number} height CSS px
+   * @param {{width: number, height: number, left: number, top: number}} box on the page, CSS px
+   * @param {number} device_px the size of a device pixel, CSS px
    */
-  resize(width, height) {
-    if (width > 0 && height > 0) this.#box = { width, height };
+  resize({ width, height, left, top }, device_px) {
+    if (width > 0 && height > 0) this.#box = { width, height, left, top };
+    this.#device_px = device_px;
     this.#keepInside();
   }
 
@@ -117,6 +123,11 @@ export class Viewport {
   reset() {
     this.#zoom = 1;
     this.#middle = { x: this.width / 2, y: this.height / 2 };
+  }
+
+  /** @param {number} css */
+  #snapped(css) {
+    return Math.round(css / this.#device_px) * this.#device_px;
   }
 
   #keepInside() {

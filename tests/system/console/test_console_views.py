@@ -1,0 +1,206 @@
+"""The views: they come, they are where they say, and the gestures on the wide one mean what they should."""
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from .conftest import TOUCH, Console, OpenConsole, Server, is_fixation, posted
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+CLICK_TOLERANCE_PX = 0.01  # the figure to reach; the arithmetic itself holds 1e-4
+PICTURE_TOLERANCE_PX = 0.1  # sub-pixel registration of a bilinear picture with JPEG noise
+
+
+@pytest.fixture
+def console(open_console: OpenConsole, server: Server) -> Console:
+    server.be_idle()
+    found = open_console(server.url)
+    found.until_live("wide", "left", "right")
+    return found
+
+
+def zoom_to(console: Console, x_px: float, y_px: float, *, steps: int) -> None:
+    console.page.mouse.move(*console.place(x_px, y_px))
+    for _ in range(steps):
+        console.page.mouse.wheel(0, -120)
+    console.until(f"document.querySelector('.pane-wide .zoom').textContent !== '100 %' || {steps} === 0")
+
+
+def test_page_shows_three_views_and_what_the_rig_is(console: Console) -> None:
+    assert console.page.title() == "FoveaCam Duo"
+    console.page.get_by_text("Simulated FoveaCam Duo").first.wait_for()
+    console.page.locator(".badge.good", has_text="Ready").wait_for()
+    console.page.locator(".badge", has_text="Calibrated").wait_for()
+
+
+def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server: Server) -> None:
+    views = open_console(f"{server.url}view", options={"viewport": {"width": 440, "height": 700}})
+    views.until_live("wide", "left", "right")
+    assert views.page.locator("#targets").count() == 0
+    assert views.overflow_px() <= 0
+
+
+@pytest.mark.parametrize("zoom_steps", [0, 6, 14])
+def test_click_asks_for_the_pixel_meant(console: Console, zoom_steps: int) -> None:
+    zoom_to(console, 812.25, 431.6, steps=zoom_steps)
+    console.page.keyboard.down("Shift")
+    x, y = console.place(812.25, 431.6)
+    console.page.mouse.move(x, y)
+    console.page.mouse.down()
+    console.page.mouse.move(x + 17.3, y - 9.1)
+    console.page.mouse.up()
+    console.page.keyboard.up("Shift")
+    asked = posted(console.click(805.125, 433.75))["pixel"]
+    assert abs(asked["x_px"] - 805.125) < CLICK_TOLERANCE_PX
+    assert abs(asked["y_px"] - 433.75) < CLICK_TOLERANCE_PX
+
+
+def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, server: Server) -> None:
+    bare = {"footprints": False, "field": False, "marks": False, "wide_size": "full"}
+    console = open_console(server.url, settings=bare)
+    console.until_live("wide")
+    zoom_to(console, 600.0, 500.0, steps=4)
+    console.page.mouse.move(5, 5)
+    console.until_live("wide")
+    surface = console.page.locator(".pane-wide .surface")
+    box = surface.bounding_box()
+    assert box is not None
+    x, y = float(np.ceil(box["x"]) + 20), float(np.ceil(box["y"]) + 20)
+    seen = grey(console.page.screenshot(clip={"x": x, "y": y, "width": 512, "height": 384}))
+    snapshot = grey(httpx.get(f"{server.url}api/v1/views/wide/snapshot.jpg", trust_env=False).content)
+    left, top, width = console.wide_box()
+    per_css = 1440.0 / width
+    origin_px = np.array([x + 0.5 - left, y + 0.5 - top]) * per_css - 0.5
+    there = np.array([[per_css, 0.0, origin_px[0]], [0.0, per_css, origin_px[1]]])
+    expected = cv2.warpAffine(snapshot, there, (512, 384), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+    (dx, dy), response = cv2.phaseCorrelate(seen, expected, cv2.createHanningWindow((512, 384), cv2.CV_64F))
+    assert response > 0.3
+    assert abs(dx) * per_css < PICTURE_TOLERANCE_PX
+    assert abs(dy) * per_css < PICTURE_TOLERANCE_PX
+
+
+def grey(picture: bytes) -> NDArray[np.float64]:
+    decoded = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert decoded is not None
+    return decoded.astype(np.float64)
+
+
+def test_page_turns_pixels_into_the_directions_of_the_calibration(console: Console, server: Server) -> None:
+    lens = server.get("/rig")["calibration"]["wide"]
+    pixels = [[0.0, 0.0], [1439.0, 1079.0], [720.0, 540.0], [1200.25, 80.5]]
+    found = console.page.evaluate(
+        "async ([lens, pixels]) => { const angles = await import('/static/js/video/angles.js');"
+        " return pixels.map(([x, y]) => { const there = angles.directionOf(lens, {x, y});"
+        " const back = angles.pixelOf(lens, there);"
+        " return [there.ax_deg, there.ay_deg, back.x, back.y]; }); }",
+        [lens, pixels],
+    )
+    matrix = np.array([[lens["fx_px"], 0, lens["cx_px"]], [0, lens["fy_px"], lens["cy_px"]], [0, 0, 1]])
+    points = np.array(pixels)[:, None, :]
+    exact = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12)
+    tangents = cv2.undistortPoints(points, matrix, np.array(lens["distortion"]), criteria=exact)[:, 0, :]
+    assert np.allclose(np.array(found)[:, :2], np.degrees(np.arctan(tangents)), atol=1e-7)
+    assert np.allclose(np.array(found)[:, 2:], pixels, atol=1e-6)
+
+
+def test_drag_asks_for_the_rectangle(console: Console) -> None:
+    console.page.mouse.move(*console.place(700.0, 420.0))
+    console.page.mouse.down()
+    console.page.mouse.move(*console.place(640.0, 470.0))
+    with console.page.expect_request(is_fixation) as order:
+        console.page.mouse.move(*console.place(600.0, 500.0))
+        console.page.mouse.up()
+    box = posted(order.value)["rectangle"]
+    wanted = {"x_px": 600.0, "y_px": 420.0, "width_px": 100.0, "height_px": 80.0}
+    assert {name: pytest.approx(value, abs=CLICK_TOLERANCE_PX) for name, value in wanted.items()} == box
+
+
+def test_alt_drag_steers_to_where_it_ends_and_not_faster_than_20_a_second(
+    console: Console, server: Server
+) -> None:
+    page = console.page
+    page.locator(".overlay .field .edge").wait_for(state="attached")  # drawn once the lens is known
+    page.keyboard.down("Alt")
+    page.mouse.move(*console.place(700.0, 500.0))
+    page.mouse.down()
+    for step in range(60):
+        page.mouse.move(*console.place(700.0 + step, 500.0))
+    page.mouse.move(*console.place(780.0, 520.0))
+    page.mouse.up()
+    page.keyboard.up("Alt")
+    meant = direction_of(console, server, 780.0, 520.0)
+    console.until_steered(server, meant["ax_deg"], meant["ay_deg"])
+    sent_ms = page.evaluate(
+        "performance.getEntriesByType('resource').filter(({name}) => name.endsWith('/steer'))"
+        ".map(({startTime}) => startTime)"
+    )
+    assert 1 <= len(sent_ms) < 60
+    assert (
+        len(sent_ms) == 1 or np.diff(sent_ms).min() >= 45.0
+    )  # 50 ms by the page's timer, which browsers round
+
+
+def direction_of(console: Console, server: Server, x_px: float, y_px: float) -> dict[str, float]:
+    """Return what the page takes the direction of a wide pixel to be."""
+    script = "async ([lens, x, y]) => (await import('/static/js/video/angles.js')).directionOf(lens, {x, y})"
+    return dict(console.page.evaluate(script, [server.get("/rig")["calibration"]["wide"], x_px, y_px]))
+
+
+def test_keyboard_moves_a_crosshair_and_fixates_there(console: Console) -> None:
+    surface = console.page.locator(".pane-wide .surface")
+    surface.focus()
+    console.page.keyboard.press("Shift+ArrowRight")
+    console.page.keyboard.press("ArrowUp")
+    with console.page.expect_request(is_fixation) as order:
+        console.page.keyboard.press("Enter")
+    _, _, width = console.wide_box()
+    step_px = 1.0 / max(1.0, width / 1440.0)
+    asked = posted(order.value)["pixel"]
+    assert asked["x_px"] == pytest.approx(719.5 + 10 * step_px)
+    assert asked["y_px"] == pytest.approx(539.5 - step_px)
+
+
+def test_loupe_says_where_clicks_cannot_be_steered_to(console: Console) -> None:
+    console.page.locator(".overlay .field .edge").wait_for(state="attached")
+    console.page.mouse.move(*console.place(5.0, 540.0))
+    console.page.locator(".loupe .verdict", has_text="not steerable").wait_for()
+    console.page.mouse.move(*console.place(720.0, 540.0))
+    console.page.locator(".loupe:not(.beyond)").wait_for()
+
+
+def test_tap_fixates_and_long_press_draws_a_rectangle(open_console: OpenConsole, server: Server) -> None:
+    phone = open_console(server.url, options={**TOUCH, "device_scale_factor": 2})
+    phone.until_live("wide")
+    with phone.page.expect_request(is_fixation) as tap:
+        phone.page.touchscreen.tap(*phone.place(800.0, 500.0))
+    assert posted(tap.value)["pixel"]["x_px"] == pytest.approx(800.0, abs=CLICK_TOLERANCE_PX)
+    session = phone.page.context.new_cdp_session(phone.page)
+
+    def touch(kind: str, *places: tuple[float, float]) -> None:
+        points = [{"x": x, "y": y} for x, y in places]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", phone.place(600.0, 400.0))
+    phone.until("document.querySelector('.overlay .rectangle') !== null")
+    touch("touchMove", phone.place(700.0, 500.0))
+    with phone.page.expect_request(is_fixation) as drag:
+        touch("touchEnd")
+    assert posted(drag.value)["rectangle"]["width_px"] == pytest.approx(100.0, abs=CLICK_TOLERANCE_PX)
+
+
+def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server: Server) -> None:
+    phone = open_console(server.url, options=TOUCH)
+    phone.until_live("wide")
+    orders: list[str] = []
+    phone.page.on("request", lambda request: orders.append(request.url) if is_fixation(request) else None)
+    session = phone.page.context.new_cdp_session(phone.page)
+    _, _, width = phone.wide_box()
+    for kind, spread in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80)):
+        points = [{"x": 180 - spread / 2, "y": 250}, {"x": 180 + spread / 2, "y": 250}]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    assert phone.wide_box()[2] == pytest.approx(2 * width, rel=0.02)
+    assert orders == []
