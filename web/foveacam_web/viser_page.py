@@ -27,14 +27,25 @@ _BARE = """<style>
 .mantine-Paper-root[style*="max-height: 60%"] { display: none !important; }
 </style>
 <script>{
-const fold = new MutationObserver(() => {
-  const button = document.querySelector('[data-testid="floating-panel"] [data-dock-minimize]');
-  if (!button) return;
-  fold.disconnect();
-  setTimeout(() => button.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })), 300);
-  setTimeout(() => document.activeElement?.blur(), 600);
-});
-fold.observe(document, { childList: true, subtree: true });
+const parts = [
+  '[data-dock-region-collapse="left"]',
+  '[data-testid="floating-panel"] [data-dock-minimize][aria-expanded="true"]',
+];
+const folded = new Set();
+const fold = setInterval(() => {
+  for (const part of parts) {
+    const button = document.querySelector(part);
+    if (button) {
+      button.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+      folded.add(part);
+    } else if (folded.size === parts.length) {
+      clearInterval(fold);
+      document.activeElement?.blur();
+    }
+  }
+}, 400);
+// From the first touch on, the layout is the operator's
+addEventListener("pointerdown", () => clearInterval(fold), { once: true, capture: true });
 }</script>"""
 
 

@@ -1,0 +1,153 @@
+"""The 3D pane in a real browser: through the relay, under the page's own policy, clicked and reconnecting."""
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from fastapi import FastAPI
+from fastapi.responses import HTMLResponse
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from foveacam_pipeline.stereo.values import DepthMesh
+from foveacam_server import errors
+from foveacam_server.api import security, viser_relay
+from foveacam_server.bench.local_server import serving
+from foveacam_server.settings import Settings
+from foveacam_web.scene import ViewerScene
+from foveacam_web.scene_values import RigShape
+
+pytestmark = pytest.mark.browser
+
+PATIENCE_S = 40.0
+SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SIZE = {"width": 900, "height": 600}
+
+
+def wall(distance_m: float) -> DepthMesh:
+    """Return a square of 2 m by 2 m that faces the rig."""
+    corners_m = [(-1, -1, distance_m), (1, -1, distance_m), (1, 1, distance_m), (-1, 1, distance_m)]
+    return DepthMesh(
+        vertices_rig_m=np.array(corners_m, dtype=np.float32),
+        faces=np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32),
+        uv=np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float32),
+        texture=np.full((16, 16, 3), (20, 200, 40), dtype=np.uint8),
+    )
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=SOFTWARE_GL)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def scene() -> Iterator[ViewerScene]:
+    with ViewerScene() as opened:
+        angle_rad = math.radians
+        opened.show_rig(
+            RigShape(
+                baseline_m=0.2,
+                wide_fov_rad=(angle_rad(25.6), angle_rad(19.4)),
+                fovea_fov_rad=(angle_rad(2.86), angle_rad(2.15)),
+            )
+        )
+        opened.show_fixation(
+            "fix-1",
+            label="Wall",
+            point_rig_m=(0.0, 0.0, 3.0),
+            distance_m=3.0,
+            distance_sigma_m=0.01,
+            mesh=wall(3.0),
+        )
+        yield opened
+
+
+@pytest.fixture
+def port(scene: ViewerScene) -> Iterator[int]:
+    app = FastAPI()
+    app.state.services = SimpleNamespace(viewer=scene)
+    errors.install(app)
+    security.install(app, Settings())
+    app.include_router(viser_relay.router)
+
+    @app.get("/view", response_class=HTMLResponse)
+    async def view() -> str:
+        return "<!doctype html><title>views</title><p>the views"
+
+    @app.get("/", response_class=HTMLResponse)
+    async def console() -> str:
+        return '<!doctype html><title>console</title><button>here</button><iframe src="/viser/?embedded=1">'
+
+    with serving(app) as served:
+        yield served
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    opened = browser.new_page(viewport={"width": SIZE["width"], "height": SIZE["height"]})
+    yield opened
+    opened.close()
+
+
+def wait_until(page: Page, condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline_s, "it never came true"
+        page.wait_for_timeout(100)  # lets the browser's events arrive meanwhile
+
+
+def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    complaints: list[str] = []
+    page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(f"http://127.0.0.1:{port}/viser/")
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: any(frame.url.endswith("/view") for frame in page.frames))
+
+    def click() -> bool:
+        # Right of the docked panel, above the rig: the wall fills the middle of the canvas
+        page.mouse.click(680, 290)
+        page.wait_for_timeout(500)
+        return scene._selected == "fix-1"
+
+    wait_until(page, click)
+    assert complaints == []
+
+
+def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    panel = page.locator('[data-testid="floating-panel"] [data-dock-minimize]')
+    wait_until(page, lambda: panel.count() == 1 and panel.get_attribute("aria-expanded") == "false")
+    wait_until(page, lambda: page.locator('[data-dock-region-collapse="left"]').count() == 0)
+    canvas = page.locator("canvas[data-engine]").bounding_box()
+    assert canvas is not None
+    assert (canvas["x"], canvas["width"]) == (0, SIZE["width"])
+    assert not any(frame.url.endswith("/view") for frame in page.frames)
+
+
+def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    page.goto(f"http://127.0.0.1:{port}/")
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    page.get_by_role("button", name="here").click()
+    gone = threading.Event()
+
+    @scene._running().on_client_disconnect
+    async def _(_client: object) -> None:
+        gone.set()
+
+    scene._running()._websock_server.disconnect_all_clients()
+    wait_until(page, gone.is_set)
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
