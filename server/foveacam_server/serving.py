@@ -38,6 +38,12 @@ class _Greeting(uvicorn.Server):
         if self.started:
             self._greeting = asyncio.create_task(self._greet())
 
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop, after ending the streams, which never end by themselves."""
+        if self.started:
+            self._services().streams.end()
+        await super().shutdown(sockets)
+
     async def _greet(self) -> None:
         services = self._services()
         await asyncio.to_thread(services.hardware.wait_open, RIG_PATIENCE_S)

@@ -5,6 +5,7 @@ A process of its own, so that its CPU time is the server's alone. It ends when i
 
 import asyncio
 import json
+import socket
 import sys
 import threading
 import time
@@ -143,16 +144,30 @@ def bench_app() -> FastAPI:
     return app
 
 
+class _Server(uvicorn.Server):
+    """Ends the streams first, as the product's server does."""
+
+    def __init__(self, config: uvicorn.Config, *, app: FastAPI) -> None:
+        super().__init__(config)
+        self._app = app
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop."""
+        self._app.state.services.streams.end()
+        await super().shutdown(sockets)
+
+
 async def _serve() -> None:
     listener = listen("127.0.0.1", 0)
+    app = bench_app()
     config = uvicorn.Config(
-        bench_app(),
+        app,
         log_level="warning",
         access_log=False,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=1,
     )
-    server = uvicorn.Server(config)
+    server = _Server(config, app=app)
     loop = asyncio.get_running_loop()
 
     def watch_parent() -> None:

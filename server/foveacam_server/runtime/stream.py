@@ -53,6 +53,8 @@ class Streams:
         self.frames_sent = 0
         self.bytes_sent = 0
         self._mjpeg_seats: Counter[str] = Counter()
+        self._ended = False
+        self._waiting: set[asyncio.Event] = set()
 
     @contextmanager
     def seat(self) -> Iterator[None]:
@@ -84,12 +86,13 @@ class Streams:
             self._mjpeg_seats += Counter()  # drops the addresses that have none
 
     async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[Encoded]:
-        """Yield the newest picture of `view` whenever there is a new one, for as long as it is iterated."""
+        """Yield the newest picture of `view` whenever there is a new one, until the server ends."""
         fresh = asyncio.Event()
+        self._waiting.add(fresh)
         watch = self.hub.watch(frozenset({view}), lambda _view: fresh.set())
         try:
             last = None
-            while True:
+            while not self._ended:
                 encoded = await self.jpegs.newest(view, scale)
                 if encoded is not None and encoded.picture is not last:
                     last = encoded.picture
@@ -101,6 +104,13 @@ class Streams:
                 fresh.clear()
         finally:
             watch.close()
+            self._waiting.discard(fresh)
+
+    def end(self) -> None:
+        """End all streams that never end by themselves; called on the loop when the server shuts down."""
+        self._ended = True
+        for fresh in self._waiting:
+            fresh.set()
 
     def close(self) -> None:
         """Let the encoder's threads go."""
