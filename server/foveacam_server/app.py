@@ -26,6 +26,7 @@ from foveacam_server.api import (
     views,
     viser_relay,
 )
+from foveacam_server.api.answers import problems
 from foveacam_server.runtime.opening import open_services
 from foveacam_server.settings import Settings
 
@@ -68,7 +69,7 @@ def create_app(settings: Settings) -> FastAPI:
     errors.install(app)
     security.install(app, settings)
     for resource in _RESOURCES:
-        app.include_router(resource.router, prefix=API)
+        app.include_router(resource.router, prefix=API, responses=problems(422))
     for module in (health, viser_relay):
         app.include_router(module.router)
     pages.install(app)

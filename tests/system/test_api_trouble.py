@@ -71,7 +71,12 @@ def test_controller_that_dies_in_a_fixation_fails_the_job_and_is_parked_on_retur
         assert isinstance(controller, ControllerProcess)
         before = server.last_event
         killed = threading.Event()
-        _before_look(server, 1, lambda: (controller.die(), killed.set()))
+
+        def kill() -> None:
+            controller.die()
+            killed.set()
+
+        _before_look(server, 1, kill)
         answer = server.post("/fixations", CENTRE, Prefer="wait=60")
         assert killed.is_set()
         assert answer.status_code in (502, 503, 504)

@@ -7,7 +7,6 @@ from fastapi import Header, Query
 from fastapi.responses import JSONResponse
 
 from foveacam_server.api.models import JobDocument
-from foveacam_server.api.models import Problem as ProblemModel
 from foveacam_server.errors import MEDIA_TYPE
 from foveacam_server.runtime.job_table import Job, JobState
 from foveacam_server.runtime.services import Services
@@ -49,9 +48,9 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI
     return {
         status: {
             "description": _TITLES[status],
-            "content": {"application/problem+json": {"schema": ProblemModel.model_json_schema()}},
+            "content": {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}},
         }
-        for status in (*statuses, 422)
+        for status in statuses
     }
 
 
@@ -62,7 +61,7 @@ def wait_s(prefer: str | None) -> float:
 
 
 async def job_answer(services: Services, job: Job, *, prefer: str | None) -> JSONResponse:
-    """Answer with the job (202), or, when it ends in the time given, with its fixation (200) or its problem."""
+    """Answer with the job (202); when it ends in the time given, with its fixation (200) or its problem."""
     wanted_s = wait_s(prefer)
     if wanted_s > 0.0:
         job = await services.jobs.ended(job.id, timeout_s=wanted_s)

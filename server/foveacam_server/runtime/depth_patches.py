@@ -181,7 +181,7 @@ class DepthPatches:
                 return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
         if any(patch.covers(x_px, y_px) for patch in newest_first):
             raise NotFound(
-                f"wide pixel ({x_px:g}, {y_px:g}) was looked at, but has no texture to measure; try beside it",
+                f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure; try beside it",
                 asked=f"depth at ({x_px:g}, {y_px:g})",
                 found="no texture there",
                 remedy="try a pixel beside it",

@@ -1,0 +1,70 @@
+"""The REST interface as a document: committed, and true to what the server does (schemathesis)."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from schemathesis import Case
+from schemathesis.core.result import Ok
+
+from foveacam_server.app import create_app
+from foveacam_server.settings import Settings
+
+from .conftest import API, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+COMMITTED = Path(__file__).parents[1] / "data" / "openapi.json"
+CASES_PER_OPERATION = 5
+CHECKED = {
+    "not_a_server_error",
+    "content_type_conformance",
+    "response_schema_conformance",
+    "unsupported_method",
+    "allow_header_conformance",
+}
+ENDLESS = r"stream\.mjpeg$|/events$"
+
+
+def test_openapi_document_is_the_committed_one() -> None:
+    found = create_app(Settings(viewer=False)).openapi()
+    if os.environ.get("UPDATE_OPENAPI"):
+        COMMITTED.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    assert found == json.loads(COMMITTED.read_text(encoding="utf-8")), (
+        "the REST interface is no longer the committed one; when that is meant, write it anew with "
+        "UPDATE_OPENAPI=1 .venv/bin/python -m pytest tests/system/test_openapi.py"
+    )
+
+
+def test_generated_requests_meet_no_server_error_and_answers_fit_their_description(server: Running) -> None:
+    schema = schemathesis.openapi.from_url(f"{server.http.base_url}/openapi.json").exclude(path_regex=ENDLESS)
+    schemathesis.checks.load_all_checks()
+    every = schemathesis.checks.CHECKS
+    left_out = [every.get_one(name) for name in every.get_all_names() if name not in CHECKED]
+    tried = 0
+    for result in schema.get_all_operations():
+        assert isinstance(result, Ok), result
+        operation = result.ok()
+
+        @seed(2)
+        @settings(
+            max_examples=CASES_PER_OPERATION,
+            deadline=None,
+            database=None,
+            phases=(Phase.generate,),
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(case=operation.as_strategy())
+        def ask(case: Case[Any]) -> None:  # Any: whatever the case carries
+            nonlocal tried
+            tried += 1
+            answer = case.call(base_url=str(server.http.base_url))
+            case.validate_response(answer, excluded_checks=left_out)  # type: ignore[arg-type]  # its own registry's types
+
+        ask()
+    server.http.delete(f"{API}/stop")
+    assert tried >= 100

@@ -1,0 +1,223 @@
+"""A rig of plain Python for tests of who may do what when: no optics, no pictures worth looking at."""
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from foveacam_hardware.contract import (
+    PARKED,
+    CameraCounters,
+    CameraSettings,
+    Clock,
+    DeviceInfo,
+    ExposureReceipt,
+    FoveaError,
+    Frame,
+    LinkTelemetry,
+    MirrorLimits,
+    MirrorState,
+    NotConnected,
+    Role,
+    Sighting,
+    StereoVolts,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FakeProblem:
+    device: str
+    detail: str
+
+
+class FakeMirrors:
+    """Remembers every command; `lost` makes it unreachable."""
+
+    info = DeviceInfo(vendor="test", model="mirrors", serial="1")
+    limits = MirrorLimits()
+    telemetry = LinkTelemetry(
+        tx_packets=0,
+        rx_packets=0,
+        tx_bytes=0,
+        rx_bytes=0,
+        bad_packets=0,
+        rtt_p50_ms=0.5,
+        rtt_p99_ms=1.0,
+        clock_offset_ns=0,
+    )
+
+    def __init__(self) -> None:
+        self.lost = False
+        self.connected = False
+        self.enabled = False
+        self.volts = PARKED
+        self.commands: list[str] = []
+
+    @property
+    def state(self) -> MirrorState:
+        up = self.connected and not self.lost
+        return MirrorState(connected=up, enabled=up and self.enabled, volts=self.volts)
+
+    def connect(self) -> None:
+        self._reach()
+        self.connected = True
+
+    def close(self) -> None:
+        self.commands.append("close")
+        self.connected = False
+
+    def enable(self) -> None:
+        self._reach()
+        self.enabled = True
+
+    def disable(self) -> None:
+        self.enabled = False
+
+    def steer(self, volts: StereoVolts) -> StereoVolts:
+        self._reach()
+        self.commands.append("steer")
+        self.volts = volts
+        return volts
+
+    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+        raise AssertionError("the fake head does not expose")
+
+    def park(self) -> None:
+        self._reach()
+        self.commands.append("park")
+        self.volts = PARKED
+
+    def ping(self) -> float:
+        self._reach()
+        return 0.5
+
+    def _reach(self) -> None:
+        if self.lost:
+            self.connected = False
+            raise NotConnected("mirrors: no controller; plug it in")
+
+
+class FakeCamera:
+    """Gives a small grey picture; `failure` is raised instead."""
+
+    counters = CameraCounters()
+    settings = CameraSettings(exposure_ns=8_000_000)
+
+    def __init__(self, role: Role, clock: Clock) -> None:
+        self.role = role
+        self.info = DeviceInfo(vendor="test", model="camera", serial=role.value)
+        self.failure: FoveaError | None = None
+        self._clock = clock
+        self._seq = 0
+
+    def connect(self) -> None:
+        return
+
+    def close(self) -> None:
+        return
+
+    def configure(self, settings: CameraSettings) -> CameraSettings:
+        return settings
+
+    def start(self) -> None:
+        return
+
+    def stop(self) -> None:
+        return
+
+    def read(self, *, timeout_ms: float = 1000.0) -> Frame:
+        if self.failure is not None:
+            raise self.failure
+        self._seq += 1
+        image = np.full((4, 6), 100, np.uint8)
+        return Frame(
+            image=image, role=self.role, seq=self._seq, t_ns=self._clock.now_ns(), exposure_ns=8_000_000
+        )
+
+    def latest(self, *, max_age_ms: float) -> Frame:
+        return self.read(timeout_ms=max_age_ms)
+
+    def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
+        for _ in range(n):
+            yield self.read(timeout_ms=timeout_ms)
+
+
+class FakeHead:
+    """Looks by moving the mirrors; `hold` keeps a look under way until it is set."""
+
+    def __init__(self, rig: "FakeRig") -> None:
+        self._rig = rig
+        self.looking = threading.Event()
+        self.hold: threading.Event | None = None
+        self.failure: FoveaError | None = None
+
+    def look(self, volts: StereoVolts) -> Sighting:
+        self.looking.set()
+        if self.hold is not None:
+            assert self.hold.wait(10.0)
+        if self.failure is not None:
+            raise self.failure
+        rig = self._rig
+        rig.mirrors.steer(volts)
+        return Sighting(left=rig.left.read(), right=rig.right.read(), wide=rig.wide.read(), volts=volts)
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        return self._rig.wide.latest(max_age_ms=max_age_ms)
+
+
+class FakeRig:
+    """Implements the server's `Rig`."""
+
+    rig_id = "fake"
+    name = "Fake rig"
+    simulated = True
+    scene = None
+    baseline_m = 0.2
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.wide, self.left, self.right = (FakeCamera(role, clock) for role in Role)
+        self.mirrors = FakeMirrors()
+        self.head = FakeHead(self)
+        self.problems: tuple[FakeProblem, ...] = ()
+        self.closed = threading.Event()
+
+    def connect(self) -> None:
+        try:
+            self.mirrors.connect()
+            self.problems = ()
+        except FoveaError as error:
+            self.problems = (FakeProblem(device="mirrors", detail=str(error)),)
+
+    def close(self) -> None:
+        self.mirrors.close()
+        self.closed.set()
+
+
+@dataclass
+class Pictures:
+    """A sink that counts, and lets a test wait for the next picture of a view."""
+
+    watching: set[str] = field(default_factory=lambda: {"wide", "left", "right"})
+    counts: dict[str, int] = field(default_factory=dict)
+    changed: threading.Condition = field(default_factory=threading.Condition)
+
+    def publish_frame(self, frame: Frame, *, meta: object = None) -> None:
+        self._count(frame.role.value)
+
+    def publish_picture(self, name: str, image: object, *, t_ns: int) -> None:
+        self._count(name)
+
+    def watched(self, view: str) -> bool:
+        return view in self.watching
+
+    def wait_for_more(self, view: str, *, more: int = 1) -> None:
+        with self.changed:
+            goal = self.counts.get(view, 0) + more
+            assert self.changed.wait_for(lambda: self.counts.get(view, 0) >= goal, timeout=10.0)
+
+    def _count(self, view: str) -> None:
+        with self.changed:
+            self.counts[view] = self.counts.get(view, 0) + 1
+            self.changed.notify_all()

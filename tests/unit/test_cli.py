@@ -1,0 +1,166 @@
+"""The program's errors: one line that names the thing and the remedy, a status, never a traceback."""
+
+import json
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_server import __version__, benches, cli
+from foveacam_server.settings import Settings
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("FOVEACAM_DATA", str(tmp_path / "data"))
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def taken_port() -> Iterator[int]:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        yield int(listener.getsockname()[1])
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """Run the program and return its exit status."""
+    monkeypatch.setattr("sys.argv", ["foveacam", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert isinstance(ended.value.code, int)
+    return ended.value.code
+
+
+def one_line(capsys: pytest.CaptureFixture[str]) -> str:
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1, captured.err
+    assert captured.err.startswith("foveacam: ")
+    assert "Traceback" not in captured.err + captured.out
+    return captured.err
+
+
+def test_version_is_printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(monkeypatch, "version") == 0
+    assert capsys.readouterr().out.strip() == __version__
+
+
+def test_port_in_use_is_named_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], taken_port: int
+) -> None:
+    assert run(monkeypatch, "serve", "--port", str(taken_port)) != 0
+    line = one_line(capsys)
+    assert str(taken_port) in line
+    assert "--port" in line
+
+
+def test_other_address_without_a_token_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "serve", "--host", "0.0.0.0", "--port", "0") == 2  # noqa: S104 - refused
+    line = one_line(capsys)
+    assert "0.0.0.0" in line  # noqa: S104 - as above
+    assert "FOVEACAM_TOKEN" in line
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "named"),
+    [
+        ("--scene", "bnech", ("bnech", "bench")),
+        ("--preset", "rig12", ("rig12", "rig120")),
+        ("--rig", "nowhere.toml", ("nowhere.toml", "no such file")),
+    ],
+)
+def test_misspelt_choice_names_what_there_is(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    option: str,
+    value: str,
+    named: tuple[str, str],
+) -> None:
+    assert run(monkeypatch, "serve", "--port", "0", option, value) == 2
+    line = one_line(capsys)
+    assert all(name in line for name in named)
+
+
+def test_unknown_key_of_a_rig_file_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text('kind = "simulated"\nscnee = "bench"\n')
+    assert run(monkeypatch, "serve", "--port", "0", "--rig", str(rig)) == 2
+    line = one_line(capsys)
+    assert "scnee" in line
+    assert "rig.toml" in line
+
+
+def test_scene_file_with_a_typo_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    scene = tmp_path / "mine.toml"
+    scene.write_text("this is = not [ TOML")
+    assert run(monkeypatch, "serve", "--port", "0", "--scene", str(scene)) == 2
+    assert "mine.toml" in one_line(capsys)
+
+
+def test_setting_of_the_environment_that_does_not_fit_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FOVEACAM_LIVE_FOVEA_HZ", "fast")
+    assert run(monkeypatch, "serve", "--port", "0") == 2
+    assert "live_fovea_hz" in one_line(capsys)
+
+
+def test_unknown_bench_names_those_there_are(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "bench", "rendr") == 2
+    line = one_line(capsys)
+    assert "rendr" in line
+    assert "stream" in line
+
+
+def test_bench_prints_one_json_object_and_nothing_else(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        benches, "run_bench", lambda name, *, quick, silent: {"rtt_p50_ms": 0.5, "quick": quick}
+    )
+    assert run(monkeypatch, "bench", "stream", "--json", "--quick") == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out) == {"rtt_p50_ms": 0.5, "quick": True}
+    assert captured.err == ""
+
+
+def test_bench_prints_a_table_for_people(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(benches, "run_bench", lambda name, *, quick, silent: {"rtt_p50_ms": 0.51234})
+    run(monkeypatch, "bench", "stream")
+    assert "0.5123" in capsys.readouterr().out
+
+
+def test_error_that_nobody_foresaw_is_one_line_too(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(settings: Settings, *, console: object) -> None:
+        raise ZeroDivisionError("a mistake")
+
+    monkeypatch.setattr("foveacam_server.serving.run_server", broken)
+    assert run(monkeypatch, "serve") == 1
+    assert "ZeroDivisionError: a mistake" in one_line(capsys)
+
+
+def test_doctor_names_what_is_missing_and_fails(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, taken_port: int
+) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text('kind = "serial"\nrig_id = "workshop"\n[mirrors]\nport = "/dev/ttyNOBODY"\n')
+    assert run(monkeypatch, "doctor", "--rig", str(rig), "--port", str(taken_port), "--json") == 1
+    found = json.loads(capsys.readouterr().out)
+    assert not found["rig"]["ok"]
+    assert "/dev/ttyNOBODY" in found["rig"]["detail"]
+    assert not found["calibration"]["ok"]
+    assert not found["port"]["ok"]
+    assert found["data"]["ok"]
+    assert found["console"]["ok"]

@@ -1,0 +1,83 @@
+import pytest
+
+from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
+from foveacam_server.errors import KINDS, problem_of
+from foveacam_server.plain_words import explain_validation
+
+
+def test_every_branch_of_the_error_tree_has_its_own_problem_type() -> None:
+    branches = {
+        found
+        for found in vars(errors).values()
+        if isinstance(found, type) and issubclass(found, FoveaError) and found is not FoveaError
+    }
+    assert branches <= KINDS.keys()
+    slugs = [KINDS[branch].slug for branch in branches]
+    assert len(set(slugs)) == len(slugs)
+
+
+@pytest.mark.parametrize(
+    ("slug", "status"),
+    [
+        ("invalid-input", 422),
+        ("out-of-range", 422),
+        ("not-calibrated", 409),
+        ("not-connected", 503),
+        ("busy", 409),
+        ("stopped", 409),
+        ("cancelled", 409),
+        ("timeout", 504),
+        ("device-fault", 502),
+        ("not-found", 404),
+    ],
+)
+def test_statuses_are_those_that_programs_rely_on(slug: str, status: int) -> None:
+    assert [kind.status for kind in KINDS.values() if kind.slug == slug] == [status]
+
+
+def test_problem_carries_what_the_error_knows() -> None:
+    error = OutOfRange("too far", asked="11 degrees", found="10 degrees", remedy="look elsewhere")
+    assert problem_of(error).document(instance="/here") == {
+        "type": "/problems/out-of-range",
+        "title": "The rig cannot do that",
+        "status": 422,
+        "detail": "too far",
+        "instance": "/here",
+        "asked": "11 degrees",
+        "found": "10 degrees",
+        "remedy": "look elsewhere",
+    }
+
+
+def test_unknown_parts_are_left_out() -> None:
+    assert problem_of(Timeout("late")).document().keys() == {"type", "title", "status", "detail"}
+
+
+def test_subclass_of_an_error_is_its_parents_problem() -> None:
+    class Slow(Timeout):
+        pass
+
+    assert problem_of(Slow("late")).kind.slug == "timeout"
+
+
+def test_builtin_error_shows_nothing_of_itself() -> None:
+    problem = problem_of(KeyError("password"))
+    assert problem.kind.status == 500
+    assert "password" not in str(problem.document())
+
+
+def test_long_text_is_shortened_in_the_explanation() -> None:
+    failure = {
+        "loc": ("body", "label"),
+        "type": "string_too_long",
+        "ctx": {"max_length": 80},
+        "input": "x" * 500,
+    }
+    words = explain_validation([failure])
+    assert words.remedy == "Send text no longer than 80 characters as label."
+    assert len(words.detail) < 120
+
+
+def test_all_failures_of_a_request_are_told() -> None:
+    failures = [{"loc": ("body", name), "type": "missing", "input": {}} for name in ("x_px", "y_px")]
+    assert explain_validation(failures).detail == "x_px is missing. y_px is missing."

@@ -1,0 +1,110 @@
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_server.runtime import events as events_module
+from foveacam_server.runtime.events import Event, EventLog, Level
+from foveacam_server.runtime.store import Store
+
+PATIENCE_S = 10.0
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Iterator[EventLog]:
+    with Store(tmp_path) as store:
+        found = EventLog(store)
+        yield found
+        found.close()
+
+
+async def take(log: EventLog, count: int, last_id: int | None = None) -> list[Event]:
+    """Return the next `count` events; emit two of them once the listener listens."""
+    stream = log.listen(last_id)
+    found: list[Event] = []
+    asyncio.get_running_loop().call_later(0.0, lambda: [log.emit("k", "live 1"), log.emit("k", "live 2")])
+    async with asyncio.timeout(PATIENCE_S):
+        async for event in stream:
+            found.append(event)
+            if len(found) == count:
+                break
+    return found
+
+
+def test_event_carries_kind_level_and_data(log: EventLog) -> None:
+    event = log.emit("device.fault", "wide: gone", level=Level.ERROR, data={"device": "wide"})
+    document = event.document()
+    assert (document["kind"], document["level"], document["data"]) == (
+        "device.fault",
+        "error",
+        {"device": "wide"},
+    )
+
+
+def test_listener_hears_what_comes_and_nothing_older(log: EventLog) -> None:
+    log.emit("k", "old")
+    assert [event.message for event in asyncio.run(take(log, 2))] == ["live 1", "live 2"]
+
+
+def test_listener_continues_where_it_left_off(log: EventLog) -> None:
+    seen = log.emit("k", "seen")
+    log.emit("k", "missed")
+    found = asyncio.run(take(log, 3, last_id=seen.id))
+    assert [event.message for event in found] == ["missed", "live 1", "live 2"]
+
+
+def test_replay_reaches_back_past_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Store(tmp_path) as store:
+        first = EventLog(store)
+        for n in range(50):
+            first.emit("k", str(n))
+        first.close()
+        monkeypatch.setattr(events_module, "RING", 5)
+        again = EventLog(store)
+        replayed = again.after(10)
+        again.close()
+    assert [event.id for event in replayed] == list(range(11, 51))
+
+
+def test_ids_go_on_after_a_restart(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        first = EventLog(store)
+        last = first.emit("k", "before")
+        first.close()
+        again = EventLog(store)
+        following = again.emit("k", "after")
+        again.close()
+    assert following.id == last.id + 1
+
+
+def test_listener_that_is_too_slow_is_cut_off_and_nobody_waits_for_it(
+    log: EventLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(events_module, "BACKLOG", 3)
+
+    async def listen() -> int:
+        stream = log.listen(0)
+        log.emit("k", "first")
+        first = await anext(stream)
+        for n in range(10):
+            log.emit("k", str(n))
+        await asyncio.sleep(0)  # the loop hands all ten over at once
+        heard = 0
+        async with asyncio.timeout(PATIENCE_S):
+            async for _ in stream:
+                heard += 1
+        assert first.message == "first"
+        return heard
+
+    assert asyncio.run(listen()) < 10
+
+
+def test_hanging_up_ends_every_listener(log: EventLog) -> None:
+    async def listen() -> list[Event]:
+        stream = log.listen()
+        asyncio.get_running_loop().call_later(0.0, log.hang_up)
+        async with asyncio.timeout(PATIENCE_S):
+            return [event async for event in stream]
+
+    assert asyncio.run(listen()) == []

@@ -1,0 +1,260 @@
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import (
+    PARKED,
+    Busy,
+    Cancelled,
+    DeviceFault,
+    InvalidInput,
+    MirrorVolts,
+    MonotonicClock,
+    NotConnected,
+    StereoVolts,
+    Stopped,
+    Timeout,
+)
+from foveacam_server.runtime.command_queue import LENGTH
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.live_views import LiveRates
+from foveacam_server.runtime.rig_status import RigState
+from foveacam_server.runtime.stop import StopSwitch
+from foveacam_server.runtime.store import Store
+
+from .fake_rig import FakeRig, Pictures
+
+PATIENCE_S = 10.0
+THERE = StereoVolts(left=MirrorVolts(x_v=50.0, y_v=0.0), right=MirrorVolts(x_v=40.0, y_v=0.0))
+
+
+class Setup:
+    """A hardware thread on a fake rig."""
+
+    def __init__(self, folder: Path) -> None:
+        self.store = Store(folder)
+        self.events = EventLog(self.store)
+        self.clock = MonotonicClock()
+        self.rig = FakeRig(self.clock)
+        self.pictures = Pictures()
+        self.hardware = HardwareThread(
+            lambda: self.rig,
+            sink=self.pictures,
+            events=self.events,
+            clock=self.clock,
+            overlay=lambda _gaze: None,
+            limits=LiveRates(wide_hz=100.0, fovea_hz=60.0),
+        )
+
+    def start(self) -> HardwareThread:
+        self.hardware.start()
+        assert self.hardware.wait_open(PATIENCE_S)
+        return self.hardware
+
+    def wait_for(self, kind: str) -> dict[str, object]:
+        done = threading.Event()
+        while not done.wait(0.01):
+            for event in self.events.recent(200):
+                if event.kind == kind:
+                    return event.data
+        raise AssertionError(kind)
+
+
+@pytest.fixture
+def setup(tmp_path: Path) -> Iterator[Setup]:
+    found = Setup(tmp_path)
+    yield found
+    if found.rig.head.hold is not None:
+        found.rig.head.hold.set()
+    found.hardware.close()
+    found.events.close()
+    found.store.close()
+
+
+def never() -> bool:
+    return False
+
+
+def test_views_live_while_nobody_works(setup: Setup) -> None:
+    setup.start()
+    for view in ("wide", "left", "right"):
+        setup.pictures.wait_for_more(view, more=3)
+
+
+def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(setup: Setup) -> None:
+    hardware = setup.start()
+    with hardware.session("a job", cancelled=never) as head:
+        hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
+        before = setup.pictures.counts.get("left", 0)
+        for _ in range(3):
+            head.look(THERE)
+        assert setup.pictures.counts["left"] == before + 3
+    assert hardware.gaze == THERE
+
+
+def test_second_session_is_refused_and_names_the_first(setup: Setup) -> None:
+    hardware = setup.start()
+    with hardware.session("the first", cancelled=never):
+        with pytest.raises(Busy, match="the first is using the rig"), hardware.session("b", cancelled=never):
+            pass
+        with pytest.raises(Busy, match="the first is using the rig"):
+            hardware.steer(THERE)
+    hardware.steer(THERE).result(PATIENCE_S)
+
+
+def test_cancelled_session_looks_no_more(setup: Setup) -> None:
+    hardware = setup.start()
+    with hardware.session("a job", cancelled=lambda: True) as head, pytest.raises(Cancelled):
+        head.look(THERE)
+
+
+def test_full_queue_is_busy(setup: Setup) -> None:
+    hardware = setup.start()
+    setup.rig.head.hold = threading.Event()
+    with hardware.session("a job", cancelled=never):
+        first = hardware.look(THERE)
+        assert setup.rig.head.looking.wait(PATIENCE_S)
+        waiting = []
+        with pytest.raises(Busy, match="commands waiting"):
+            for _ in range(LENGTH + 2):
+                waiting.append(hardware.submit(lambda rig: rig.name))
+        setup.rig.head.hold.set()
+        first.result(PATIENCE_S)
+        assert waiting[-1].result(PATIENCE_S) == "Fake rig"
+
+
+def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: Setup) -> None:
+    hardware = setup.start()
+    setup.rig.head.hold = threading.Event()
+    with hardware.session("a job", cancelled=never):
+        setup.rig.head.looking.clear()
+        look = hardware.look(THERE)
+        assert setup.rig.head.looking.wait(PATIENCE_S)
+        assert hardware.halt()
+        assert setup.rig.mirrors.commands[-1] == "park"
+        setup.rig.head.hold.set()  # the look moves the mirrors after the stop ...
+        look.result(PATIENCE_S)
+        hardware.submit(lambda rig: None).result(PATIENCE_S)
+    assert setup.rig.mirrors.commands[-2:] == ["steer", "park"]  # ... and is parked again
+    assert setup.rig.mirrors.volts == PARKED
+    assert hardware.gaze == PARKED
+
+
+def test_nothing_moves_until_the_stop_is_released(setup: Setup) -> None:
+    hardware = setup.start()
+    hardware.halt()
+    with pytest.raises(Stopped, match="DELETE /api/v1/stop"):
+        hardware.steer(THERE)
+    with hardware.session("a job", cancelled=never) as head, pytest.raises(Stopped):
+        head.look(THERE)
+    assert hardware.status.state is RigState.STOPPED
+    hardware.resume()
+    assert hardware.steer(THERE).result(PATIENCE_S) == THERE
+
+
+def test_lost_controller_is_told_and_the_mirrors_are_parked_when_it_returns(setup: Setup) -> None:
+    hardware = setup.start()
+    hardware.steer(THERE).result(PATIENCE_S)
+    setup.rig.mirrors.lost = True
+    assert setup.wait_for("device.fault")["device"] == "mirrors"
+    assert hardware.status.state is RigState.DEGRADED
+    with pytest.raises(NotConnected, match="plug it in"):
+        hardware.steer(THERE)
+    setup.pictures.wait_for_more("wide")  # the wide view goes on
+    setup.rig.mirrors.commands.clear()
+    setup.rig.mirrors.lost = False
+    assert setup.wait_for("device.recovered") == {"device": "mirrors"}
+    assert setup.rig.mirrors.commands[0] == "park"
+    assert hardware.status.problems == ()
+
+
+def test_one_late_answer_is_nobodys_fault_yet(setup: Setup) -> None:
+    hardware = setup.start()
+    with hardware.session("a job", cancelled=never) as head:
+        setup.rig.head.failure = Timeout("a packet was lost")
+        with pytest.raises(Timeout):
+            head.look(THERE)
+        setup.rig.head.failure = None
+        head.look(THERE)
+    assert hardware.status.problems == ()
+
+
+def test_camera_that_does_not_deliver_is_named(setup: Setup) -> None:
+    hardware = setup.start()
+    setup.rig.head.failure = DeviceFault("camera right: exposure 5 was triggered and no frame came")
+    assert setup.wait_for("device.fault")["device"] == "right"
+    setup.rig.head.failure = None
+    assert setup.wait_for("device.recovered") == {"device": "right"}
+    assert hardware.status.state is RigState.READY
+
+
+def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: Setup) -> None:
+    hardware = setup.start()
+    setup.rig.wide.failure = NotConnected("camera wide: unplugged")
+    setup.wait_for("device.fault")
+    setup.pictures.watching.clear()
+    reconnected = threading.Event()
+    connect = setup.rig.connect
+
+    def connecting() -> None:
+        connect()
+        reconnected.set()
+
+    setup.rig.connect = connecting  # type: ignore[method-assign]
+    assert reconnected.wait(PATIENCE_S)
+    assert [problem.device for problem in hardware.status.problems] == ["wide"]
+    setup.rig.wide.failure = None
+    assert setup.wait_for("device.recovered") == {"device": "wide"}
+
+
+def test_rig_that_cannot_be_opened_is_a_problem_and_not_the_end(tmp_path: Path) -> None:
+    def broken() -> FakeRig:
+        raise InvalidInput("rig file: unknown key 'mirors'", remedy="correct the key")
+
+    with Store(tmp_path) as store:
+        events = EventLog(store)
+        hardware = HardwareThread(
+            broken,
+            sink=Pictures(),
+            events=events,
+            clock=MonotonicClock(),
+            overlay=lambda _gaze: None,
+            limits=LiveRates(),
+        )
+        hardware.start()
+        assert hardware.wait_open(PATIENCE_S)
+        problem = hardware.status.problems[0]
+        with pytest.raises(NotConnected, match="mirors"):
+            hardware.submit(lambda rig: None)
+        hardware.close()
+        events.close()
+    assert (problem.device, problem.remedy) == ("rig", "correct the key")
+
+
+def test_closing_releases_the_rig_and_refuses_what_waits(setup: Setup) -> None:
+    hardware = setup.start()
+    hardware.close()
+    assert setup.rig.closed.is_set()
+    with pytest.raises(NotConnected):
+        hardware.submit(lambda rig: None)
+
+
+def test_stop_answers_even_when_the_mirrors_do_not(setup: Setup) -> None:
+    hardware = setup.start()
+    cancelled: list[str] = []
+    stop = StopSwitch(hardware, cancel_jobs=cancelled.append, events=setup.events)
+    setup.rig.mirrors.lost = True
+    assert not stop.engage("a test")
+    assert stop.state.engaged
+    assert cancelled == ["the stop was engaged"]
+    assert not stop.release("a test").engaged
+
+
+def test_stop_keeps_who_engaged_it_first(setup: Setup) -> None:
+    stop = StopSwitch(setup.start(), cancel_jobs=lambda _reason: None, events=setup.events)
+    stop.engage("Ada")
+    stop.engage("Bob")
+    assert stop.state.by == "Ada"

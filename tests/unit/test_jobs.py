@@ -1,0 +1,207 @@
+import asyncio
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import Busy, DeviceFault, InvalidInput, MonotonicClock, VirtualClock
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.job_table import Job, JobState, JobTable
+from foveacam_server.runtime.jobs import WAITING, JobContext, JobRunner
+from foveacam_server.runtime.store import Store
+
+PATIENCE_S = 10.0
+
+
+class Bench:
+    """A runner with one kind of job that waits until it is told to go on."""
+
+    def __init__(self, store: Store, clock: VirtualClock) -> None:
+        self.clock = clock
+        self.events = EventLog(store)
+        self.jobs = JobRunner(store, events=self.events, clock=clock)
+        self.running = threading.Event()
+        self.go = threading.Event()
+        self.failure: Exception | None = None
+        self.jobs.handle("wait", self._wait)
+        self.jobs.handle("quick", lambda context: f"/results/{context.job.id}")
+        self.jobs.start()
+
+    def _wait(self, context: JobContext) -> str:
+        self.running.set()
+        assert self.go.wait(PATIENCE_S)
+        if self.failure is not None:
+            raise self.failure
+        context.check()
+        return "/results/waited"
+
+    def end(self, job: Job) -> Job:
+        return asyncio.run(self.jobs.ended(job.id, timeout_s=PATIENCE_S))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with Store(tmp_path) as found:
+        yield found
+
+
+@pytest.fixture
+def bench(store: Store) -> Iterator[Bench]:
+    found = Bench(store, VirtualClock())
+    yield found
+    found.go.set()
+    found.jobs.close()
+    found.events.close()
+
+
+def test_job_runs_to_its_result(bench: Bench) -> None:
+    job = bench.end(bench.jobs.submit("quick", {"n": 1}))
+    assert (job.state, job.result_url) == (JobState.SUCCEEDED, f"/results/{job.id}")
+    assert job.started_utc is not None
+    assert job.ended_utc is not None
+
+
+def test_jobs_run_one_after_the_other(bench: Bench) -> None:
+    first, second = bench.jobs.submit("wait", {}), bench.jobs.submit("quick", {})
+    assert bench.running.wait(PATIENCE_S)
+    assert bench.jobs.get(second.id).state is JobState.QUEUED
+    bench.go.set()
+    bench.end(second)
+    assert bench.jobs.get(first.id).state is JobState.SUCCEEDED
+
+
+def test_failed_job_tells_its_cause_as_a_problem(bench: Bench) -> None:
+    bench.failure = DeviceFault("controller: it broke", found="smoke", remedy="buy another")
+    bench.go.set()
+    job = bench.end(bench.jobs.submit("wait", {}))
+    assert job.state is JobState.FAILED
+    assert job.problem is not None
+    assert job.problem["type"] == "/problems/device-fault"
+    assert (job.problem["detail"], job.problem["remedy"]) == ("controller: it broke", "buy another")
+
+
+def test_error_that_nobody_foresaw_fails_one_job_and_not_the_next(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    bench.failure = ZeroDivisionError("secret")
+    bench.go.set()
+    failed = bench.end(bench.jobs.submit("wait", {}))
+    assert failed.problem is not None
+    assert failed.problem["type"] == "/problems/internal"
+    assert "secret" not in str(failed.problem)
+    assert "secret" in caplog.text
+    assert bench.end(bench.jobs.submit("quick", {})).state is JobState.SUCCEEDED
+
+
+def test_cancelled_while_queued_it_never_starts(bench: Bench) -> None:
+    first, second = bench.jobs.submit("wait", {}), bench.jobs.submit("quick", {})
+    assert bench.running.wait(PATIENCE_S)
+    bench.jobs.cancel(second.id)
+    bench.go.set()
+    ended = bench.end(second)
+    assert (ended.state, ended.started_utc) == (JobState.CANCELLED, None)
+    assert bench.end(first).state is JobState.SUCCEEDED
+
+
+def test_cancelled_while_running_it_ends_at_its_next_step(bench: Bench) -> None:
+    job = bench.jobs.submit("wait", {})
+    assert bench.running.wait(PATIENCE_S)
+    assert bench.jobs.cancel(job.id).state is JobState.CANCELLING
+    bench.go.set()
+    ended = bench.end(job)
+    assert ended.state is JobState.CANCELLED
+    assert ended.problem is not None
+    assert "cancelled on request" in ended.problem["detail"]
+
+
+def test_cancelling_an_ended_job_changes_nothing(bench: Bench) -> None:
+    job = bench.end(bench.jobs.submit("quick", {}))
+    assert bench.jobs.cancel(job.id).state is JobState.SUCCEEDED
+
+
+def test_cancel_all_names_its_reason(bench: Bench) -> None:
+    job = bench.jobs.submit("wait", {})
+    assert bench.running.wait(PATIENCE_S)
+    bench.jobs.cancel_all("the stop was engaged")
+    bench.go.set()
+    problem = bench.end(job).problem
+    assert problem is not None
+    assert "the stop was engaged" in problem["detail"]
+
+
+def test_too_many_waiting_jobs_are_refused(bench: Bench) -> None:
+    bench.jobs.submit("wait", {})
+    assert bench.running.wait(PATIENCE_S)
+    for _ in range(WAITING):
+        bench.jobs.submit("quick", {})
+    with pytest.raises(Busy, match=f"{WAITING} jobs are waiting"):
+        bench.jobs.submit("quick", {})
+
+
+def test_progress_tells_the_time_left_from_the_time_so_far(bench: Bench) -> None:
+    seen: list[float | None] = []
+
+    def count(context: JobContext) -> str:
+        bench.clock.sleep_until_ns(bench.clock.now_ns() + 6_000_000_000)
+        context.progress(3, total=5, note="half way")
+        seen.append(context.job.eta_s)
+        return ""
+
+    bench.jobs.handle("count", count)
+    job = bench.end(bench.jobs.submit("count", {}))
+    assert seen == [4.0]
+    assert (job.done, job.total, job.note) == (3, 5, "half way")
+
+
+def test_same_key_and_request_give_the_same_job(bench: Bench) -> None:
+    first = bench.jobs.submit("quick", {"n": 1}, idempotency_key="k")
+    assert bench.jobs.submit("quick", {"n": 1}, idempotency_key="k").id == first.id
+
+
+def test_same_key_with_another_request_is_refused(bench: Bench) -> None:
+    bench.jobs.submit("quick", {"n": 1}, idempotency_key="k")
+    with pytest.raises(InvalidInput, match="was used for another request"):
+        bench.jobs.submit("quick", {"n": 2}, idempotency_key="k")
+
+
+def test_waiting_for_a_job_gives_up_after_its_time(bench: Bench) -> None:
+    job = bench.jobs.submit("wait", {})
+    assert bench.running.wait(PATIENCE_S)
+    assert asyncio.run(bench.jobs.ended(job.id, timeout_s=0.01)).state is JobState.RUNNING
+
+
+def test_every_change_of_a_job_is_told(bench: Bench) -> None:
+    job = bench.end(bench.jobs.submit("quick", {}))
+    told = [event.data["state"] for event in bench.events.recent(10) if event.data.get("id") == job.id]
+    assert told == ["queued", "running", "succeeded"]
+
+
+def test_unknown_job_is_not_found(bench: Bench) -> None:
+    with pytest.raises(NotFound, match="there is no job job-none"):
+        bench.jobs.get("job-none")
+
+
+def test_restart_fails_what_it_interrupted_and_keeps_what_had_ended(store: Store) -> None:
+    table = JobTable(store)
+    for state in JobState:
+        job = table.add(Job(id=f"job-{state}", kind="quick", request={}))
+        job.state = state
+        table.save(job)
+    events = EventLog(store)
+    jobs = JobRunner(store, events=events, clock=MonotonicClock())
+    states = {job.id: job.state for job in jobs.newest(10)}
+    events.close()
+    assert jobs.interrupted == 3
+    assert states == {
+        "job-queued": JobState.FAILED,
+        "job-running": JobState.FAILED,
+        "job-cancelling": JobState.FAILED,
+        "job-cancelled": JobState.CANCELLED,
+        "job-failed": JobState.FAILED,
+        "job-succeeded": JobState.SUCCEEDED,
+    }
+    problem = jobs.get("job-running").problem
+    assert problem is not None
+    assert "interrupted by a restart" in problem["detail"]

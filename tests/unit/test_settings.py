@@ -1,0 +1,47 @@
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from foveacam_server.settings import Settings, default_data_dir
+
+
+def test_environment_is_read_and_arguments_win(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FOVEACAM_PORT", "9001")
+    monkeypatch.setenv("FOVEACAM_SCENE", "street")
+    settings = Settings(port=9002)
+    assert (settings.port, settings.scene) == (9002, "street")
+
+
+def test_data_goes_where_the_desktop_keeps_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", "/elsewhere")
+    assert default_data_dir() == Path("/elsewhere/foveacam")
+    monkeypatch.delenv("XDG_DATA_HOME")
+    monkeypatch.setenv("HOME", "/home/ada")
+    assert default_data_dir() == Path("/home/ada/.local/share/foveacam")
+
+
+@pytest.mark.parametrize(
+    ("host", "loopback"),
+    [
+        ("127.0.0.1", True),
+        ("127.8.8.8", True),
+        ("::1", True),
+        ("localhost", True),
+        ("0.0.0.0", False),  # noqa: S104 - the case that needs a token
+        ("192.168.1.5", False),
+        ("camera.example", False),
+    ],
+)
+def test_only_this_machine_reaches_a_loopback_address(host: str, loopback: bool) -> None:
+    assert Settings(host=host).loopback is loopback
+
+
+def test_token_is_not_shown_when_settings_are_printed() -> None:
+    assert "correct horse" not in repr(Settings(token="correct horse"))  # type: ignore[arg-type]  # noqa: S106
+
+
+@pytest.mark.parametrize("port", [-1, 65536])
+def test_port_outside_the_range_is_refused(port: int) -> None:
+    with pytest.raises(ValidationError):
+        Settings(port=port)
