@@ -57,10 +57,11 @@ class Server:
     def get(self, path: str) -> dict[str, Any]:  # Any: a JSON document
         return dict(self.send("GET", path).json())
 
-    def send(self, method: str, path: str, body: object = None) -> httpx.Response:
-        return httpx.request(
-            method, f"{self.url}api/v1{path}", json=body, timeout=PATIENCE_S, trust_env=False
-        )
+    def send(
+        self, method: str, path: str, body: object = None, *, headers: dict[str, str] | None = None
+    ) -> httpx.Response:
+        url = f"{self.url}api/v1{path}"
+        return httpx.request(method, url, json=body, headers=headers, timeout=PATIENCE_S, trust_env=False)
 
     def be_idle(self) -> None:
         """Release the stop, cancel what waits or runs, and wait until nothing does."""

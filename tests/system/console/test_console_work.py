@@ -1,0 +1,204 @@
+"""The operator's work: look, read the result, keep targets, stop, and be told what is wrong."""
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Playwright, expect
+
+from .conftest import (
+    ARGUMENTS,
+    CHROMIUM,
+    PHONE,
+    TOUCH,
+    Console,
+    OpenConsole,
+    Server,
+    StartServer,
+    contexts,
+    watched,
+)
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
+BARE_PX = (752.0, 754.0)  # its grey card
+LONG = "A name as long as the rig takes: the third bolt from the left on the flange 80"
+
+
+@pytest.fixture
+def console(open_console: OpenConsole, server: Server) -> Console:
+    server.be_idle()
+    found = open_console(server.url)
+    found.until_live("wide")
+    return found
+
+
+def test_click_ends_with_a_distance_and_its_error(console: Console, server: Server) -> None:
+    console.fixate(*TEXTURED_PX)
+    shown = console.page.locator("[data-role=distance]").inner_text()
+    match = re.fullmatch(r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm", shown)
+    assert match, shown
+    kept = server.send("GET", "/fixations?limit=1").json()[0]
+    assert float(match[1]) == pytest.approx(kept["distance_m"], abs=float(match[2]))
+    assert float(match[2]) == pytest.approx(kept["distance_sigma_m"], rel=0.06)
+    expect(console.page.locator("#fixation .state.good")).to_have_text("Verged")
+    assert console.page.locator(".stepplot circle.along").count() == len(kept["steps"])
+
+
+def test_patch_without_texture_is_told_in_words(console: Console) -> None:
+    console.fixate(*BARE_PX)
+    expect(console.page.locator("#fixation .state.warn")).to_have_text("No texture here")
+    assert len(console.page.locator("#fixation .lead").inner_text()) > 20
+    assert console.page.locator("[data-role=distance]").count() == 0
+
+
+def test_escape_cancels_the_fixation_that_runs(console: Console) -> None:
+    console.click(*TEXTURED_PX)
+    console.page.locator("#fixation button", has_text="Cancel").and_(
+        console.page.locator(":enabled")
+    ).wait_for()
+    with console.page.expect_response(re.compile("/cancel$")) as cancel:
+        console.page.keyboard.press("Escape")
+    assert cancel.value.ok
+
+
+def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Console, server: Server) -> None:
+    console.fixate(*TEXTURED_PX)
+    row = console.page.locator(".targets li").first
+    row.wait_for()
+    row.get_by_role("textbox").fill(LONG)
+    with console.page.expect_response(lambda answer: answer.request.method == "PATCH"):
+        row.get_by_role("textbox").press("Enter")
+    assert console.overflow_px() <= 0
+    with console.page.expect_response(re.compile(r"/targets/.*/fixate$")) as again:
+        row.get_by_role("button", name="Look again").click()
+    assert again.value.status == 202
+    count = console.page.locator(".targets li").count()
+    row.get_by_role("button", name="Delete").click()
+    expect(console.page.locator(".targets li")).to_have_count(count - 1)
+    console.page.get_by_role("button", name="Undo").click()
+    expect(console.page.locator(".targets li")).to_have_count(count)
+    assert LONG in [target["label"] for target in server.send("GET", "/targets").json()]
+
+
+def test_space_stops_even_with_a_button_focused_and_moving_is_refused_until_released(
+    console: Console, server: Server
+) -> None:
+    console.page.get_by_role("button", name="Help").focus()
+    console.page.keyboard.press("Space")
+    console.page.locator("#stopped", has_text="parked").wait_for()
+    assert server.get("/stop")["engaged"] is True
+    assert console.page.locator("dialog[open]").count() == 0
+    console.click(*TEXTURED_PX)
+    toast = console.page.locator(".toast")
+    toast.get_by_role("button", name="Release the stop").click()
+    console.page.locator("#stopped").wait_for(state="hidden")
+    assert server.get("/stop")["engaged"] is False
+
+
+def test_space_in_a_name_is_a_space(console: Console, server: Server) -> None:
+    console.fixate(*TEXTURED_PX)
+    name = console.page.locator(".targets li").first.get_by_role("textbox")
+    name.fill("two")
+    name.press("Space")
+    assert name.input_value() == "two "
+    assert server.get("/stop")["engaged"] is False
+
+
+def test_refused_click_names_who_has_control_and_is_counted(console: Console, server: Server) -> None:
+    grant = server.send("POST", "/lease", {"holder": "Grace"}).json()
+    try:
+        console.click(*TEXTURED_PX)
+        toast = console.page.locator(".toast")
+        expect(toast).to_contain_text("Grace")
+        expect(toast.locator(".remedy")).not_to_be_empty()
+        console.until_live("wide")  # longer than a double click
+        console.click(700.0, 500.0)
+        expect(toast).to_contain_text("×2")
+        expect(console.page.locator(".badge.button")).to_have_text("Grace has control")
+    finally:
+        server.send("DELETE", "/lease", headers={"X-Lease": grant["token"]})
+
+
+def test_control_is_taken_and_given_back(console: Console, server: Server) -> None:
+    console.page.get_by_role("button", name="Control is free").click()
+    console.page.get_by_label("Your name").fill("Ada")
+    console.page.get_by_role("button", name="Take control").click()
+    expect(console.page.locator(".badge.mine")).to_have_text("You have control")
+    assert server.get("/lease")["holder"] == "Ada"
+    console.page.keyboard.press("Escape")
+    console.fixate(*TEXTURED_PX)
+    console.page.locator(".badge.mine").click()
+    console.page.get_by_role("button", name="Give it back").click()
+    expect(console.page.locator(".badge.button")).to_have_text("Control is free")
+
+
+def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConsole, server: Server) -> None:
+    grounds = {}
+    for scheme in ("dark", "light"):
+        console = open_console(server.url, options={"color_scheme": scheme})
+        grounds[scheme] = console.page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert grounds["dark"] != grounds["light"]
+    console.page.get_by_role("button", name="Dark or light").click()
+    assert console.page.evaluate("getComputedStyle(document.body).backgroundColor") == grounds["dark"]
+
+
+@pytest.mark.parametrize("path", ["", "view"])
+def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, server: Server, path: str) -> None:
+    phone = open_console(server.url + path, options=TOUCH)
+    phone.until_live("wide", "left")
+    assert phone.overflow_px() <= 0
+    stop = phone.page.locator("#stop").bounding_box()
+    assert stop is not None
+    assert stop["x"] + stop["width"] <= PHONE["width"]
+    assert stop["y"] + stop["height"] <= PHONE["height"]
+
+
+def test_help_and_settings_open_by_key_and_close_by_escape(console: Console) -> None:
+    console.page.keyboard.press("?")
+    expect(console.page.locator("dialog[open]")).to_contain_text("STOP: park the mirrors now")
+    console.page.keyboard.press("Escape")
+    expect(console.page.locator("dialog[open]")).to_have_count(0)
+    console.page.keyboard.press("i")
+    expect(console.page.locator(".pane-wide .rate")).to_be_hidden()
+
+
+def test_missing_devices_are_named_with_their_remedy(
+    open_console: OpenConsole, serve: StartServer, tmp_path: Path
+) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        'kind = "serial"\nrig_id = "bench-two"\nname = "Bench two"\n[mirrors]\nport = "/dev/ttyNOWHERE"\n'
+    )
+    console = open_console(serve("--rig", str(rig)).url)
+    problems = console.page.locator("#problems")
+    expect(problems).to_contain_text("/dev/ttyNOWHERE")
+    expect(console.page.locator(".pane-wide .notice")).to_contain_text("No wide camera")
+    expect(console.page.locator(".badge.warn").first).to_have_text("Degraded")
+    console.page.locator("#rig tr.missing").first.wait_for()
+
+
+def test_page_without_webgl_says_so_and_works(
+    playwright: Playwright, server: Server, browser: Browser
+) -> None:
+    server.be_idle()
+    plain = playwright.chromium.launch(executable_path=CHROMIUM, args=[*ARGUMENTS, "--disable-3d-apis"])
+    try:
+        with contexts(plain, {"scene": True}, {}) as context:
+            console = watched(context.new_page())
+            console.page.goto(server.url)
+            console.page.get_by_text("this browser has no WebGL").wait_for()
+            console.until_live("wide", "left", "right")
+            console.fixate(*TEXTURED_PX)
+            console.page.locator("#scene a", has_text="PLY").wait_for()
+            assert console.errors == []
+    finally:
+        plain.close()
+
+
+def test_3d_pane_loads_beside_the_views(open_console: OpenConsole, server: Server) -> None:
+    console = open_console(server.url, settings={"scene": True})
+    frame = console.page.frame_locator("#scene iframe")
+    frame.locator("canvas[data-engine]").wait_for()
+    console.until_live("wide", "left", "right")
