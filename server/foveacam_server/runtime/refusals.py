@@ -1,0 +1,47 @@
+"""Why the rig will not move or look now, each in words that name the remedy."""
+
+from collections.abc import Sequence
+
+from foveacam_hardware.contract import Busy, NotConnected, Stopped
+from foveacam_server.runtime.rig_status import DeviceProblem
+
+
+def stopped() -> Stopped:
+    """Return the refusal while the stop is engaged."""
+    return Stopped(
+        "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
+        asked="move the mirrors",
+        found="the stop is engaged",
+        remedy="release the stop: DELETE /api/v1/stop",
+    )
+
+
+def in_use(asked: str, holder: str) -> Busy:
+    """Return the refusal while a job has the rig to itself."""
+    return Busy(
+        f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
+        asked=asked,
+        found=f"{holder} is using the rig",
+        remedy="wait for it, or cancel its job",
+    )
+
+
+def missing(problem: DeviceProblem) -> NotConnected:
+    """Return the refusal while a device is missing."""
+    return NotConnected(
+        f"{problem.device}: {problem.detail}; {problem.remedy}",
+        asked="use the rig",
+        found=f"{problem.device}: {problem.detail}",
+        remedy=problem.remedy,
+    )
+
+
+def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
+    """Return the refusal while there is no rig: it could not be opened, or is still opening."""
+    if problems:
+        return missing(problems[0])
+    return NotConnected(
+        "the rig is still opening; try again in a moment",
+        found="the rig is still opening",
+        remedy="try again in a moment",
+    )
