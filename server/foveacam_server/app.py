@@ -6,6 +6,7 @@ from contextlib import ExitStack, asynccontextmanager
 
 from fastapi import FastAPI
 
+from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__, errors
 from foveacam_server.api import (
     calibrations,
@@ -55,7 +56,12 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with ExitStack() as stack:
-            app.state.services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
+            try:
+                services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
+            except FoveaError as error:
+                app.state.failure = error  # for whoever runs the server: a reason for people, no traceback
+                raise
+            app.state.services = services
             yield
             # Closing joins threads that may still hand work to this loop, so the loop must keep turning
             await asyncio.to_thread(stack.pop_all().close)

@@ -1,14 +1,15 @@
 """`foveacam serve`: checks what was asked, compiles the renderer, listens, and says where."""
 
 import asyncio
-import contextlib
+import logging
 import socket
-import sys
 
 import uvicorn
+from fastapi import FastAPI
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.app import create_app
 from foveacam_server.runtime.opening import rig_config
@@ -41,7 +42,9 @@ class _Greeting(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop, after ending the streams, which never end by themselves."""
         if self.started:
-            self._services().streams.end()
+            services = self._services()
+            services.streams.end()
+            services.events.hang_up()
         await super().shutdown(sockets)
 
     async def _greet(self) -> None:
@@ -91,10 +94,20 @@ def run_server(settings: Settings, *, console: Console) -> None:
             services=_Later(app.state),
             console=console,
         )
-        with contextlib.suppress(KeyboardInterrupt):
+        log = logging.getLogger("uvicorn.error")
+        log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
+        try:
             server.run(sockets=[listener])
-    if not server.started:
-        sys.exit(3)
+        except KeyboardInterrupt:
+            return  # how a person ends it
+        except SystemExit as ended:  # how uvicorn tells that the application did not start
+            raise _failure(app) or ended from None
+
+
+def _failure(app: FastAPI) -> FoveaError | None:
+    """Return why the application could not start."""
+    found = getattr(app.state, "failure", None)
+    return found if isinstance(found, FoveaError) else None
 
 
 def _check_simulation(config: SimulatedRigConfig) -> None:

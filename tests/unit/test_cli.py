@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_server import __version__, benches, cli
+from foveacam_server.runtime.store import Store
 from foveacam_server.settings import Settings
 
 
@@ -138,6 +139,17 @@ def test_bench_prints_a_table_for_people(
     monkeypatch.setattr(benches, "run_bench", lambda name, *, quick, silent: {"rtt_p50_ms": 0.51234})
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
+
+
+def test_data_folder_of_another_server_is_named_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    monkeypatch.setattr("foveacam_server.serving._compile_renderer", lambda console: None)
+    with Store(data):
+        assert run(monkeypatch, "serve", "--port", "0") == 1
+    line = one_line(capsys)
+    assert str(data) in line
+    assert "--data" in line
 
 
 def test_error_that_nobody_foresaw_is_one_line_too(
