@@ -12,7 +12,8 @@ const MINUS = "−";
  */
 export function number(value, decimals) {
   if (value === null || value === undefined || !Number.isFinite(value)) return MISSING;
-  return value.toFixed(decimals).replace("-", MINUS);
+  const digits = value.toFixed(decimals);
+  return Number(digits) === 0 ? digits.replace("-", "") : digits.replace("-", MINUS);
 }
 
 /**
@@ -44,7 +45,8 @@ export function distanceText(value_m, sigma_m) {
  */
 export function angle(value_deg, decimals = 2) {
   if (value_deg === null || value_deg === undefined || !Number.isFinite(value_deg)) return MISSING;
-  return `${value_deg < 0 ? MINUS : "+"}${Math.abs(value_deg).toFixed(decimals)}°`;
+  const digits = number(value_deg, decimals);
+  return `${digits.startsWith(MINUS) ? "" : "+"}${digits}°`;
 }
 
 /**
@@ -115,8 +117,13 @@ export const ENDS = Object.freeze(
   }),
 );
 
-/** @param {string} word */
-export function words(word) {
-  const text = word.replaceAll("_", " ");
-  return text.charAt(0).toUpperCase() + text.slice(1);
+/**
+ * The server's words as a sentence: a capital in front, a full stop behind.
+ * @param {string | null | undefined} text
+ */
+export function sentence(text) {
+  const trimmed = text?.trim() ?? "";
+  if (trimmed === "") return "";
+  const begun = trimmed.charAt(0).toUpperCase() + trimmed.slice(1);
+  return /[.!?…]$/.test(begun) ? begun : `${begun}.`;
 }

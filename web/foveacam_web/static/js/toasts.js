@@ -1,6 +1,7 @@
 // Short messages at the corner: what happened, why, and what to do. Equal ones are counted, not piled up.
 
 import { fill, h } from "./dom.js";
+import { sentence } from "./format.js";
 import { icon } from "./icons.js";
 
 /**
@@ -61,8 +62,8 @@ export class Toasts {
       icon(tone === "info" ? "info" : tone === "good" ? "check" : "warn"),
       h("div", { class: "body" },
         h("strong", {}, title, " ", counter),
-        detail && h("p", { text: detail }),
-        remedy && h("p", { class: "remedy", text: remedy }),
+        detail && h("p", { text: sentence(detail) }),
+        remedy && h("p", { class: "remedy", text: sentence(remedy) }),
         action && h("button", { type: "button", class: "plain", text: action.label, on: { click: () => this.#act(key, action) } })),
       h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => this.#close(key) } }, icon("close")));
     const timer = setTimeout(() => this.#close(key), stay_ms);

@@ -1,7 +1,7 @@
 // The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
 
 import { fill, h, say } from "../dom.js";
-import { angle, distance, distanceText, ENDS, millis, MISSING, number } from "../format.js";
+import { angle, distance, distanceText, ENDS, millis, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { drawSteps } from "./stepplot.js";
 
@@ -79,8 +79,8 @@ function running(current, commands) {
 function failed({ problem }) {
   return [
     title("bad", problem?.title ?? "Failed"),
-    h("p", { class: "lead", text: problem?.detail ?? "The server did not say why." }),
-    problem?.remedy ? h("p", { class: "remedy", text: problem.remedy }) : null,
+    h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
+    problem?.remedy ? h("p", { class: "remedy", text: sentence(problem.remedy) }) : null,
   ];
 }
 
@@ -94,7 +94,7 @@ function ended(fixation) {
     measured
       ? h("p", { class: "big", data: { role: "distance" } }, h("span", { class: "value", text: value }), sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }), h("span", { class: "unit", text: ` ${unit}` }))
       : null,
-    fixation.reason ? h("p", { class: "lead", text: fixation.reason }) : null,
+    fixation.reason ? h("p", { class: "lead", text: sentence(fixation.reason) }) : null,
     measured || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
     numbers(fixation),
     fixation.cloud_id ? downloads(fixation.cloud_id) : null,

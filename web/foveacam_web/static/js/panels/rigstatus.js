@@ -87,7 +87,7 @@ function mirrorRows(mirrors, { overlay }) {
     ["Vergence", verge],
     ["Round trip", `${millis(mirrors.rtt_p50_ms)} median, ${millis(mirrors.rtt_p99_ms)} p99`],
     ["Packets", `${count(mirrors.tx_packets)} out, ${count(mirrors.rx_packets)} in, ${count(mirrors.bad_packets)} bad`],
-    ["Clock offset", millis(mirrors.clock_offset_ms)],
+    ["Clock offset", mirrors.clock_offset_ms === null ? MISSING : `${number(mirrors.clock_offset_ms / 1000, 6)} s`],
   ];
 }
 

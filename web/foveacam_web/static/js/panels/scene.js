@@ -9,7 +9,8 @@ import { icon } from "../icons.js";
  * @typedef {import("../types.js").TargetDocument} TargetDocument
  */
 
-const CLOSEST_M = 0.6;
+const CLOSEST_M = 0.2;
+const PART_OF_THE_WAY = 0.1; // a fovea's field is 1/20 of the distance wide: from here it fills half of the pane
 
 /** The 3D pane of the console. */
 export class Scene {
@@ -103,7 +104,7 @@ function sceneUrl({ settings }, point_rig_m) {
   if (dark) url.searchParams.set("darkMode", "");
   if (point_rig_m) {
     const reach = Math.hypot(...point_rig_m);
-    const back = Math.max(CLOSEST_M, reach * 0.2) / reach;
+    const back = Math.max(CLOSEST_M, reach * PART_OF_THE_WAY) / reach;
     url.searchParams.set("initialCameraPosition", point_rig_m.map((at) => (at * (1 - back)).toFixed(4)).join(","));
     url.searchParams.set("initialCameraUp", "0,-1,0");
     url.searchParams.set("initialCameraLookAt", point_rig_m.map((at) => at.toFixed(4)).join(","));

@@ -1,7 +1,7 @@
 // The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
 
 import { fill, h, say } from "../dom.js";
-import { baseline, clockTime, number, span } from "../format.js";
+import { baseline, clockTime, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
@@ -131,6 +131,7 @@ export function mountProblems(strip, store) {
     const problems = rig?.problems ?? [];
     strip.hidden = problems.length === 0;
     fill(strip, icon("warn"), h("ul", {}, problems.map((problem) =>
-      h("li", {}, h("b", { text: problem.device }), ` ${problem.detail} `, problem.remedy && h("span", { class: "remedy", text: problem.remedy })))));
+      h("li", {}, problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
+        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: sentence(problem.remedy) })))));
   });
 }

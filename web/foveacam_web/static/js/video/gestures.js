@@ -16,6 +16,7 @@ const SLACK_PX = 4; // a press that moves less is a click
 const TOUCH_SLACK_PX = 10;
 const LONG_PRESS_MS = 420;
 const DOUBLE_MS = 350;
+const DOUBLE_PX = 12; // two quick clicks further apart are two targets
 const WHEEL_STEP = 0.0022;
 
 /** One surface's gestures. */
@@ -29,7 +30,8 @@ export class Gestures {
   /** @type {Point} */
   #from = { x: 0, y: 0 };
   #held = 0;
-  #last_click_ms = 0;
+  /** @type {{at: Point, t_ms: number} | null} */
+  #last_click = null;
 
   /**
    * @param {HTMLElement} surface
@@ -152,9 +154,10 @@ export class Gestures {
 
   /** @param {PointerEvent} event */
   #click(event) {
-    const soon = event.timeStamp - this.#last_click_ms < DOUBLE_MS;
-    this.#last_click_ms = soon ? 0 : event.timeStamp;
-    if (soon) this.#mean.fit();
+    const last = this.#last_click;
+    const double = last && event.timeStamp - last.t_ms < DOUBLE_MS && apart(last.at, this.#from) < DOUBLE_PX;
+    this.#last_click = double ? null : { at: this.#from, t_ms: event.timeStamp };
+    if (double) this.#mean.fit();
     else this.#mean.click(this.#from); // where it was aimed, not where the finger slipped to
   }
 

@@ -12,6 +12,8 @@ import { fieldOutline } from "./angles.js";
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
 
+const LABEL_PX = { width: 90, height: 13 }; // of two labels closer than this, the newer one stays
+
 /** The drawing over one surface. */
 export class Overlay {
   #field = s("g", { class: "field" });
@@ -68,14 +70,19 @@ export class Overlay {
    */
   drawMarks(viewport, { targets, hidden_targets, selected_target, current, settings }) {
     const kept = settings.marks ? (targets ?? []).filter(({ id }) => !hidden_targets.includes(id)) : [];
-    const marks = kept.map((target) => {
+    const chosen_first = [...kept].sort((a, b) => Number(b.id === selected_target) - Number(a.id === selected_target));
+    /** @type {Point[]} */
+    const labelled = [];
+    const marks = chosen_first.map((target) => {
       if (target.x_px === null || target.y_px === null) return null;
-      return mark({ x: target.x_px, y: target.y_px }, viewport, {
-        kind: target.id === selected_target ? "mark selected" : "mark",
-        label: target.id === selected_target ? `${target.label} ${distanceText(target.distance_m, target.distance_sigma_m)}` : target.label,
-      });
+      const at = viewport.toCss({ x: target.x_px, y: target.y_px });
+      const free = labelled.every((other) => Math.abs(other.x - at.x) > LABEL_PX.width || Math.abs(other.y - at.y) > LABEL_PX.height);
+      if (free) labelled.push(at);
+      const selected = target.id === selected_target;
+      const label = selected ? `${cut(target.label)}  ${distanceText(target.distance_m, target.distance_sigma_m)}` : cut(target.label);
+      return mark(at, selected ? "mark selected" : "mark", free ? label : "");
     });
-    fill(this.#marks, ...marks, ...asked(current?.request ?? null, viewport));
+    fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport));
   }
 
   /**
@@ -147,14 +154,17 @@ function cross({ x, y }, kind, reach) {
 }
 
 /**
- * @param {Point} pixel
- * @param {Viewport} viewport
- * @param {{kind: string, label: string}} look
+ * @param {Point} at CSS px
+ * @param {string} kind
+ * @param {string} label
  */
-function mark(pixel, viewport, { kind, label }) {
-  const { x, y } = viewport.toCss(pixel);
-  const short = label.length > 28 ? `${label.slice(0, 27)}…` : label;
-  return s("g", { class: kind }, s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }), s("text", { x: x + 8, y: y + 4, text: short }));
+function mark({ x, y }, kind, label) {
+  return s("g", { class: kind }, s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }), label && s("text", { x: x + 8, y: y + 4, text: label }));
+}
+
+/** @param {string} label */
+function cut(label) {
+  return label.length > 28 ? `${label.slice(0, 27)}…` : label;
 }
 
 /**

@@ -1,7 +1,7 @@
 // One view in its frame: the canvas, how fresh it is, and what to read when there is no picture.
 
 import { fill, h, say } from "../dom.js";
-import { millis, span } from "../format.js";
+import { millis, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
@@ -22,7 +22,8 @@ export const VIEWS = Object.freeze({
 });
 
 const SILENT_MS = 2500;
-const STILL = new Set(["depth"]); // changes with each fixation, not with each frame
+const STILL = new Set(["anaglyph", "difference", "depth"]); // made when the eyes have looked, not with each frame
+const FLOWING_FPS = 1;
 
 /** The surface of one view; `wide.js` adds its gestures. */
 export class Pane {
@@ -118,7 +119,7 @@ export class Pane {
   #showRate(state, shown) {
     this.readout.hidden = !state.settings.readout;
     if (!shown || shown.count === 0 || state.stream !== "open") say(this.readout, "");
-    else if (STILL.has(this.name)) say(this.readout, span(shown.age_ms / 1000) + " old");
+    else if (STILL.has(this.name) && shown.fps < FLOWING_FPS) say(this.readout, span(shown.age_ms / 1000) + " old");
     else say(this.readout, `${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
   }
@@ -165,13 +166,13 @@ export class Pane {
  */
 function missingCamera(state, roles) {
   const problem = state.rig?.problems.find(({ device }) => roles.some((role) => device.includes(role)));
-  const detail = problem ? [problem.detail, problem.remedy].filter(Boolean).join(" ") : "See the rig's status.";
+  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : "See the rig's status.";
   return { title: `No ${roles.join(" and ")} camera`, detail };
 }
 
 /** @param {ConsoleState} state */
 function missingMirrors(state) {
   const problem = state.rig?.problems.find(({ device }) => /mirror|controller/.test(device));
-  const detail = problem ? [problem.detail, problem.remedy].filter(Boolean).join(" ") : "See the rig's status.";
+  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : "See the rig's status.";
   return { title: "No trigger: the mirror controller is missing", detail };
 }
