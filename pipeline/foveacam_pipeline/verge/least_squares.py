@@ -35,29 +35,33 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class EyeView:
-    """A raw image, its way into the virtual plane, and where in that plane the point should be."""
+class Patch:
+    """One eye's surroundings of the point, float32 with odd sides; the point is in the middle."""
 
-    image: NDArray[np.uint8]
-    plane: NDArray[np.float64]
-    centre_px: NDArray[np.float64]
+    image: NDArray[np.float32]
 
     def cut(
         self, half_px: tuple[int, int], place: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     ) -> NDArray[np.float32]:
-        """Return a window about the centre, (2 hy + 1, 2 hx + 1) float32.
+        """Return the window about the point, (2 hy + 1, 2 hx + 1) float32.
 
         `place`: (x, y) by which it is moved, px, and how much further along x per px along x and along y.
         """
         x, y, along, across = place
-        plane_from_window = np.array(
-            [[1.0 + along, across, self.centre_px[0] + x], [0.0, 1.0, self.centre_px[1] + y], [0.0, 0.0, 1.0]]
+        height, width = self.image.shape
+        middle_x, middle_y = (width - 1) / 2, (height - 1) / 2
+        image_from_window = np.array(
+            [
+                [1.0 + along, across, middle_x + x - (1.0 + along) * half_px[0] - across * half_px[1]],
+                [0.0, 1.0, middle_y + y - half_px[1]],
+            ]
         )
-        to_corner = np.array([[1.0, 0.0, half_px[0]], [0.0, 1.0, half_px[1]], [0.0, 0.0, 1.0]])
-        window = to_corner @ np.linalg.inv(plane_from_window) @ self.plane
-        size = (2 * half_px[0] + 1, 2 * half_px[1] + 1)
-        view = cv2.warpPerspective(
-            self.image, window, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+        view = cv2.warpAffine(
+            self.image,
+            image_from_window,
+            (2 * half_px[0] + 1, 2 * half_px[1] + 1),
+            flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
         )
         return np.asarray(view, dtype=np.float32)
 
@@ -72,21 +76,21 @@ class Placed:
 
 
 def least_squares(
-    left: EyeView,
-    right: EyeView,
+    left: Patch,
+    right: Patch,
     start_px: NDArray[np.float64],
     *,
     window: Window,
-    told: NDArray[np.float64],
+    told_px: NDArray[np.float64],
 ) -> Placed:
-    """Refine a start (right minus left); `told`: (2,) where the row difference is zero on the whole."""
+    """Refine a start (right minus left); `told_px`: (2,) the place at which the rows match."""
     half = (window.half_px, window.half_px)
     axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
     bell = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
     weights = np.outer(bell, bell) / float(bell.sum()) ** 2
     reference = _normalised(left.cut(half), weights)
     state = np.array([*start_px.tolist(), 0.0, 0.0])
-    expected = np.array([0.0, float(told[1]), 0.0, 0.0])
+    expected = np.array([0.0, float(told_px[1]), 0.0, 0.0])
     samples = float(bell.sum()) ** 2
     score, sigma = 0.0, (math.inf, math.inf)
     for count in range(ROUNDS):

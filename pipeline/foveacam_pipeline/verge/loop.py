@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Head, OutOfRange, Sighting
 from foveacam_pipeline.models.calibration import Calibration
@@ -18,12 +17,13 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at, nearest_reach, reaches
 from foveacam_pipeline.verge.distance import Place, triangulate
-from foveacam_pipeline.verge.fine import FineMatch, match_fine
+from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.measure import Measurement, measure
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
-from foveacam_pipeline.verge.survey import Registration, confirm, epipolar_looks, reduce_look, register
+from foveacam_pipeline.verge.survey import Registration, epipolar_looks, reduce_look, register
 from foveacam_pipeline.verge.template import Template, follow
 from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Target, VergeStep
 
@@ -37,10 +37,10 @@ FOLLOW_LEAST_PX = 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Found:
-    """The gazes that bring the patch to both centres."""
+    """The gazes that bring the patch to both centres; the patches, the one that was found first."""
 
     gazes: Gazes
-    template: Template
+    templates: tuple[Template, ...]
     score: float
 
 
@@ -106,7 +106,6 @@ class _Loop:
         self._calibration = calibration
         self._limits = limits
         self._f_px = calibration.fovea_f_px
-        self._zoom = calibration.fovea_f_px / calibration.wide.fx_px
         self._wide_seq = -1
 
     def run(self, aim: Aim) -> _Verged:
@@ -117,8 +116,7 @@ class _Loop:
             templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
-        found = self._find(templates)
-        return self._close(found.gazes, found.template)
+        return self._close(self._find(templates))
 
     def _find(self, templates: tuple[Template, ...]) -> _Found:
         """Look parallel, then farther in along the epipolar line, until both foveae see the patch."""
@@ -137,7 +135,8 @@ class _Loop:
                 continue
             if best is None or found.score > best.score:
                 centred = seen.gazes.moved(found.left, found.right)
-                best = _Found(gazes=centred, template=template, score=found.score)
+                others = tuple(other for other in templates if other is not template)
+                best = _Found(gazes=centred, templates=(template, *others), score=found.score)
             if found.score >= self._limits.sure_score:
                 break
         if best is None:
@@ -175,43 +174,39 @@ class _Loop:
             yield inverse_z
             reached = inverse_z
 
-    def _close(self, gazes: Gazes, template: Template) -> _Verged:
+    def _close(self, found: _Found) -> _Verged:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""
         motion = Motion()
-        phase, doubts = Phase.COARSE, 0
+        gazes, phase, doubts = found.gazes, Phase.COARSE, 0
         while True:
             seen = self._looker.look(gazes, phase)
             phase = Phase.FINE
-            wide = confirm(reduce_look(seen.sighting, self._calibration, f_px=template.f_px), template)
-            centre = (wide.left + wide.right) / 2.0
-            fine = match_fine(seen.sighting, self._calibration, left_tan=wide.left, right_tan=wide.right)
-            residual = np.array([fine.residual_x_px, fine.residual_y_px]) / self._f_px
+            now = measure(seen, found.templates, self._calibration, self._limits)
             self._looker.record(
                 seen,
                 Measured(
-                    score=fine.score, residual_x_px=fine.residual_x_px, residual_y_px=fine.residual_y_px
+                    score=now.fine.score,
+                    residual_x_px=now.fine.residual_x_px,
+                    residual_y_px=now.fine.residual_y_px,
                 ),
             )
-            doubt = verdict.doubt(wide, fine, self._limits, strayed_wide_px=fine.strayed_px / self._zoom)
-            if doubt is not None:
-                doubts += 1
-                if doubts > self._limits.doubtful_looks:
-                    raise doubt
-                if wide.score >= self._limits.confirm_score:
-                    gazes = seen.gazes.moved(wide.left, wide.right)
-                continue
-            doubts = 0
-            target = seen.gazes.moved(centre + residual / 2.0, centre - residual / 2.0)
-            if self._settled(fine, centre):
-                return self._verged(target, fine)
-            ahead = motion.step((target.left + target.right) / 2.0, seen.sighting.left.t_ns)
-            gazes = target.moved(ahead, ahead)
+            half = now.fine.residual_px / (2.0 * self._f_px)
+            target = seen.gazes.moved(now.centre + half, now.centre - half)
+            doubt = verdict.doubt(now, self._limits)
+            if doubt is None and self._settled(now):
+                return self._verged(target, now.fine)
+            doubts = 0 if doubt is None else doubts + 1
+            if doubt is not None and doubts > self._limits.doubtful_looks:
+                raise doubt
+            if doubt is None:
+                ahead = motion.step((target.left + target.right) / 2.0, seen.sighting.left.t_ns)
+                gazes = target.moved(ahead, ahead)
 
-    def _settled(self, fine: FineMatch, centre: NDArray[np.float64]) -> bool:
-        apart_px = abs(fine.residual_x_px)
-        if fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
-            apart_px = max(apart_px, abs(fine.residual_y_px))
-        off_wide_px = float(np.abs(centre).max()) * self._f_px / self._zoom
+    def _settled(self, now: Measurement) -> bool:
+        apart_px = abs(now.fine.residual_x_px)
+        if now.fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
+            apart_px = max(apart_px, abs(now.fine.residual_y_px))
+        off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
         return apart_px <= self._limits.converged_px and off_wide_px <= self._limits.centred_wide_px
 
     def _verged(self, target: Gazes, fine: FineMatch) -> _Verged:

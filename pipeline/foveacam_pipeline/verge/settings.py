@@ -14,16 +14,14 @@ class VergeSettings:
     """Largest left-right residual of a verged fixation along either axis, fovea px."""
     centred_wide_px: float = 1.0
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
-    agree_wide_px: float = 1.5
-    """Largest contradiction between the fovea-to-fovea match and the matches with the wide view, wide px."""
     nearest_m: float = 1.3
     """How near the search along the epipolar line goes."""
     template_half_px: int = 14
     """Half side of the patch of the wide image that a click stands for, wide px."""
     template_growth: float = 1.7
-    """A second, larger patch is tried where the first is not found; as many times as large."""
+    """Where the first patch is not found, others are tried: so many times smaller, and larger."""
     template_half_max_px: int = 40
-    template_half_min_px: int = 10
+    template_half_min_px: int = 8
     template_texture_sigma_px: float = 0.08
     """A patch grows until noise alone would misplace its match by less than this, wide px."""
     no_texture_sigma_px: float = 0.35
@@ -38,9 +36,11 @@ class VergeSettings:
     """How much the rows may differ in which the two eyes find the patch, half wide px."""
     confirm_score: float = 0.35
     """Least correlation with the wide patch while verging."""
+    confirm_share: float = 0.7
+    """Where left and right agree the wide patch must fit at least so well, of its best fit near there."""
     doubtful_looks: int = 2
     """So many doubtful looks in a row are repeated; one more ends the fixation."""
-    fine_score: float = 0.35
+    fine_score: float = 0.5
     """Least correlation between the foveae at the point itself."""
     fine_sigma_px: float = 0.4
     """Largest error of the left-right match by its own noise, fovea px."""

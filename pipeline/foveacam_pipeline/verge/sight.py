@@ -43,7 +43,7 @@ def resolve(target: Target, wide: Intrinsics, limits: VergeSettings) -> Aim:
 def patches_for(
     gray: NDArray[np.uint8], aim: Aim, wide: Intrinsics, limits: VergeSettings
 ) -> tuple[Template, ...]:
-    """Cut the patches to look for, best first: as small as the texture allows, and a larger one.
+    """Cut the patches to look for, best first: as small as the texture allows, then others.
 
     A rectangle says its size itself. Raise OutOfRange when the target is too near to the image's edge.
     """
@@ -69,8 +69,9 @@ def patches_for(
     while template.sigma_px > limits.template_texture_sigma_px and half < largest:
         half = min(largest, round(half * GROWTH))
         template = cut((half, half))
-    wider = min(largest, round(half * limits.template_growth))
-    return (template,) if wider <= half else (template, cut((wider, wider)))
+    others = [round(half / limits.template_growth), round(half * limits.template_growth)]
+    others = [min(largest, max(limits.template_half_min_px, other)) for other in others]
+    return (template, *(cut((other, other)) for other in others if other != half))
 
 
 def _rectangle(target: RectangleTarget, wide: Intrinsics, limits: VergeSettings) -> Aim:

@@ -17,7 +17,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.template import Template, peak, without_shading
+from foveacam_pipeline.verge.template import Template, evened, peak
 
 REDUCTION = 4
 """Whole-number part of the zoom, averaged away before the warp."""
@@ -29,7 +29,7 @@ ROWS_APART_PX = 4.0
 """How much the rows found by the two eyes may differ, survey px."""
 BLUR_SIGMA_PX = 1.0
 """The reduced foveae are sharper than the enlarged wide image; this brings them closer, survey px."""
-CONFIRM_PX = 14
+CONFIRM_PX = 16
 """How far from the centres a verged target is looked for, survey px."""
 ROW_PENALTY = 0.04
 """What a match at the edge of the band loses of its correlation: where rows cannot be told, they match."""
@@ -43,7 +43,7 @@ Scores: TypeAlias = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReducedEye:
-    """One fovea at survey scale: a window of its virtual plane, shading removed, from (u0, v0) px on."""
+    """One fovea at survey scale: a window of its virtual plane, evened out, from (u0, v0) px on."""
 
     image: NDArray[np.float32]
     seen: NDArray[np.float32]
@@ -137,26 +137,63 @@ def register(look: ReducedLook, template: Template, *, slack_px: int = SLACK_PX)
     )
 
 
-def confirm(look: ReducedLook, template: Template) -> Registration:
-    """Return where both foveae see the patch near their centres; the eyes are free of each other here."""
-    places, scores = [], []
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Vicinity:
+    """How well the patch fits about both foveae's centres: two correlation maps, centres in their middles."""
+
+    left: Scores
+    right: Scores
+    f_px: float
+
+    def peaks(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Return where each eye by itself sees the patch, (2,) tangents from its gaze; the weaker score."""
+        (left, left_score), (right, right_score) = (_peak_about(m) for m in (self.left, self.right))
+        return left / self.f_px, right / self.f_px, min(left_score, right_score)
+
+    def given(self, residual: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        """Return where both see it, given left minus right place, all (2,) tangents; and the score."""
+        half = residual * (self.f_px / 2.0)
+        left, right = _moved(self.left, half), _moved(self.right, -half)
+        centre, _ = _peak_about(np.asarray((left + right) / 2.0, dtype=np.float32))
+        row, column = (int(np.clip(round(centre[k]) + CONFIRM_PX, 0, 2 * CONFIRM_PX)) for k in (1, 0))
+        return centre / self.f_px, min(float(left[row, column]), float(right[row, column]))
+
+
+def vicinity(look: ReducedLook, template: Template) -> Vicinity:
+    """Correlate the patch with both foveae about their centres."""
+    maps = []
     for eye in (look.left, look.right):
         half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
         middle_y, middle_x = ((side - 1) // 2 for side in eye.image.shape)
-        top, left = max(0, middle_y - half_y - CONFIRM_PX), max(0, middle_x - half_x - CONFIRM_PX)
-        part = eye.image[top : middle_y + half_y + CONFIRM_PX + 1, left : middle_x + half_x + CONFIRM_PX + 1]
+        reach_y, reach_x = half_y + CONFIRM_PX, half_x + CONFIRM_PX
+        part = cv2.getRectSubPix(
+            eye.image, (2 * reach_x + 1, 2 * reach_y + 1), (float(middle_x), float(middle_y))
+        )
         found = np.nan_to_num(cv2.matchTemplate(part, template.patch, cv2.TM_CCOEFF_NORMED))
-        rows = np.linspace(-1.0, 1.0, found.shape[0], dtype=np.float32)
-        x, y, score = peak(np.asarray(found - ROW_PENALTY * rows[:, None] ** 2, dtype=np.float32))
-        places.append(np.array([left + x + half_x - middle_x, top + y + half_y - middle_y]) / look.f_px)
-        scores.append(score)
-    return Registration(
-        left=places[0],
-        right=places[1],
-        score=min(scores),
-        lead=0.0,
-        rows_apart_px=abs(float(places[0][1] - places[1][1])) * look.f_px,
+        maps.append(np.asarray(found, dtype=np.float32))
+    return Vicinity(left=maps[0], right=maps[1], f_px=look.f_px)
+
+
+def _peak_about(scores: Scores) -> tuple[NDArray[np.float64], float]:
+    """Return the (x, y) of the best place from the middle of a map, survey px, and its score."""
+    rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
+    x, y, score = peak(np.asarray(scores - ROW_PENALTY * rows[:, None] ** 2, dtype=np.float32))
+    return np.array([x - (scores.shape[1] - 1) / 2, y - (scores.shape[0] - 1) / 2]), score
+
+
+def _moved(scores: Scores, shift_px: NDArray[np.float64]) -> Scores:
+    """Return the map whose entry at p is that of `scores` at p + shift, its border continued."""
+    matrix = np.array([[1.0, 0.0, float(shift_px[0])], [0.0, 1.0, float(shift_px[1])]])
+    size = (scores.shape[1], scores.shape[0])
+    moved = cv2.warpAffine(
+        scores,
+        matrix,
+        size,
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=UNSEEN,
     )
+    return np.asarray(moved, dtype=np.float32)
 
 
 def _reduce(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:
@@ -173,9 +210,7 @@ def _reduce(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float
     view = cv2.warpPerspective(small, window, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     seen = cv2.warpPerspective(np.ones_like(small), window, size, flags=cv2.INTER_LINEAR)
     blurred = np.asarray(cv2.GaussianBlur(view, (0, 0), BLUR_SIGMA_PX), dtype=np.float32)
-    return ReducedEye(
-        image=without_shading(blurred), seen=np.asarray(seen, dtype=np.float32), u0_px=u0, v0_px=v0
-    )
+    return ReducedEye(image=evened(blurred), seen=np.asarray(seen, dtype=np.float32), u0_px=u0, v0_px=v0)
 
 
 def _scores(eye: ReducedEye, template: Template) -> tuple[Scores, float, float] | None:

@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.contrast import even
 from foveacam_pipeline.verge.texture import shift_sigma
 
 ENLARGED = 2.0
 """Survey px per wide px: enough for a smooth peak, little enough to be quick."""
-SHADING_SIGMA_PX = 24.0
+SHADING_SIGMA_PX = 12.0
 """Brightness that varies more slowly than this says nothing of where things are, survey px."""
+CONTRAST_SIGMA_PX = 6.0
+"""Contrast is evened out over such a distance, survey px."""
 MARGIN_PX = 24
 TRACK_REACH_PX = 24
 """How far a target may have moved between two wide frames, survey px."""
@@ -23,7 +26,7 @@ TRACK_REACH_PX = 24
 class Template:
     """A patch about a target, on the virtual pinhole at the rig's origin whose focal length is `f_px`.
 
-    `patch`: (h, w) float32, odd sides, shading removed; its middle is the target. `target`: (2,) tangents.
+    `patch`: (h, w) float32, odd sides, evened out; its middle is the target. `target`: (2,) tangents.
     `sigma_px`: error of its place in another picture by its own noise alone, along x, wide px.
     """
 
@@ -56,12 +59,12 @@ def cut_template(
     f_px = survey_f_px(wide)
     half = (round(ENLARGED * half_px[0]), round(ENLARGED * half_px[1]))
     view = _look_up(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
-    patch = without_shading(view)[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX]
+    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
     return Template(
-        patch=np.ascontiguousarray(patch),
+        patch=np.ascontiguousarray(evened(view)[inner]),
         target=target,
         f_px=f_px,
-        sigma_px=shift_sigma(patch, noise=noise, enlarged=ENLARGED),
+        sigma_px=shift_sigma(view[inner], noise=noise, enlarged=ENLARGED),
     )
 
 
@@ -78,7 +81,7 @@ def follow(
     height, width = template.patch.shape
     reach = TRACK_REACH_PX
     half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
-    view = without_shading(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
+    view = evened(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
     scores = cv2.matchTemplate(
         view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX], template.patch, cv2.TM_CCOEFF_NORMED
     )
@@ -86,10 +89,9 @@ def follow(
     return template.target + np.array([x - reach, y - reach]) / template.f_px, score
 
 
-def without_shading(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the image less its slow part (h, w) float32."""
-    slow = cv2.GaussianBlur(image, (0, 0), SHADING_SIGMA_PX, borderType=cv2.BORDER_REFLECT_101)
-    return np.asarray(image - slow, dtype=np.float32)
+def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an image at survey scale with brightness and contrast evened out."""
+    return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX)
 
 
 def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:

@@ -47,6 +47,7 @@ def shift_sigma(patch: NDArray[np.float32], *, noise: float, enlarged: float) ->
     """
     smooth = cv2.GaussianBlur(patch, (0, 0), enlarged)
     slope = (smooth[:, 2:] - smooth[:, :-2]) / 2.0
+    slope = slope - float(slope.mean())  # shading is not texture
     own = slope.size / enlarged**2 * noise**2 / (8.0 * np.pi)
     energy = float(np.sum(slope * slope)) - 1.5 * own
     return noise / float(np.sqrt(energy)) if energy > 0.0 else float("inf")

@@ -3,8 +3,8 @@
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended
+from foveacam_pipeline.verge.measure import Measurement
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import Registration
 from foveacam_pipeline.verge.values import FixationState
 
 NEAR_ENOUGH = 1.6
@@ -43,29 +43,24 @@ def not_found(limits: VergeSettings, *, nearest_m: float) -> Ended:
     )
 
 
-def doubt(
-    wide: Registration, fine: FineMatch, limits: VergeSettings, *, strayed_wide_px: float
-) -> Ended | None:
-    """Return why a look cannot be trusted, or None when its measurements are good and agree.
-
-    `strayed_wide_px`: how far the fovea-to-fovea match is from the two matches with the wide view.
-    """
-    if wide.score < limits.confirm_score:
+def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
+    """Return why a look cannot be trusted, or None when its measurements are good and agree."""
+    if found.quality(limits) >= 0.0:
+        return None
+    if found.wide_peak < limits.confirm_score:
         return Ended(
             FixationState.LOST,
-            f"The target left the foveae or is hidden from one (correlation {wide.score:.2f} with the wide "
-            "view); try again, or choose a point beside it.",
+            f"The target left the foveae or is hidden from one (correlation {found.wide_peak:.2f} with the "
+            "wide view); try again, or choose a point beside it.",
         )
-    if fine.sigma_x_px > limits.fine_sigma_px or fine.score < limits.fine_score:
+    if found.fine.sigma_x_px > limits.fine_sigma_px or found.fine.score < limits.fine_score:
         return Ended(
             FixationState.NO_TEXTURE,
-            f"The point itself shows no texture in the foveae (correlation {fine.score:.2f}), though its "
-            "surroundings do; choose a point on the pattern.",
+            f"The point itself shows no texture that tells its distance (correlation {found.fine.score:.2f} "
+            "between the foveae), though its surroundings do; choose a point on the pattern.",
         )
-    if strayed_wide_px > limits.agree_wide_px:
-        return Ended(
-            FixationState.LOST,
-            f"Left and right agree on another place than the wide view, {strayed_wide_px:.1f} wide px apart: "
-            "the pattern may repeat, or a near edge covers it; draw a larger rectangle.",
-        )
-    return None
+    return Ended(
+        FixationState.LOST,
+        f"Left and right agree on another place than the wide view (correlation {found.wide_score:.2f} "
+        "there): the pattern may repeat, or a near edge covers it; draw a larger rectangle.",
+    )

@@ -1,0 +1,74 @@
+"""What one look near the target says: where it is, from the wide view and from left against right.
+
+The two must fit together. Where they do not at first, other patches and a wider search are tried before the
+look is doubted.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, Guess, match_fine
+from foveacam_pipeline.verge.looking import Seen
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.survey import Vicinity, reduce_look, vicinity
+from foveacam_pipeline.verge.template import Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Measurement:
+    """The target in one look.
+
+    `centre`: (2,) tangents from the mean gaze to the target. `fine`: left against right. `wide_score`: how
+    well the wide patch fits where both say; `wide_peak`: how well it fits at best near there.
+    """
+
+    centre: NDArray[np.float64]
+    fine: FineMatch
+    wide_score: float
+    wide_peak: float
+
+    def quality(self, limits: VergeSettings) -> float:
+        """Return how far above all thresholds it is; negative when any is missed."""
+        return min(
+            self.fine.score - limits.fine_score,
+            limits.fine_sigma_px - self.fine.sigma_x_px,
+            self.wide_score - limits.confirm_score,
+            self.wide_score - limits.confirm_share * self.wide_peak,
+        )
+
+
+def measure(
+    seen: Seen, templates: tuple[Template, ...], calibration: Calibration, limits: VergeSettings
+) -> Measurement:
+    """Return the first sound measurement, or else the least bad one; `templates`: best first."""
+    f_px = calibration.fovea_f_px
+    look = reduce_look(seen.sighting, calibration, f_px=templates[0].f_px)
+    best: Measurement | None = None
+    for around, guess, peak_score in _guesses(vicinity(look, template) for template in templates):
+        fine = match_fine(seen.sighting, calibration, guess)
+        centre, score = around.given(fine.residual_px / f_px)
+        found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score)
+        if best is None or found.quality(limits) > best.quality(limits):
+            best = found
+        if best.quality(limits) >= 0.0:
+            break
+    if best is None:
+        raise ValueError("measure: no template was given; pass at least one")
+    return best
+
+
+def _guesses(around: Iterator[Vicinity]) -> Iterator[tuple[Vicinity, Guess, float]]:
+    """Yield what to try: each patch where each eye sees it, at last the first patch with a long reach."""
+    first: tuple[Vicinity, NDArray[np.float64], float] | None = None
+    for near in around:
+        left, right, score = near.peaks()
+        if first is None:
+            first = near, (left + right) / 2.0, score
+        yield near, Guess(left=left, right=right), score
+    if first is not None:
+        near, centre, score = first
+        yield near, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX), score
