@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+import foveacam_hardware
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig import open_rig
 from foveacam_pipeline.models.calibration_file import load_calibration
@@ -94,13 +95,16 @@ def _serial_ports(_settings: Settings) -> str:
 
 
 def _renderer_cache(_settings: Settings) -> str:
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent)
-    if not os.access(folder, os.W_OK):
-        raise OSError(
-            f"{folder} cannot be written, so the renderer may be compiled anew at every start; "
-            "set NUMBA_CACHE_DIR to a folder that can"
-        )
-    return f"{folder} can be written"
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    beside = Path(foveacam_hardware.__file__).parent / "sim" / "render"
+    folders = [Path(chosen)] if chosen else [beside, Path.home() / ".cache"]
+    for folder in folders:
+        if os.access(folder, os.W_OK):
+            return f"{folder} can be written"
+    raise OSError(
+        f"{' and '.join(map(str, folders))} cannot be written, so every start compiles the renderer anew; "
+        "set NUMBA_CACHE_DIR to a folder that can"
+    )
 
 
 def _port(settings: Settings) -> str:

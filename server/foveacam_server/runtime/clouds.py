@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from foveacam_pipeline.stereo.ply import ply_bytes
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.depth_patches import KEPT, DepthPatch, DepthPatches, load_patch, save_patch
@@ -86,6 +87,19 @@ class CloudShelf:
         if not path.is_file():
             raise NotFound(f"cloud {cloud_id} has no {name}", asked=name, found="no such file")
         return path
+
+    def points(self, cloud_id: str) -> Cloud:
+        """Return the points of a cloud as they were written down."""
+        content = self.file(cloud_id, "cloud.ply").read_bytes()
+        header, _, body = content.partition(b"end_header\n")
+        if not header.startswith(b"ply\n"):
+            raise InvalidInput(f"cloud {cloud_id}: its PLY file is damaged; look at the target again")
+        vertices = np.frombuffer(body, dtype=VERTEX)
+        return Cloud(
+            points_rig_m=np.column_stack([vertices["x"], vertices["y"], vertices["z"]]),
+            colors=np.column_stack([vertices["red"], vertices["green"], vertices["blue"]]),
+            sigma_m=vertices["sigma"].copy(),
+        )
 
     def remove(self, cloud_id: str) -> Document:
         """Remove a cloud and its files; return what it was."""

@@ -170,6 +170,11 @@ class DepthPatches:
             kept = [patch for patch in self._patches if patch.fixation_id != fixation_id]
             self._patches = deque(kept, maxlen=KEPT)
 
+    def covering(self, x_px: float, y_px: float) -> bool:
+        """Tell whether a fovea has looked there."""
+        with self._lock:
+            return any(patch.covers(x_px, y_px) for patch in self._patches)
+
     def at(self, x_px: float, y_px: float, *, wide: Intrinsics) -> DepthReading:
         """Return the depth at a wide pixel; raise `OutOfRange` or, where unknown, `NotFound`."""
         wide.check_pixel(x_px, y_px)
@@ -179,7 +184,7 @@ class DepthPatches:
             found = patch.at(x_px, y_px)
             if found is not None:
                 return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
-        if any(patch.covers(x_px, y_px) for patch in newest_first):
+        if self.covering(x_px, y_px):
             raise NotFound(
                 f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure; try beside it",
                 asked=f"depth at ({x_px:g}, {y_px:g})",

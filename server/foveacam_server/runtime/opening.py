@@ -78,6 +78,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         on_distance=overlay.look_at_distance,
     )
     fixations = FixationService(store, tools)
+    shapes.put_back(fixations.targets.every())
     for worker in (shapes, jobs):
         worker.start()
         stack.callback(worker.close)

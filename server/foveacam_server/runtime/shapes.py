@@ -6,7 +6,7 @@ The fixation's answer does not wait for any of it.
 import logging
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import FoveaError, Sighting
@@ -17,7 +17,7 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import rectify
-from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.clouds import CloudShelf, Shape
 from foveacam_server.runtime.depth_patches import project_patch
@@ -30,6 +30,8 @@ _log = logging.getLogger(__name__)
 
 WAITING = 4
 """Fixations whose shape may wait; the oldest is dropped for a newer one."""
+PUT_BACK = 12
+"""Targets of an earlier run that stand in the 3D pane again, the newest."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 
@@ -67,13 +69,18 @@ class ShapeWorker:
         self._sink = sink
         self._viewer = viewer
         self._events = events
+        self._earlier: tuple[Document, ...] = ()
         self._waiting: queue.Queue[Seen | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
     def start(self) -> None:
-        """Begin to work."""
+        """Begin to work; first of all, put back what stood in the 3D pane."""
         self._thread.start()
+
+    def put_back(self, targets: Sequence[Document]) -> None:
+        """Show targets of an earlier run, with their clouds; before `start`."""
+        self._earlier = tuple(targets[-PUT_BACK:])
 
     def close(self) -> None:
         """Drop what waits and end the thread."""
@@ -97,10 +104,13 @@ class ShapeWorker:
         return True
 
     def _run(self) -> None:
+        for target in self._earlier:
+            self._show_again(target)
         while (seen := self._waiting.get()) is not None:
             try:
                 self._work(seen)
             except FoveaError as error:
+                self._show(seen, cloud=None, mesh=None)  # the point at least
                 self._failed(seen, str(error))
             except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
                 _log.exception("no shape for %s", seen.fixation_id)
@@ -113,18 +123,40 @@ class ShapeWorker:
         depth = depth_map(pair, match(pair))
         shape = self._shape(seen, pair, depth)
         self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
+        self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         document = self._shelf.put(shape)
         seen.on_cloud(seen.fixation_id, document)
-        if self._viewer is not None:
-            self._viewer.show_fixation(
-                seen.fixation_id,
-                label=seen.label,
-                point_rig_m=seen.point_rig_m,
-                distance_m=seen.distance_m,
-                distance_sigma_m=seen.distance_sigma_m,
-                cloud=shape.cloud,
-                mesh=shape.mesh if len(shape.mesh.faces) else None,
-            )
+
+    def _show(self, seen: Seen, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
+        if self._viewer is None:
+            return
+        self._viewer.show_fixation(
+            seen.fixation_id,
+            label=seen.label,
+            point_rig_m=seen.point_rig_m,
+            distance_m=seen.distance_m,
+            distance_sigma_m=seen.distance_sigma_m,
+            cloud=cloud,
+            mesh=mesh,
+        )
+
+    def _show_again(self, target: Document) -> None:
+        if self._viewer is None:
+            return
+        try:
+            cloud = None if target["cloud_id"] is None else self._shelf.points(target["cloud_id"])
+        except (FoveaError, OSError, ValueError) as error:
+            _log.warning("%s: its cloud cannot be read: %s", target["label"], error)
+            cloud = None
+        self._viewer.show_fixation(
+            target["fixation_id"],
+            label=target["label"],
+            point_rig_m=tuple(target["point_rig_m"]),
+            distance_m=target["distance_m"],
+            distance_sigma_m=target["distance_sigma_m"],
+            cloud=cloud,
+            mesh=None,
+        )
 
     def _shape(self, seen: Seen, pair: RectifiedPair, depth: DepthMap) -> Shape:
         cloud = cloud_of(pair, depth, max_points=MAX_POINTS)

@@ -1,0 +1,98 @@
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.clouds import CloudShelf, Shape
+from foveacam_server.runtime.depth_patches import DepthPatch
+from foveacam_server.runtime.store import Store
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with Store(tmp_path) as found:
+        yield found
+
+
+def shape(*, faces: int = 1, n: int = 100) -> Shape:
+    rng = np.random.default_rng(4)
+    cloud = Cloud(
+        points_rig_m=rng.normal(4.0, 0.1, (n, 3)).astype(np.float32),
+        colors=rng.integers(0, 256, (n, 3), dtype=np.uint8),
+        sigma_m=rng.uniform(0.001, 0.01, n).astype(np.float32),
+    )
+    mesh = DepthMesh(
+        vertices_rig_m=np.eye(3, dtype=np.float32),
+        faces=np.array([[0, 1, 2]] * faces, dtype=np.uint32).reshape(faces, 3),
+        uv=np.zeros((3, 2), np.float32),
+        texture=np.zeros((4, 4, 3), np.uint8),
+    )
+    patch = DepthPatch(
+        fixation_id="fix-1",
+        created_utc="2026-01-01T00:00:00Z",
+        x0=10,
+        y0=20,
+        z_m=np.full((3, 3), 4.0, np.float32),
+        sigma_m=np.full((3, 3), 0.01, np.float32),
+    )
+    picture = np.zeros((8, 8, 3), np.uint8)
+    return Shape(fixation_id="fix-1", cloud=cloud, mesh=mesh, depth_picture=picture, patch=patch)
+
+
+def test_cloud_comes_back_as_it_was_put(store: Store) -> None:
+    shelf, given = CloudShelf(store), shape()
+    kept = shelf.points(shelf.put(given)["id"])
+    np.testing.assert_array_equal(kept.points_rig_m, given.cloud.points_rig_m)
+    np.testing.assert_array_equal(kept.colors, given.cloud.colors)
+    np.testing.assert_array_equal(kept.sigma_m, given.cloud.sigma_m)
+
+
+def test_document_tells_where_the_cloud_lies(store: Store) -> None:
+    given = shape()
+    document = CloudShelf(store).put(given)
+    z_m = given.cloud.points_rig_m[:, 2]
+    assert (document["z_min_m"], document["z_max_m"]) == pytest.approx((z_m.min(), z_m.max()), abs=1e-5)
+    assert document["points"] == 100
+
+
+def test_cloud_without_a_surface_has_no_glb(store: Store) -> None:
+    shelf = CloudShelf(store)
+    document = shelf.put(shape(faces=0))
+    assert document["glb_url"] is None
+    with pytest.raises(NotFound, match=r"mesh\.glb"):
+        shelf.file(document["id"], "mesh.glb")
+
+
+def test_new_shelf_knows_the_depth_of_the_old_one(store: Store) -> None:
+    CloudShelf(store).put(shape())
+    assert CloudShelf(store).patches.covering(11.0, 21.0)
+
+
+def test_writing_that_was_cut_off_leaves_nothing_behind(store: Store) -> None:
+    partial = store.subfolder("clouds") / "cld-00.part"
+    partial.mkdir()
+    (partial / "cloud.ply").write_bytes(b"ply")
+    assert CloudShelf(store).newest(10) == []
+    assert not partial.exists()
+
+
+def test_removed_cloud_leaves_neither_files_nor_depth(store: Store) -> None:
+    shelf = CloudShelf(store)
+    cloud_id = shelf.put(shape())["id"]
+    shelf.remove(cloud_id)
+    assert not (store.folder / "clouds" / cloud_id).exists()
+    assert not shelf.patches.covering(11.0, 21.0)
+    with pytest.raises(NotFound):
+        shelf.get(cloud_id)
+
+
+def test_damaged_file_is_told(store: Store) -> None:
+    shelf = CloudShelf(store)
+    cloud_id = shelf.put(shape())["id"]
+    shelf.file(cloud_id, "cloud.ply").write_bytes(b"nonsense")
+    with pytest.raises(InvalidInput, match="damaged"):
+        shelf.points(cloud_id)
