@@ -1,4 +1,4 @@
-"""What a rig's TOML file may say. Unknown keys are refused; errors name the file, the key and what is allowed."""
+"""What a rig's TOML file may say; what it may not is refused by file, key, value and remedy."""
 
 import tomllib
 from pathlib import Path
@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class SimulatedRigConfig(_Table):

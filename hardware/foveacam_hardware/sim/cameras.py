@@ -1,11 +1,10 @@
-"""The simulated cameras. No threads: a frame is rendered in its reader's thread, for the moment it was exposed.
+"""The simulated cameras. No threads: a frame is rendered by its reader, for the moment of its exposure.
 
 A frame exists once its exposure and readout are over on the rig's clock, however long rendering takes.
 """
 
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 
 from foveacam_hardware.contract import (
     CameraCounters,

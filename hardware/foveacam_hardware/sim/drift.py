@@ -1,4 +1,4 @@
-"""Thermal drift of the eyes' mounts: a slow function of time, so that a calibration ages as it does in a room."""
+"""Thermal drift of the eyes' mounts: a slow function of time, so that a calibration ages."""
 
 import numpy as np
 from numpy.typing import NDArray

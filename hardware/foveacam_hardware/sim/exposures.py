@@ -33,7 +33,7 @@ class Schedule(Protocol):
     """The exposures of a camera, in order; one reader takes them."""
 
     def first(self, now_ns: int) -> Exposure | None:
-        """Return the oldest exposure that was not taken (it may still be running); None when none is known."""
+        """Return the oldest exposure not taken (it may still be running); None when none is known."""
         ...
 
     def newest(self, now_ns: int) -> Exposure | None:

@@ -1,9 +1,12 @@
 """The wide camera's lens: a division model, which is not the polynomial that a calibration fits to it."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from foveacam_hardware.sim.render.projection import RayTable
 
 WIDE_WIDTH = 1440
 WIDE_HEIGHT = 1080
@@ -39,8 +42,10 @@ class WideLens:
             [[self.focal_px, 0.0, self.centre_x_px], [0.0, self.focal_px, self.centre_y_px], [0.0, 0.0, 1.0]]
         )
 
-    def table_px(self) -> NDArray[np.float32]:
-        """Return the undistorted pixel of every raw pixel, (h, w, 2) float32."""
-        y, x = np.mgrid[0:WIDE_HEIGHT, 0:WIDE_WIDTH].astype(np.float64)
-        grid = np.stack([x.ravel(), y.ravel()], axis=1)
-        return self.undistorted_px(grid).reshape(WIDE_HEIGHT, WIDE_WIDTH, 2).astype(np.float32)
+
+@cache
+def ray_table(lens: WideLens) -> RayTable:
+    """Return where every raw pixel lies in the undistorted image, as the renderer takes it."""
+    x, y = np.meshgrid(np.arange(WIDE_WIDTH, dtype=np.float64), np.arange(WIDE_HEIGHT, dtype=np.float64))
+    straight = lens.undistorted_px(np.stack([x.ravel(), y.ravel()], axis=1))
+    return RayTable(straight.reshape(WIDE_HEIGHT, WIDE_WIDTH, 2))

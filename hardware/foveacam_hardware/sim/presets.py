@@ -25,9 +25,7 @@ class Preset:
 
 
 # The published rig runs its filters at 120 Hz (rig configuration): 5.7 ms to 1 %, 13 ms to a pixel.
-RIG120 = Preset(
-    name="rig120", low_pass_hz=120, settle_us=14_000, mode=Mode(frequency_hz=900.0, quality=15.0)
-)
+RIG120 = Preset(name="rig120", low_pass_hz=120, settle_us=14_000, mode=Mode(frequency_hz=900.0, quality=15.0))
 # "Less than 2 ms" (Sec. 3.1) takes a wider filter and a mirror damped enough to bear it (deduced).
 PAPER = Preset(name="paper", low_pass_hz=620, settle_us=2_700, mode=Mode(frequency_hz=2000.0, quality=2.0))
 

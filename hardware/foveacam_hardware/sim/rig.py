@@ -1,6 +1,5 @@
 """Puts the simulated rig together: one world, the real drivers on its far end, and the simulated cameras."""
 
-
 from foveacam_hardware.contract import Clock, MonotonicClock, Role, VirtualClock
 from foveacam_hardware.drivers.controller import ControllerMirrors
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
@@ -36,9 +35,7 @@ def open_simulated(
     `inline`: everything in this process on virtual time, faster than the clock and the same every run;
     else in real time, the controller in its own process behind a pseudo terminal.
     """
-    rig = simulated_rig(
-        SimulatedRigConfig(scene=scene, preset=preset, seed=seed), clock=clock, inline=inline
-    )
+    rig = simulated_rig(SimulatedRigConfig(scene=scene, preset=preset, seed=seed), clock=clock, inline=inline)
     rig.connect()
     return rig
 
@@ -78,5 +75,3 @@ def _controller(
         return process, process.open
     far_end = ControllerFarEnd(clock, world, strict=strict)
     return far_end, lambda: LoopbackLink(far_end, clock)
-
-

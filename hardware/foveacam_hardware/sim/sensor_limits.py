@@ -27,7 +27,7 @@ def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
     _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
     if asked.triggered and role is Role.WIDE:
         raise OutOfRange(
-            "camera wide: asked to be triggered, but no trigger cable leads to it; only left and right are triggered"
+            "camera wide: asked to be triggered, but no trigger cable leads to it; only the foveae have one"
         )
     line_ns = LINE_12_BIT_NS if asked.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
     exposure_ns = round(max(1, round(asked.exposure_ns / line_ns)) * line_ns)
@@ -45,5 +45,5 @@ def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
 def _require(role: Role, what: str, asked: float, low: float, high: float, unit: str) -> None:
     if not (math.isfinite(asked) and low <= asked <= high):
         raise OutOfRange(
-            f"camera {role}: {what} {asked:g} {unit} is outside {low:g} to {high:g} {unit}; choose a value inside"
+            f"camera {role}: {what} {asked:g} {unit} is outside {low:g} to {high:g} {unit}; choose one inside"
         )

@@ -98,7 +98,9 @@ class Truth:
         x1, y1 = min(wide.width, round(x_px) + half_px + 1), min(wide.height, round(y_px) + half_px + 1)
         drawn = self.world.stage.probe(wide, self.world.scene_s(t_ns), roi=(x0, y0, x1 - x0, y1 - y0))
         numbers, counts = np.unique(drawn.ids, return_counts=True)
-        textured = sum(int(n) for k, n in zip(numbers, counts, strict=True) if self.world.stage.textured(int(k)))
+        textured = sum(
+            int(n) for k, n in zip(numbers, counts, strict=True) if self.world.stage.textured(int(k))
+        )
         hit = drawn.ids >= 0
         y, x = np.nonzero(hit)
         ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), drawn.depth_m[hit])
@@ -125,5 +127,3 @@ class Truth:
         k = np.array([[focal_px, 0.0, middle], [0.0, focal_px, middle], [0.0, 0.0, 1.0]])
         probe = Projection(M=k @ camera_from_rig, C=np.zeros(3), width=side_px, height=side_px, axis=ray)
         return self.world.stage.probe(probe, self.world.scene_s(t_ns)), probe
-
-

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Clock, MirrorVolts, Role
 from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes
 from foveacam_hardware.sim.drift import MountDrift
 from foveacam_hardware.sim.faults import WorldFaults
-from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens
+from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
 from foveacam_hardware.sim.mirror import MirrorPair
 from foveacam_hardware.sim.optics import (
     FOVEA_FOCAL_PX,
@@ -26,7 +26,7 @@ from foveacam_hardware.sim.optics import (
     built_assembly,
 )
 from foveacam_hardware.sim.presets import Preset
-from foveacam_hardware.sim.render.projection import Projection, RayTable
+from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.stage import Stage
 
 EYES = (Role.LEFT, Role.RIGHT)
@@ -87,9 +87,7 @@ class World:
         self.lens = WideLens()
         self.t0_ns = clock.now_ns()
         self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
-        self.mirrors = MirrorPair(
-            mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed
-        )
+        self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
         self._shutters: dict[Role, Shutter] = {}
         self._mirror_lock = threading.Lock()
         self._wide = Projection(
@@ -97,7 +95,7 @@ class World:
             C=np.zeros(3),
             width=WIDE_WIDTH,
             height=WIDE_HEIGHT,
-            rays=RayTable(self.lens.table_px()),
+            rays=ray_table(self.lens),
         )
 
     # The cables, called by the controller's far end
@@ -148,11 +146,13 @@ class World:
         One render at the middle, unless the mirror or an object moves noticeably meanwhile.
         """
         moments_ns = interval.middles_ns(self._steps(role, interval))
-        total: NDArray[np.float32] | None = None
-        for t_ns in moments_ns:
-            image = self.stage.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
-            total = image if total is None else total + image
-        assert total is not None  # an interval has at least one part
+        images = (
+            self.stage.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
+            for t_ns in moments_ns
+        )
+        total = next(images)  # as it is when it is the only one: the renderer keeps it
+        for image in images:
+            total = total + image
         return total if len(moments_ns) == 1 else total / np.float32(len(moments_ns))
 
     def scene_s(self, t_ns: int) -> float:

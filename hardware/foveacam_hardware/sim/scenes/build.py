@@ -29,7 +29,7 @@ from foveacam_hardware.sim.scenes.format import (
 )
 from foveacam_hardware.sim.scenes.motion import pose
 
-PRINT_TEXELS = 1536  # of the longer side; about 1 mm on a poster
+PRINT_TEXELS = 1024  # of the longer side; about 1 mm on a poster
 PRINT_GRAIN = 0.05
 MARKER_CELLS = 8  # 4 x 4 bits, a black ring, and one cell of white border
 
@@ -133,9 +133,7 @@ def _grained(sheet: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(np.clip(mottled + 0.5, 0, 255), np.uint8)
 
 
-def _write(
-    sheet: NDArray[np.uint8], line: str, ink: tuple[int, int, int], *, row: float, rows: int
-) -> None:
+def _write(sheet: NDArray[np.uint8], line: str, ink: tuple[int, int, int], *, row: float, rows: int) -> None:
     height, width = sheet.shape[:2]
     font = cv2.FONT_HERSHEY_DUPLEX
     (wide, high), _ = cv2.getTextSize(line, font, 10.0, 20)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.sim.render.shapes import Mesh
 
-# A figurine's outline, radius over height, both as shares of the height: foot, plinth, robe, arms, neck, head.
+# A figurine's outline, (radius, height) as shares of its height: foot, plinth, robe, arms, neck, head.
 OUTLINE = np.array(
     [
         (0.000, 0.000), (0.190, 0.000), (0.195, 0.030), (0.170, 0.050), (0.170, 0.075), (0.140, 0.090),
@@ -45,7 +45,11 @@ def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: 
     height = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5]) * height_m
     turn = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     grid = np.stack(
-        [np.outer(radius, np.cos(turn)), np.repeat(height[:, None], sides, axis=1), np.outer(radius, np.sin(turn))],
+        [
+            np.outer(radius, np.cos(turn)),
+            np.repeat(height[:, None], sides, axis=1),
+            np.outer(radius, np.sin(turn)),
+        ],
         axis=-1,
     )
     return _turned(grid)

@@ -7,7 +7,7 @@ Reading files and their errors is in `loader`; making renderable objects of it i
 import re
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 
 HEX_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
@@ -21,11 +21,13 @@ def _color(value: object) -> object:
     return value
 
 
-Unit: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
+Unit: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
 Color: TypeAlias = Annotated[tuple[Unit, Unit, Unit], BeforeValidator(_color)]
 """RGB, 0..1, written "#rrggbb" or as three numbers."""
-Metres: TypeAlias = Annotated[float, Field(gt=0.0, le=1000.0)]
-Position: TypeAlias = tuple[float, float, float]
+Metres: TypeAlias = Annotated[float, Strict(), Field(gt=0.0, le=1000.0)]
+Real: TypeAlias = Annotated[float, Strict()]
+"""A number written as one: "1" is none."""
+Position: TypeAlias = tuple[Real, Real, Real]
 
 
 class Table(BaseModel):
@@ -40,14 +42,14 @@ class NoiseMaterial(Table):
     kind: Literal["noise"]
     color: Color
     accent: Color
-    contrast: Annotated[float, Field(ge=0.05, le=5.0)] = 1.0
+    contrast: Annotated[float, Strict(), Field(ge=0.05, le=5.0)] = 1.0
     """1 looks like stone or cloth; 0.3 is faint, 2.5 bold."""
     coarsest_m: Metres = 0.5
     """Size of the largest blotches."""
     finest_m: Metres = 0.0001
-    stretch: Annotated[float, Field(ge=1.0, le=50.0)] = 1.0
+    stretch: Annotated[float, Strict(), Field(ge=1.0, le=50.0)] = 1.0
     """Draws the pattern out sideways, as in wood."""
-    seed: int = Field(default=0, ge=0)
+    seed: int = Field(strict=True, default=0, ge=0)
 
     @model_validator(mode="after")
     def _leave_room_between(self) -> "NoiseMaterial":
@@ -67,8 +69,8 @@ class CheckerboardMaterial(Table):
     """Squares of two colours."""
 
     kind: Literal["checkerboard"]
-    columns: int = Field(ge=2, le=64)
-    rows: int = Field(ge=2, le=64)
+    columns: int = Field(strict=True, ge=2, le=64)
+    rows: int = Field(strict=True, ge=2, le=64)
     square_m: Metres
     color: Color = (0.92, 0.92, 0.9)
     accent: Color = (0.06, 0.06, 0.07)
@@ -78,7 +80,7 @@ class MarkerMaterial(Table):
     """An ArUco marker of the dictionary 4X4_50 with its white border."""
 
     kind: Literal["aruco"]
-    id: int = Field(ge=0, le=49)
+    id: int = Field(strict=True, ge=0, le=49)
     side_m: Metres = 0.06
     """Side of the black square."""
     color: Color = (0.92, 0.92, 0.9)
@@ -118,10 +120,10 @@ class PathMotion(Table):
 
     kind: Literal["path"]
     points_m: Annotated[list[Position], Field(min_length=2)]
-    speed_m_per_s: Annotated[float, Field(gt=0.0, le=60.0)]
+    speed_m_per_s: Annotated[float, Strict(), Field(gt=0.0, le=60.0)]
     closed: bool = False
     """Around and around; else there and back."""
-    start_s: float = 0.0
+    start_s: Real = 0.0
     """How far into the walk it is at the beginning."""
 
 
@@ -130,16 +132,16 @@ class SwayMotion(Table):
 
     kind: Literal["sway"]
     amplitude_m: Position
-    period_s: Annotated[float, Field(gt=0.0)]
-    start_s: float = 0.0
+    period_s: Annotated[float, Strict(), Field(gt=0.0)]
+    start_s: Real = 0.0
 
 
 class SpinMotion(Table):
     """Turn about the vertical axis."""
 
     kind: Literal["spin"]
-    period_s: Annotated[float, Field(gt=0.0)]
-    start_s: float = 0.0
+    period_s: Annotated[float, Strict(), Field(gt=0.0)]
+    start_s: Real = 0.0
 
 
 Motion: TypeAlias = Annotated[PathMotion | SwayMotion | SpinMotion, Field(discriminator="kind")]
@@ -174,7 +176,7 @@ class SphereThing(Thing):
 
     shape: Literal["sphere"]
     radius_m: Metres
-    facets: int = Field(default=10, ge=4, le=64)
+    facets: int = Field(strict=True, default=10, ge=4, le=64)
 
 
 class ColumnThing(Thing):
@@ -184,7 +186,7 @@ class ColumnThing(Thing):
     radius_m: Metres
     top_radius_m: Metres | None = None
     height_m: Metres
-    sides: int = Field(default=20, ge=3, le=128)
+    sides: int = Field(strict=True, default=20, ge=3, le=128)
 
 
 class StatueThing(Thing):
@@ -192,7 +194,7 @@ class StatueThing(Thing):
 
     shape: Literal["statue"]
     height_m: Metres
-    triangles: int = Field(default=8_000, ge=200, le=40_000)
+    triangles: int = Field(strict=True, default=8_000, ge=200, le=40_000)
 
 
 Object: TypeAlias = Annotated[

@@ -48,7 +48,7 @@ def load_scene(name_or_file: str | Path) -> SceneFile:
 def explain(error: ValidationError, content: dict[str, object]) -> str:
     """Say in one line each what is wrong where, in the words of the file."""
     return "; ".join(
-        f"{_place(detail['loc'], content)}{detail['msg'].removeprefix('Value error, ')}{_found(detail['input'])}"
+        _place(detail["loc"], content) + detail["msg"].removeprefix("Value error, ") + _found(detail["input"])
         for detail in error.errors()
     )
 
@@ -58,10 +58,9 @@ def _place(location: tuple[int | str, ...], content: dict[str, object]) -> str:
     words: list[str] = []
     node: object = content
     for step in location:
-        if isinstance(node, dict) and step in node:
-            node = node[step]
-        elif isinstance(node, list) and isinstance(step, int) and step < len(node):
-            node = node[step]
+        in_dict = isinstance(node, dict) and step in node
+        if in_dict or (isinstance(node, list) and isinstance(step, int) and step < len(node)):
+            node = node[step]  # type: ignore[index]  # TOML, as deep as the error says
         elif step != location[-1]:
             continue  # the tag of a union is no key of the file
         name = node.get("name") if isinstance(node, dict) else None

@@ -57,5 +57,3 @@ def _rotation(rotation_deg: tuple[float, float, float]) -> NDArray[np.float64]:
 def _about_y(angle_deg: float) -> NDArray[np.float64]:
     a = np.deg2rad(angle_deg)
     return np.array([[np.cos(a), 0.0, np.sin(a)], [0.0, 1.0, 0.0], [-np.sin(a), 0.0, np.cos(a)]])
-
-

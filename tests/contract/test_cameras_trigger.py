@@ -1,0 +1,99 @@
+"""What a trigger edge does to a fovea, and what its strobe line answers."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from foveacam_hardware.contract import Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.cameras import default_settings
+from foveacam_hardware.sim.exposures import QUEUE_FRAMES, Triggered
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.sensor_limits import take_settings
+from foveacam_hardware.sim.world import World
+
+LEFT_AND_RIGHT = 6
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    with open_simulated(inline=True) as opened:
+        yield opened
+
+
+def world_of(rig: Rig) -> World:
+    assert rig.truth is not None
+    return rig.truth.world
+
+
+def schedule() -> Triggered:
+    return Triggered(take_settings(Role.LEFT, default_settings(Role.LEFT)), first_seq=0)
+
+
+def test_a_strobe_shows_the_exposure_of_a_camera_that_waits_for_a_trigger(rig: Rig) -> None:
+    assert world_of(rig).strobe_us(Role.LEFT) == rig.left.settings.exposure_ns // 1000
+
+
+@pytest.mark.parametrize(
+    "break_it",
+    [
+        lambda rig: rig.left.stop(),
+        lambda rig: rig.left.close(),
+        lambda rig: world_of(rig).faults.no_strobe.add(Role.LEFT),
+        lambda rig: world_of(rig).faults.no_trigger.add(Role.LEFT),
+        lambda rig: world_of(rig).faults.unplugged.add(Role.LEFT),
+    ],
+    ids=["stopped", "closed", "no strobe cable", "no trigger cable", "unplugged"],
+)
+def test_there_is_no_strobe_without_an_exposure_or_a_cable(rig: Rig, break_it: Callable[[Rig], None]) -> None:
+    break_it(rig)
+
+    assert world_of(rig).strobe_us(Role.LEFT) is None
+    assert world_of(rig).strobe_us(Role.RIGHT) is not None
+
+
+def test_the_wide_camera_has_no_strobe_because_it_runs_freely(rig: Rig) -> None:
+    assert world_of(rig).strobe_us(Role.WIDE) is None
+
+
+def test_one_edge_exposes_both_foveae_at_the_same_moment(rig: Rig) -> None:
+    world_of(rig).trigger(rig.clock.now_ns(), pulse_us=1000, cameras=LEFT_AND_RIGHT)
+    left, right = rig.left.read(), rig.right.read()
+
+    assert left.t_ns == right.t_ns
+
+
+def test_an_edge_during_an_exposure_is_lost_and_counted() -> None:
+    busy = schedule()
+    busy.edge(0)
+    busy.edge(3_000_000)
+    busy.edge(9_000_000)
+
+    first = busy.first(0)
+    assert first is not None
+    assert busy.take(first) == 1
+    second = busy.first(0)
+    assert second is not None
+    assert (second.seq, second.interval.start_ns) == (1, 9_000_000)
+
+
+def test_readout_overlaps_the_next_exposure() -> None:
+    """A global shutter exposes while the last picture is read: 8 ms apart, no edge is lost."""
+    fast = schedule()
+    for k in range(4):
+        fast.edge(k * 8_001_000)
+
+    newest = fast.newest(100_000_000)
+    assert newest is not None
+    assert newest.seq == 3
+
+
+def test_the_queue_is_bounded_and_keeps_the_newest() -> None:
+    full = schedule()
+    for k in range(QUEUE_FRAMES + 5):
+        full.edge(k * 10_000_000)
+
+    oldest = full.first(0)
+    assert oldest is not None
+    assert oldest.seq == 5
+    assert full.take(oldest) == 5
