@@ -1,0 +1,81 @@
+"""`foveacam serve` in a process of its own, for benches that measure from outside."""
+
+import re
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import httpx
+
+from foveacam_hardware.contract import DeviceFault
+
+_PATIENCE_S = 60.0
+_POLL_S = 0.02
+
+
+class ServerProcess:
+    """A server that starts with the context and ends with it."""
+
+    def __init__(self, folder: Path, *, port: int) -> None:
+        self._log = folder / "serve.log"
+        self._command = [
+            *(sys.executable, "-m", "foveacam_server", "serve"),
+            *("--port", str(port), "--data", str(folder / "data")),
+        ]
+        self._process: subprocess.Popen[bytes] | None = None
+        self.url = f"http://127.0.0.1:{port}/"
+
+    def __enter__(self) -> Self:
+        with self._log.open("w") as output:
+            self._process = subprocess.Popen(self._command, stdout=output, stderr=subprocess.STDOUT)  # noqa: S603  # our own program
+        end_s = time.monotonic() + _PATIENCE_S
+        while not re.search(r"is ready: ", self._log.read_text()):
+            if time.monotonic() > end_s or self._process.poll() is not None:
+                self._end()
+                raise DeviceFault(f"the bench's server did not start: {self._log.read_text().strip()}")
+            time.sleep(_POLL_S)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+    def send(
+        self, method: str, path: str, body: object = None, headers: dict[str, str] | None = None
+    ) -> httpx.Response:
+        """Ask the server."""
+        url = f"{self.url}api/v1{path}"
+        return httpx.request(
+            method, url, json=body, headers=headers, timeout=_PATIENCE_S, trust_env=False
+        ).raise_for_status()
+
+    def fixate(self, x_px: float, y_px: float) -> dict[str, Any]:  # Any: a JSON document
+        """Look at a wide pixel and return the fixation."""
+        body = {"pixel": {"x_px": x_px, "y_px": y_px}}
+        return dict(self.send("POST", "/fixations", body, {"Prefer": "wait=60"}).json())
+
+    def clouds(self) -> list[dict[str, Any]]:  # Any: JSON documents
+        """Return the clouds there are."""
+        return list(self.send("GET", "/clouds").json())
+
+    def _end(self) -> None:
+        if self._process is None:
+            return
+        self._process.terminate()
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def free_port() -> int:
+    """Return a port of 127.0.0.1 that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
