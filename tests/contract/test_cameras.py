@@ -1,6 +1,7 @@
 """The contract of a camera, run on every camera of the simulated rig, in virtual time."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from foveacam_hardware.contract import (
     CameraSettings,
     FoveaError,
     InvalidInput,
+    MonotonicClock,
     NotConnected,
     OutOfRange,
     PixelFormat,
@@ -252,6 +254,23 @@ def test_noise_differs_from_frame_to_frame(bench: Bench) -> None:
     bench.expose()
 
     assert not np.array_equal(first.image, camera.read().image)
+
+
+def test_two_readers_share_the_frames_and_none_is_given_twice(stage: Stage) -> None:
+    clock = MonotonicClock()
+    world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+    camera = SimCamera(world, Role.WIDE, clock=clock)
+    camera.connect()
+    camera.start()
+
+    with ThreadPoolExecutor(2) as readers:
+        reads = [readers.submit(camera.read, timeout_ms=20_000.0) for _ in range(12)]
+        numbers = [read.result().seq for read in reads]
+    camera.close()
+
+    assert len(set(numbers)) == 12
+    assert camera.counters.delivered == 12
+    assert camera.counters.dropped == max(numbers) - 11
 
 
 def test_a_closed_camera_refuses_and_closes_again(bench: Bench) -> None:

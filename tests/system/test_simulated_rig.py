@@ -17,9 +17,9 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_hardware.rig import Closing, Rig, open_rig
+from foveacam_hardware.rig import Closing, Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.rig import open_simulated, simulated_rig
 from foveacam_hardware.sim.scenes.motion import pose
 from foveacam_hardware.sim.truth import Truth
 
@@ -185,7 +185,7 @@ def test_a_moving_mirror_smears_the_picture(bench: Rig) -> None:
 
 
 def test_connect_reports_every_missing_device_and_the_rest_works() -> None:
-    with open_rig(SimulatedRigConfig(), clock=VirtualClock(1)) as rig:
+    with simulated_rig(SimulatedRigConfig(), inline=True) as rig:
         truth_of(rig).world.faults.unplugged.update({Role.LEFT, Role.RIGHT})
         for camera in (rig.left, rig.right):
             camera.close()

@@ -217,6 +217,7 @@ def test_mirror_and_optics_together_bend_like_the_published_sweep(role: Role, si
 
 def test_presets_are_found_by_name_and_unknown_ones_are_named() -> None:
     assert find_preset("paper") is PAPER
-    assert RIG120.rig_id == "sim-rig120"
+    assert RIG120.rig_id(0) == "sim-rig120"
+    assert RIG120.rig_id(7) == "sim-rig120-7"
     with pytest.raises(Exception, match=r"'rig121'.*paper, rig120"):
         find_preset("rig121")

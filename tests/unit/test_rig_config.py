@@ -20,8 +20,13 @@ def written(folder: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_every_shipped_example_is_read(path: Path) -> None:
-    assert load_rig_config(path).kind == path.stem
+def test_every_shipped_example_opens(path: Path) -> None:
+    config = load_rig_config(path)
+    rig = open_rig(config)
+    rig.close()
+
+    assert config.kind == path.stem
+    assert rig.name == config.name
 
 
 def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:

@@ -42,7 +42,7 @@ def default_settings(role: Role) -> CameraSettings:
 
 
 class SimCamera:
-    """One camera of the world, behind the contract's Camera; one thread reads, any other may look."""
+    """One camera of the world, behind the contract's Camera; any thread may read, each frame goes to one."""
 
     def __init__(self, world: World, role: Role, *, clock: Clock) -> None:
         self._world = world
@@ -124,9 +124,12 @@ class SimCamera:
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
         """Return the next frame not yet read."""
         deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
-        exposure = self._await_first(deadline_ns)
-        with self._lock:
-            return self._deliver(exposure)
+        while True:
+            exposure = self._await_first(deadline_ns)
+            with self._lock:
+                first = self._running().first(self._clock.now_ns())
+                if first is not None and first.seq == exposure.seq:  # nobody else took it meanwhile
+                    return self._deliver(exposure)
 
     def latest(self, *, max_age_ms: float) -> Frame:
         """Return the newest frame, waiting for one when it is older than `max_age_ms`."""

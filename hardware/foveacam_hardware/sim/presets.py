@@ -18,10 +18,9 @@ class Preset:
     settle_us: int
     mode: Mode
 
-    @property
-    def rig_id(self) -> str:
-        """Name of the rig that has this preset; calibrations carry it."""
-        return f"sim-{self.name}"
+    def rig_id(self, seed: int) -> str:
+        """Return the name of the rig that has this preset; another seed is another rig to calibrate."""
+        return f"sim-{self.name}" if seed == 0 else f"sim-{self.name}-{seed}"
 
 
 # The published rig runs its filters at 120 Hz (rig configuration): 5.7 ms to 1 %, 13 ms to a pixel.

@@ -47,14 +47,18 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     stage = Stage(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
-    controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
+    try:
+        controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
+    except BaseException:  # whatever stops the controller's process: leave no thread behind
+        stage.close()
+        raise
     mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     head = TriggeredHead(
         mirrors, left, right, wide, clock=clock, settle_us=preset.settle_us, pulse_us=PULSE_US
     )
     who = RigName(
-        rig_id=preset.rig_id,
+        rig_id=preset.rig_id(config.seed),
         name=config.name,
         simulated=True,
         baseline_m=2.0 * HALF_BASELINE_M,
