@@ -23,7 +23,8 @@ from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.services import Services
 from foveacam_server.settings import Settings
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
+"""Enough for a renderer that is compiled first, on a busy machine."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = "/api/v1"
 
