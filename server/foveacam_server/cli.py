@@ -38,7 +38,9 @@ HostOption = Annotated[
     str | None, typer.Option(help="address to listen on; beyond this machine needs a token")
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
-TokenOption = Annotated[str | None, typer.Option(help="what callers must show", envvar="FOVEACAM_TOKEN")]
+TokenOption = Annotated[
+    str | None, typer.Option(help="what callers must show; auto makes one up", envvar="FOVEACAM_TOKEN")
+]
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")

@@ -19,6 +19,7 @@ from foveacam_server.settings import Settings
 
 GRACE_S = 1
 """How long open requests may take when the server shuts down; streams never end by themselves."""
+LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 RIG_PATIENCE_S = 15.0
 """How long the greeting waits for the rig; the server answers meanwhile."""
 
@@ -128,6 +129,7 @@ def _compile_renderer(console: Console) -> None:
 
 
 def _url(settings: Settings, *, port: int) -> str:
-    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    named = LOCALHOST.get(settings.host, settings.host)  # "any address" is none that a browser can open
+    host = f"[{named}]" if ":" in named else named
     token = f"?token={settings.token.get_secret_value()}" if settings.token is not None else ""
     return f"http://{host}:{port}/{token}"

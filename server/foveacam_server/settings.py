@@ -1,11 +1,16 @@
 """What the operator may choose about the server: environment (`FOVEACAM_…`) and command line."""
 
 import os
+import secrets
 from ipaddress import ip_address
 from pathlib import Path
 
-from pydantic import Field, SecretStr
+from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
+TOKEN_BYTES = 16
 
 
 def default_data_dir() -> Path:
@@ -28,7 +33,7 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
-    """What a request must carry; required when `host` is not a loopback address."""
+    """What a request must carry; required when `host` is not a loopback address. `auto` makes one up."""
     allowed_origins: tuple[str, ...] = ()
     """Origins of pages that may use this server, besides its own."""
     data: Path = Field(default_factory=default_data_dir)
@@ -39,6 +44,13 @@ class Settings(BaseSettings):
     """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""
+
+    @field_validator("token")
+    @classmethod
+    def _made_up(cls, token: SecretStr | None) -> SecretStr | None:
+        if token is None or token.get_secret_value() != AUTOMATIC_TOKEN:
+            return token
+        return SecretStr(secrets.token_urlsafe(TOKEN_BYTES))
 
     @property
     def loopback(self) -> bool:

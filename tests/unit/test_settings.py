@@ -45,3 +45,10 @@ def test_token_is_not_shown_when_settings_are_printed() -> None:
 def test_port_outside_the_range_is_refused(port: int) -> None:
     with pytest.raises(ValidationError):
         Settings(port=port)
+
+
+def test_automatic_token_is_long_and_new_every_time() -> None:
+    tokens = [Settings(token="auto").token for _ in range(2)]  # type: ignore[arg-type]  # noqa: S106
+    made_up = {token.get_secret_value() for token in tokens if token is not None}
+    assert len(made_up) == 2
+    assert min(map(len, made_up)) >= 20
