@@ -8,7 +8,6 @@ from pathlib import Path
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
 TOKEN_BYTES = 16
 
