@@ -1,5 +1,6 @@
 """A whole server on the simulated rig, in this process or in one of its own."""
 
+import json
 import os
 import queue
 import re
@@ -63,15 +64,19 @@ class Running:
         assert found is not None
         return found
 
-    def wait_for_event(self, kind: str, *, after: int) -> dict[str, Any]:  # Any: an event's data
-        """Return the data of the first event of `kind` that follows event number `after`."""
+    def wait_for_event(
+        self, kind: str, *, after: int, of: str | None = None
+    ) -> dict[str, Any]:  # Any: an event's data
+        """Return the data of the first event of `kind` after number `after` (`of`: of that fixation)."""
         with self.http.stream("GET", API + "/events", headers={"Last-Event-ID": str(after)}) as stream:
             seen = ""
             for line in stream.iter_lines():
                 if line.startswith("event: "):
                     seen = line.removeprefix("event: ")
                 if line.startswith("data: ") and seen == kind:
-                    return dict(httpx.Response(200, content=line.removeprefix("data: ")).json()["data"])
+                    data: dict[str, Any] = json.loads(line.removeprefix("data: "))["data"]
+                    if of is None or data["fixation_id"] == of:
+                        return data
         raise AssertionError(f"the stream ended without {kind}")
 
     @property

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.timeout(300)
 def fixation(server: Running) -> dict[str, Any]:
     before = server.last_event
     found = server.fixate({"pixel": {"x_px": 800.0, "y_px": 610.0}, "label": "the shelf"})
-    server.wait_for_event("cloud.created", after=before)
+    server.wait_for_event("cloud.created", after=before, of=found["id"])
     return found
 
 
@@ -121,7 +121,7 @@ def test_removed_cloud_takes_its_files_and_its_depth_along(server: Running) -> N
     before = server.last_event
     fixation = server.fixate({"pixel": {"x_px": 700.0, "y_px": 600.0}})
     assert fixation["state"] == "verged"
-    cloud = server.wait_for_event("cloud.created", after=before)
+    cloud = server.wait_for_event("cloud.created", after=before, of=fixation["id"])
     assert server.http.delete(f"/api/v1/clouds/{cloud['id']}").status_code == 204
     assert server.http.get(cloud["ply_url"]).status_code == 404
     assert server.get(f"/fixations/{fixation['id']}").json()["cloud_id"] is None
