@@ -24,7 +24,7 @@ def _integral(x: float, y: float, columns: int, rows: int, sums: F64) -> float:
     top = sums[k] + fx * (sums[k + 1] - sums[k])
     k += columns + 1
     low = sums[k] + fx * (sums[k + 1] - sums[k])
-    return top + fy * (low - top)
+    return float(top + fy * (low - top))
 
 
 @kernel
@@ -42,7 +42,7 @@ def _mean(
     wide = min(max(x1, 0.0), float(columns)) - min(max(x0, 0.0), float(columns))
     high = min(max(y1, 0.0), float(rows)) - min(max(y0, 0.0), float(rows))
     area = 4.0 * hx * hy
-    return min(1.0, max(0.0, (total + outside * (area - wide * high)) / area))
+    return float(min(1.0, max(0.0, (total + outside * (area - wide * high)) / area)))
 
 
 @kernel
@@ -55,13 +55,14 @@ def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: 
             s, t = (a + 0.5) / PARTS - 0.5, (b + 0.5) / PARTS - 0.5
             cx, cy = x + s * J[0] + t * J[1], y + s * J[2] + t * J[3]
             total += _mean(cx, cy, hx, hy, columns, rows, outside, sums)
-    return total / (PARTS * PARTS)
+    return float(total / (PARTS * PARTS))
 
 
 @inlined
 def shade_cells(items: Items, count: int, tables: Tables) -> None:
     """Fill the values of all items of cells with their mean over each footprint, 0..1."""
-    first, obj, where, du, dv, value = items.first, items.obj, items.where, items.du, items.dv, items.value
+    begin, end, obj, where = items.begin, items.end, items.obj, items.where
+    du, dv, value = items.du, items.dv, items.value
     kind, cells = tables.kind, tables.cells
     for m in range(count):
         j = obj[m]
@@ -74,7 +75,7 @@ def shade_cells(items: Items, count: int, tables: Tables) -> None:
         wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
         along = min(abs(J[0]), abs(J[1])) < 0.01 * wide and min(abs(J[2]), abs(J[3])) < 0.01 * high
         single = along or min(wide, high) > 4.0
-        for i in range(np.uintp(first[m]), np.uintp(first[m + 1])):
+        for i in range(np.uintp(begin[m]), np.uintp(end[m])):
             x, y = u + du[i] * per_m, v + dv[i] * per_m
             column, row = np.floor(x - 0.5 * wide), np.floor(y - 0.5 * high)
             if column == np.floor(x + 0.5 * wide) and row == np.floor(y + 0.5 * high):

@@ -15,10 +15,10 @@ SAME = 2e-3
 
 
 def _seen(xy: F64, depth_m: F64, object_ids: I32, right_depth_m: F32, right_ids: I32) -> NDArray[np.bool_]:
-    """Whether the right image shows the same object at the same depth at one of the four pixels about xy (n, 2)."""
+    """Whether one of the four pixels about xy (n, 2) of the right image shows the same object as deep."""
     height, width = right_ids.shape
     seen = np.zeros(len(xy), bool)
-    finite = np.isfinite(xy).all(axis=1)
+    finite: NDArray[np.bool_] = np.isfinite(xy[:, 0]) & np.isfinite(xy[:, 1])
     corner = np.floor(np.where(finite[:, None], xy, -9.0)).astype(np.int64)
     for dx in (0, 1):
         for dy in (0, 1):

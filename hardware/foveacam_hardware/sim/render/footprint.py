@@ -5,23 +5,37 @@ import numpy as np
 from foveacam_hardware.sim.render.jit import kernel
 
 MAX_TAPS = 8
-TAP_STEP = 1.3
-"""Distance of the taps along a stretched footprint, in units of its width: half of what a tap lets through."""
+TAP_SPREAD = 2.0
+"""Base of the triangle of weights over the taps, in pixels."""
+TAP_STEP = 1.4
+"""Distance of the taps, in widths of a tap: half the wavelength that a tap lets through (CUT_PX)."""
+ROUND = 1.15
+"""A footprint this much longer than wide is taken as round."""
 
 
 @kernel
 def footprint_filter(ux: float, uy: float, vx: float, vy: float) -> tuple[float, float, int, float, float]:
-    """Return how to average over a footprint: its long axis (u, v), the number of taps, the widths that
-    one tap and that all of them together leave, metres.
+    """Return how to average over the footprint of a pixel, metres.
+
+    Its long axis (u, v); the number of taps along it; the widths that one tap, and all together, leave.
     """
     p, r, s = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
     d = 0.5 * (p - r)
     spread = np.sqrt(d * d + s * s)
     long = max(np.sqrt(0.5 * (p + r) + spread), 1e-300)
-    short = abs(ux * vy - uy * vx) / long
+    short = max(abs(ux * vy - uy * vx) / long, 1e-300)
+    if long <= ROUND * short:
+        return long, 0.0, 1, long, long
     # Half the angle of (d, s) by its tangent: (spread + d, s) or, where that vanishes, (s, spread − d).
     a, b = (spread + d, s) if d >= 0.0 else (s, spread - d)
-    norm = np.sqrt(a * a + b * b)
-    along_u, along_v = (long * a / norm, long * b / norm) if norm > 0.0 else (long, 0.0)
-    taps = int(min(float(MAX_TAPS), max(1.0, np.ceil(long / (TAP_STEP * max(short, 1e-300))))))
-    return along_u, along_v, taps, max(short, long / (TAP_STEP * taps)), long
+    scale = long / np.sqrt(a * a + b * b)
+    taps = int(min(float(MAX_TAPS), np.ceil(TAP_SPREAD / TAP_STEP * long / short)))
+    return scale * a, scale * b, taps, max(short, TAP_SPREAD / TAP_STEP * long / taps), long
+
+
+@kernel
+def tap(k: int, taps: int) -> tuple[float, float]:
+    """Return where tap k lies along the long axis, in pixels, and its weight, of a triangle with sum 1."""
+    at = (k + 0.5) / taps - 0.5
+    total = 0.5 * taps if taps % 2 == 0 else 0.5 * (taps * taps + 1) / taps
+    return at * TAP_SPREAD, (1.0 - 2.0 * abs(at)) / total

@@ -1,7 +1,8 @@
-"""What of a batch has to be looked up in a material: for each run its coordinates on the face, and footprint.
+"""What of a batch has to be looked up in a material: spans of pixels, their place on the face, and footprint.
 
-A run on a mesh may need two or three items, one for each axis along which its material is mapped. All
-arrays are taken out of their tuples before the loops: taking them out costs more than a pixel does.
+A run on a mesh may need two or three items, one for each axis along which its material is mapped; small
+faces that continue each other share one. All arrays are taken out of their tuples before the loops: taking
+them out costs more than a pixel does.
 """
 
 from typing import NamedTuple
@@ -18,20 +19,26 @@ F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-U, V, JUX, JUY, JVX, JVY = range(6)
+U, V, JUX, JUY, JVX, JVY, FROM_U, FROM_V = range(8)
+ALIKE = 0.08
+"""Footprints that differ by less than this part share an item."""
 
 
 class Items(NamedTuple):
-    """Working memory: item m covers values first[m]..first[m + 1]."""
+    """Working memory: item m covers begin[m]..end[m]; pixel i of the batch stands at axis · CAPACITY + i."""
 
-    of_run: I32  # (CAPACITY + 1,) first item of each run
-    first: I32  # (3 · CAPACITY + 1,)
-    obj: I32  # (3 · CAPACITY,)
+    begin: I32  # (3 · CAPACITY,)
+    end: I32
+    obj: I32
     side: I32
-    where: F64  # (3 · CAPACITY, 6) u, v in the middle; metres of u per pixel along x, y; then of v
-    du: F32  # (3 · CAPACITY,) from the middle, metres (as the material stretches them)
+    where: F64  # (3 · CAPACITY, 8) u, v; metres of u per pixel along x, y; of v; u, v from the camera on
+    newest: I32  # (3,) newest item of each axis, −1 at first
+    du: F32  # (3 · CAPACITY,) from the item's (u, v) on, metres (as the material stretches them)
     dv: F32
     value: F32  # (3, 3 · CAPACITY) noise of mean 0, or mean of cells, or red, green, blue
+    texel: I32  # (3 · CAPACITY,) for fetch_long
+    part_x: F32
+    part_y: F32
 
 
 @kernel
@@ -39,15 +46,25 @@ def new_items() -> Items:
     """Allocate the working memory."""
     n = 3 * CAPACITY
     return Items(
-        np.zeros(CAPACITY + 1, np.int32),
-        np.zeros(n + 1, np.int32),
         np.zeros(n, np.int32),
         np.zeros(n, np.int32),
-        np.zeros((n, 6)),
+        np.zeros(n, np.int32),
+        np.zeros(n, np.int32),
+        np.zeros((n, 8)),
+        np.zeros(3, np.int32),
         np.zeros(n, np.float32),
         np.zeros(n, np.float32),
         np.zeros((3, n), np.float32),
+        np.zeros(n, np.int32),
+        np.zeros(n, np.float32),
+        np.zeros(n, np.float32),
     )
+
+
+@kernel
+def _axes(blend: int, side: int) -> tuple[int, int]:
+    """Return the range of axes along which a face is mapped."""
+    return (0, 3) if blend else (side >> 1, (side >> 1) + 1)
 
 
 @inlined
@@ -56,43 +73,57 @@ def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: 
     face, start, x, y, t = batch.face, batch.first, batch.x, batch.y, batch.t
     obj, sides, blends, weights, q = prims.obj, prims.side, prims.blend, prims.weights, prims.q
     A, o, kind, stretch = objects.A, objects.o, tables.kind, tables.stretch
-    of_run, first, item_obj, item_side = items.of_run, items.first, items.obj, items.side
-    where, du, dv = items.where, items.du, items.dv
-    n, p = 0, np.uintp(0)
+    begin, end, item_obj, item_side, where = items.begin, items.end, items.obj, items.side, items.where
+    du, dv, newest = items.du, items.dv, items.newest
+    newest[:] = -1
+    n = 0
     for k in range(runs):
-        of_run[k] = n
         f = face[k]
         if f < 0 or kind[obj[f]] == PLAIN:
             continue
         j, blend = obj[f], blends[f]
         a, b = np.uintp(start[k]), np.uintp(start[k + 1])
-        m = (a + b) >> np.uintp(1)
-        for turn in range(3 if blend else 1):
-            side = 2 * turn + ((blend >> turn) & 1) if blend else sides[f]
+        i = (a + b) >> np.uintp(1)
+        first_axis, last_axis = _axes(blend, sides[f])
+        for axis in range(first_axis, last_axis):
             if (
                 blend
-                and weights[f, turn, 0] == 0.0
-                and weights[f, turn, 1] == 0.0
-                and weights[f, turn, 2] == 0.0
+                and weights[f, axis, 0] == 0.0
+                and weights[f, axis, 1] == 0.0
+                and weights[f, axis, 2] == 0.0
             ):
                 continue
-            iu, iv = (2 if side < 2 else 0), (2 if side >> 1 == 1 else 1)
+            side = 2 * axis + ((blend >> axis) & 1) if blend else sides[f]
+            shift = np.uintp(axis * CAPACITY)
+            iu, iv = (2 if axis == 0 else 0), (2 if axis == 1 else 1)
             su, sv = stretch[j, 0], stretch[j, 1]
             u0, u1, u2 = A[j, iu, 0] * su, A[j, iu, 1] * su, A[j, iu, 2] * su
             v0, v1, v2 = A[j, iv, 0] * sv, A[j, iv, 1] * sv, A[j, iv, 2] * sv
-            u, v = (u0 * x[m] + u1 * y[m] + u2) * t[m], (v0 * x[m] + v1 * y[m] + v2) * t[m]
-            where[n, U], where[n, V] = o[j, iu] * su + u, o[j, iv] * sv + v
-            where[n, JUX], where[n, JUY] = t[m] * (u0 - q[f, 0] * u), t[m] * (u1 - q[f, 1] * u)
-            where[n, JVX], where[n, JVY] = t[m] * (v0 - q[f, 0] * v), t[m] * (v1 - q[f, 1] * v)
-            item_obj[n], item_side[n], first[n] = j, side, p
-            shift = p - a
-            for i in range(a, b):
-                du[i + shift] = np.float32((u0 * x[i] + u1 * y[i] + u2) * t[i] - u)
-                dv[i + shift] = np.float32((v0 * x[i] + v1 * y[i] + v2) * t[i] - v)
-            p += b - a
-            n += 1
-    of_run[runs] = n
-    first[n] = p
+            u, v = (u0 * x[i] + u1 * y[i] + u2) * t[i], (v0 * x[i] + v1 * y[i] + v2) * t[i]
+            ux, uy = t[i] * (u0 - q[f, 0] * u), t[i] * (u1 - q[f, 1] * u)
+            vx, vy = t[i] * (v0 - q[f, 0] * v), t[i] * (v1 - q[f, 1] * v)
+            m = newest[axis]
+            alike = m >= 0 and end[m] == a + shift and item_obj[m] == j and item_side[m] == side
+            if alike:
+                gap = abs(ux - where[m, JUX]) + abs(uy - where[m, JUY])
+                gap += abs(vx - where[m, JVX]) + abs(vy - where[m, JVY])
+                alike = (
+                    gap < ALIKE * (abs(ux) + abs(uy) + abs(vx) + abs(vy))
+                    and abs(x[a] - x[begin[m] - shift]) < CAPACITY
+                )
+            if not alike:
+                m = n
+                n += 1
+                newest[axis] = m
+                begin[m], item_obj[m], item_side[m] = a + shift, j, side
+                where[m, U], where[m, V] = o[j, iu] * su + u, o[j, iv] * sv + v
+                where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY] = ux, uy, vx, vy
+                where[m, FROM_U], where[m, FROM_V] = u, v
+            end[m] = b + shift
+            u, v = where[m, FROM_U], where[m, FROM_V]
+            for p in range(a, b):
+                du[p + shift] = np.float32((u0 * x[p] + u1 * y[p] + u2) * t[p] - u)
+                dv[p + shift] = np.float32((v0 * x[p] + v1 * y[p] + v2) * t[p] - v)
     return n
 
 
@@ -103,43 +134,29 @@ def add_up(batch: Batch, runs: int, prims: Prims, tables: Tables, items: Items) 
     Noise keeps its contrast, for its axes are independent; it is brought from mean 0 to 0..1 by a smooth
     curve that leaves some contrast at both ends.
     """
-    face, start, x, y, t, shade, sums = (
-        batch.face,
-        batch.first,
-        batch.x,
-        batch.y,
-        batch.t,
-        batch.shade,
-        batch.weight,
-    )
-    obj, kinds, weights = prims.obj, tables.kind, prims.weights
-    of_run, first, sides, value = items.of_run, items.first, items.side, items.value
+    face, start, x, y, t = batch.face, batch.first, batch.x, batch.y, batch.t
+    shade, sums, value = batch.shade, batch.weight, items.value
+    obj, kinds, weights, blends, sides = prims.obj, tables.kind, prims.weights, prims.blend, prims.side
     zero, half, one = np.float32(0.0), np.float32(0.5), np.float32(1.0)
     for k in range(runs):
         f = face[k]
-        if f < 0:
+        if f < 0 or kinds[obj[f]] == PLAIN:
             continue
         kind = kinds[obj[f]]
         a, b = np.uintp(start[k]), np.uintp(start[k + 1])
-        rows = 3 if kind == BITMAP else 1
-        single = of_run[k + 1] - of_run[k] == 1
-        for i in range(a, b):
-            sums[i] = one if single else zero
-            for c in range(rows):
-                shade[c, i] = value[c, i - a + np.uintp(first[of_run[k]])] if single else zero
-        for m in range(of_run[k], of_run[k] if single else of_run[k + 1]):
-            shift, axis = np.uintp(first[m]) - a, sides[m] >> 1
-            w0, w1, w2 = weights[f, axis, 0], weights[f, axis, 1], weights[f, axis, 2]
+        blended, shift = blends[f] != 0, np.uintp((sides[f] >> 1) * CAPACITY)
+        for c in range(3 if kind == BITMAP else 1):
             for i in range(a, b):
-                w = max(zero, np.float32((w0 * x[i] + w1 * y[i] + w2) * t[i]))
-                sums[i] += w * w if kind == NOISE else w
-                for c in range(rows):
-                    shade[c, i] += w * value[c, i + shift]
-        if kind == NOISE:
+                sums[i] = zero if blended else one
+                shade[c, i] = zero if blended else value[c, i + shift]
+            for axis in range(3 if blended else 0):
+                w0, w1, w2 = weights[f, axis, 0], weights[f, axis, 1], weights[f, axis, 2]
+                for i in range(a, b):
+                    w = max(zero, np.float32((w0 * x[i] + w1 * y[i] + w2) * t[i]))
+                    sums[i] += w * w if kind == NOISE else w
+                    shade[c, i] += w * value[c, i + np.uintp(axis * CAPACITY)]
             for i in range(a, b):
-                s = (shade[0, i] + shade[0, i]) / np.sqrt(sums[i])
-                shade[0, i] = half + half * s / np.sqrt(one + s * s)
-        elif kind != PLAIN and not single:
-            for i in range(a, b):
-                for c in range(rows):
-                    shade[c, i] /= sums[i]
+                shade[c, i] /= np.sqrt(sums[i]) if kind == NOISE else sums[i]
+        for i in range(a, b if kind == NOISE else a):
+            s = shade[0, i] + shade[0, i]
+            shade[0, i] = half + half * s / np.sqrt(one + s * s)

@@ -1,4 +1,4 @@
-"""Materials: procedural noise, plain paint, cell bitmaps (boards, markers) and pictures; linear radiance 0..1.
+"""Materials: procedural noise, plain paint, bitmaps of cells (boards, markers), pictures; linear, 0..1.
 
 `pack` turns them into the flat tables that the kernels read. Coordinates (u, v) are metres in the plane of
 the face, (x, y) on a quad; meshes are mapped along the axis that their normal is nearest to.
@@ -101,7 +101,7 @@ class Cells:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bitmap:
-    """A picture about the face's centre, `width_m` wide, its height by its own proportions; edges repeat outside."""
+    """A picture about the face's centre, `width_m` wide, as high as its proportions say; its edge repeats."""
 
     rgb: NDArray[np.uint8]
     width_m: float

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 F32 = NDArray[np.float32]
 
-TILE = 1024
-"""Texels along a side of level 0; a power of two."""
+TILE_BITS = 10
+TILE = 1 << TILE_BITS
+"""Texels along a side of level 0."""
 LEVELS = 4
 """Mip levels that hold anything: the next would begin at the tile's longest wavelength."""
 SHORTEST = 5.0
@@ -32,7 +33,7 @@ def _above(octave: NDArray[np.float64], edge: float) -> NDArray[np.float64]:
 
 
 def _spectrum(seed: int) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Return the tile's spectrum, each octave of standard deviation 1, and log2 of its wavelengths in texels."""
+    """Return the tile's spectrum, standard deviation 1 an octave, and log2 of its wavelengths in texels."""
     rng = np.random.default_rng(seed)
     white = np.fft.rfft2(rng.standard_normal((TILE, TILE)))
     f = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE)[None, :])

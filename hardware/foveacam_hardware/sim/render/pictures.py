@@ -1,9 +1,9 @@
-"""Picture materials: a user's bitmap, filtered between mip levels with several fetches along its footprint."""
+"""Picture materials: a user's bitmap, filtered between mip levels, by several fetches along its footprint."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.footprint import footprint_filter
+from foveacam_hardware.sim.render.footprint import footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
 from foveacam_hardware.sim.render.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import BITMAP, Tables
@@ -35,7 +35,8 @@ def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32
 @inlined
 def shade_bitmap(items: Items, count: int, tables: Tables) -> None:
     """Fill the values of all items of pictures with their colours, averaged over each footprint."""
-    first, obj, where, du, dv, value = items.first, items.obj, items.where, items.du, items.dv, items.value
+    begin, end, obj, where = items.begin, items.end, items.obj, items.where
+    du, dv, value = items.du, items.dv, items.value
     kind, bitmaps, texels = tables.kind, tables.cells, tables.texels
     colour = np.zeros(3, np.float32)
     for m in range(count):
@@ -49,12 +50,12 @@ def shade_bitmap(items: Items, count: int, tables: Tables) -> None:
         level = max(0.0, np.log2(narrow * per_m))
         low = int(level)
         part = level - low
-        for i in range(first[m], first[m + 1]):
+        for i in range(begin[m], end[m]):
             colour[:] = np.float32(0.0)
             for step in range(2 * taps):
-                at = ((step >> 1) + 0.5) / taps - 0.5
+                at, share = tap(step >> 1, taps)
                 x, y = u + (du[i] + at * au) * per_m, v + (dv[i] + at * av) * per_m
                 up = step & 1
-                _add(x, y, low + up, (part if up else 1.0 - part) / taps, bitmap, texels, colour)
+                _add(x, y, low + up, share * (part if up else 1.0 - part), bitmap, texels, colour)
             for c in range(3):
                 value[c, i] = colour[c]

@@ -17,7 +17,7 @@ F32 = NDArray[np.float32]
 
 
 def _array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> F64:
-    array = np.array(value, dtype=np.float64)
+    array: F64 = np.array(value, dtype=np.float64)
     if array.shape != shape:
         raise InvalidInput(
             f"{name}: asked for shape {shape}, found {array.shape}; pass an array of that shape"
@@ -59,7 +59,7 @@ class RayTable:
     def undistorted_px(self) -> F64:
         """Return the table as it was given, (h, w, 2)."""
         x, y = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        grid: F64 = np.stack([x, y], axis=-1) + self.shift_px.astype(np.float64)
+        grid: F64 = np.stack([x, y], axis=-1).astype(np.float64) + self.shift_px
         return grid
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
+from foveacam_hardware.sim.render.binning import sort_into_tiles, tile_shifts
 from foveacam_hardware.sim.render.disparity import disparity_of
 from foveacam_hardware.sim.render.materials import LUMA
 from foveacam_hardware.sim.render.projection import Projection, RayTable
@@ -26,10 +27,9 @@ from foveacam_hardware.sim.render.setup import (
     TILE_W,
     Objects,
     View,
+    empty_corners,
     empty_prims,
     set_up,
-    sort_into_tiles,
-    tile_shifts,
 )
 from foveacam_hardware.sim.render.tiles import Stage, Target, render_tiles
 
@@ -84,7 +84,8 @@ class _Entry:
     def unlend(self) -> None:
         """Go on with copies of arrays that a caller may still hold."""
         if self.lent:
-            self.target = Target(*(array.copy() for array in self.target))
+            radiance, depth, ids = self.target
+            self.target = Target(radiance.copy(), depth.copy(), ids.copy())
             self.lent = False
 
 
@@ -142,7 +143,7 @@ class Renderer:
     def radiance(
         self, projection: Projection, roi: tuple[int, int, int, int] | None = None, channels: int = 1
     ) -> Radiance:
-        """Render what a camera sees, or the part of it in roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
+        """Render what a camera sees, or the part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
         if channels not in (1, 3):
             raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
         x, y, w, h = _checked(roi, projection)
@@ -151,10 +152,16 @@ class Renderer:
             self._complete(entry, _tiles_of(x, y, w, h, projection.width), channels)
             whole = (w, h) == (projection.width, projection.height)
             entry.lent = entry.lent or whole
-            parts = [a if whole else a[y : y + h, x : x + w].copy() for a in entry.target]
-        for part in parts:
+            here = (slice(y, y + h), slice(x, x + w))
+            radiance, depth, ids = (
+                entry.target.radiance[here],
+                entry.target.depth[here],
+                entry.target.ids[here],
+            )
+            if not whole:
+                radiance, depth, ids = radiance.copy(), depth.copy(), ids.copy()
+        for part in (radiance, depth, ids):
             part.flags.writeable = False
-        radiance, depth, ids = parts
         return Radiance(radiance=radiance[..., 0] if channels == 1 else radiance, depth_m=depth, ids=ids)
 
     def disparity(self, left: Projection, right: Projection) -> tuple[F32, Bool]:
@@ -200,7 +207,8 @@ class Renderer:
         view = self._view(projection)
         objects = _objects(snapshot, projection, view.Minv)
         prims = empty_prims(len(snapshot.geometry.faces))
-        count = set_up(snapshot.geometry, objects, snapshot.ambient, view, prims)
+        corners = empty_corners(len(snapshot.geometry.vertices))
+        count = set_up(snapshot.geometry, objects, snapshot.ambient, view, corners, prims)
         footprint = np.zeros((len(snapshot.poses), len(view.tile_shift) - 1), bool)
         bins = sort_into_tiles(prims, count, view, footprint)
         colors, sky = _in_channels(snapshot, channels)
@@ -209,13 +217,13 @@ class Renderer:
         return stage, footprint
 
     def _view(self, projection: Projection) -> View:
-        Minv = np.linalg.inv(projection.M)
+        Minv: F64 = np.asarray(np.linalg.inv(projection.M), dtype=np.float64)
         shift, tile_shift = self._lens(projection.rays, projection.width, projection.height)
         return View(
             projection.M.copy(),  # writable, as all the others: kernels are compiled for either
             Minv,
             projection.C.copy(),
-            projection.axis @ Minv,
+            np.asarray(projection.axis @ Minv, dtype=np.float64),
             1.0 / (NEAR_M * float(np.linalg.norm(projection.M[2]))),
             projection.width,
             projection.height,

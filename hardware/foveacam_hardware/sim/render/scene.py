@@ -52,6 +52,7 @@ class Geometry(NamedTuple):
     first_vertex: I32  # (n + 1,)
     first_face: I32  # (n + 1,)
     closed: I32  # (n,) 1 = faces seen from behind are hidden by others
+    bounds: F64  # (n, 8, 3) corners of each object's box
     smooth: I32  # (n,) 1 = light and texture run on from face to face
 
 
@@ -113,6 +114,12 @@ def _part(shape: Shape) -> _Part:
     return _box(shape) if isinstance(shape, Box) else _mesh(shape)
 
 
+def _box_corners(vertices: F64) -> F64:
+    ends = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+    corners: F64 = np.array([[ends[i >> k & 1, k] for k in range(3)] for i in range(8)])
+    return corners
+
+
 def _flatten(parts: list[_Part]) -> Geometry:
     first_vertex = np.cumsum([0] + [len(p.vertices) for p in parts]).astype(np.int32)
     first_face = np.cumsum([0] + [len(p.faces) for p in parts]).astype(np.int32)
@@ -129,6 +136,7 @@ def _flatten(parts: list[_Part]) -> Geometry:
         first_vertex,
         first_face,
         np.array([p.closed for p in parts], np.int32),
+        np.array([_box_corners(p.vertices) for p in parts]).reshape(-1, 8, 3),
         np.array([p.smooth for p in parts], np.int32),
     )
 

@@ -79,7 +79,7 @@ def psf_taps(sigma_px: float) -> F32:
 
 
 @kernel
-def _mixed(a: int, b: int) -> int:
+def _mixed(a: np.uint64, b: int) -> np.uint64:
     """Return a hash of two 64-bit numbers (the finaliser of SplitMix64)."""
     h = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(b)
     h = (h ^ (h >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -121,36 +121,36 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
 
 @kernel
 def _count(
-    row: F32, normals: F32, well_e: float, light_e: float, read_e: float, scale: float, top: int, out: F32
+    row: F32, normals: F32, gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16]
 ) -> None:
-    """Fill out with counts: electrons with their noise, limited by the well and the converter."""
-    well, light, scale32 = np.float32(well_e), np.float32(light_e), np.float32(scale)
-    variance, limit = np.float32(read_e * read_e), np.float32(top)
+    """Fill out with counts: electrons with their noise, limited by the well and the converter.
+
+    gains: electrons of a full well, per radiance 1, of read noise; counts per electron.
+    """
+    well, light = np.float32(gains[0]), np.float32(gains[1])
+    read, scale = np.float32(gains[2]), np.float32(gains[3])
+    half, zero, limit = np.float32(0.5), np.float32(0.0), np.float32(top)
     for i in range(row.shape[0]):
-        electrons = min(max(row[i] * light, np.float32(0.0)), well)
-        noisy = electrons + np.sqrt(electrons + variance) * normals[i]
-        counts = np.floor(noisy * scale32 + np.float32(0.5))
-        out[i] = min(max(counts, np.float32(0.0)), limit)
+        electrons = min(max(row[i] * light, zero), well)
+        counts = (electrons + np.sqrt(electrons + read * read) * normals[i]) * scale + half
+        out[i] = np.uint16(np.int32(min(max(counts, zero), limit)))
 
 
 @kernel
 def _expose(
-    radiance: F32, channels: int, taps: F32, normals: F32, key: int, well_e: float, light_e: float, read_e: float,
-    scale: float, top: int, out: NDArray[np.uint8] | NDArray[np.uint16],
+    radiance: F32, channels: int, taps: F32, normals: F32, key: np.uint64,
+    gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16],
 ) -> None:  # fmt: skip
-    """Expose rows of interleaved channels, (h, w · channels)."""
+    """Expose rows of interleaved channels, (h, w · channels); gains as for _count."""
     n = radiance.shape[1]
     padded = np.empty(n + 2 * MAX_RADIUS * channels, np.float32)
-    row, counts = np.empty(n, np.float32), np.empty(n, np.float32)
+    row = np.empty(n, np.float32)
     first = MAX_RADIUS * channels
     for y in range(radiance.shape[0]):
         _blur_down(radiance, y, taps, padded[first : first + n])
         _blur_along(padded, channels, taps, row)
         start = np.int64(_mixed(key, y) >> np.uint64(64 - TABLE_BITS))
-        _count(row, normals[start : start + n], well_e, light_e, read_e, scale, top, counts)
-        line = out[y]
-        for i in range(n):
-            line[i] = np.int32(counts[i])
+        _count(row, normals[start : start + n], gains, top, out[y])
 
 
 def _frame_key(key: tuple[int, int, int]) -> int:
@@ -179,20 +179,14 @@ def expose(
     if rows.shape[1] > MAX_ROW:
         raise InvalidInput(f"expose: a row of {rows.shape[1]} values; at most {MAX_ROW} fit the noise table")
     top = (1 << exposure.bits) - 1
-    out: NDArray[np.uint8] | NDArray[np.uint16] = np.empty(
-        rows.shape, np.uint8 if exposure.bits == 8 else np.uint16
-    )
-    _expose(
-        rows,
-        channels,
-        psf_taps(exposure.psf_sigma_px),
-        _normals(),
-        np.uint64(_frame_key(key)),
+    counts = np.empty(rows.shape, np.uint16)
+    gains = (
         exposure.full_well_e,
         exposure.full_well_e * exposure.exposure_s / exposure.reference_s,
         exposure.read_noise_e,
         exposure.gain * top / exposure.full_well_e,
-        top,
-        out,
     )
-    return out.reshape(radiance.shape)
+    key64 = np.uint64(_frame_key(key))
+    _expose(rows, channels, psf_taps(exposure.psf_sigma_px), _normals(), key64, gains, top, counts)
+    image = counts.reshape(radiance.shape)
+    return image.astype(np.uint8) if exposure.bits == 8 else image

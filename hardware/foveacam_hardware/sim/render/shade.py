@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.sim.render.batch import Batch
-from foveacam_hardware.sim.render.footprint import footprint_filter
+from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
+from foveacam_hardware.sim.render.footprint import footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
 from foveacam_hardware.sim.render.jit import inlined
 from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, Tables
@@ -25,16 +26,22 @@ CUT_PX = 2.6
 @inlined
 def shade_noise(items: Items, count: int, tables: Tables) -> None:
     """Fill the values of all items of noise with the sum of the layers that the footprint lets through."""
-    first, obj, sides, where = items.first, items.obj, items.side, items.where
-    du, dv, out = items.du, items.dv, items.value[0]
+    begin, end, obj, sides, where = items.begin, items.end, items.obj, items.side, items.where
+    du, dv, out, texel, part_x, part_y = (
+        items.du,
+        items.dv,
+        items.value[0],
+        items.texel,
+        items.part_x,
+        items.part_y,
+    )
     kind, layers, noise = tables.kind, tables.layers, tables.noise
-    one, size = np.int32(1), float(TILE)
     for m in range(count):
         j = obj[m]
         if kind[j] != NOISE:
             continue
-        start, end = np.uintp(first[m]), np.uintp(first[m + 1])
-        for i in range(start, end):
+        a, b = np.uintp(begin[m]), np.uintp(end[m])
+        for i in range(a, b):
             out[i] = np.float32(0.0)
         au, av, taps, narrow, long = footprint_filter(
             where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY]
@@ -44,48 +51,32 @@ def shade_noise(items: Items, count: int, tables: Tables) -> None:
         for layer in range(MAX_LAYERS):
             if layers[j, layer, 0] == 0.0 or fine >= LEVELS:
                 break
-            g0, g1 = layers[j, layer, 1], layers[j, layer, 2]
-            g2, g3 = layers[j, layer, 3], layers[j, layer, 4]
+            grid = (layers[j, layer, 1], layers[j, layer, 2], layers[j, layer, 3], layers[j, layer, 4])
             # Opposite and neighbouring faces show other parts of the tile.
-            u = g0 * where[m, U] + g1 * where[m, V] + TILE * (layers[j, layer, 5] + 0.381966 * sides[m])
-            v = g2 * where[m, U] + g3 * where[m, V] + TILE * (layers[j, layer, 5] * 7.0 + 0.276393 * sides[m])
+            u = (
+                grid[0] * where[m, U]
+                + grid[1] * where[m, V]
+                + TILE * (layers[j, layer, 5] + 0.381966 * sides[m])
+            )
+            v = (
+                grid[2] * where[m, U]
+                + grid[3] * where[m, V]
+                + TILE * (layers[j, layer, 5] * 7.0 + 0.276393 * sides[m])
+            )
             needed = 1 if coarse <= 0.0 else taps
             low = int(max(0.0, fine))
             part = max(0.0, fine) - low
-            levels = 2 if part > 0.0 and low + 1 < LEVELS else 1
-            for step in range(needed * levels):
-                at = (step // levels + 0.5) / needed - 0.5
-                ut, vt = u + at * (g0 * au + g1 * av), v + at * (g2 * au + g3 * av)
-                up = step % levels
-                level = low + up
-                w = np.float32(layers[j, layer, 6] / needed * (part if up else 1.0 - part))
-                bits = np.int32(10 - level)
-                mask = np.int32((TILE >> level) - 1)
-                base = np.int32((4 * TILE * TILE - ((4 * TILE * TILE) >> (2 * level))) // 3)
-                scale = 1.0 / (1 << level)
-                x0, y0 = (
-                    np.float32((ut - np.floor(ut / size) * size) * scale),
-                    np.float32((vt - np.floor(vt / size) * size) * scale),
-                )
-                xu, xv, yu, yv = (
-                    np.float32(g0 * scale),
-                    np.float32(g1 * scale),
-                    np.float32(g2 * scale),
-                    np.float32(g3 * scale),
-                )
-                for i in range(start, end):
-                    x = x0 + du[i] * xu + dv[i] * xv
-                    y = y0 + du[i] * yu + dv[i] * yv
-                    fx, fy = np.floor(x), np.floor(y)
-                    c, r = np.int32(fx) & mask, np.int32(fy) & mask
-                    c1, r1 = (c + one) & mask, base + (((r + one) & mask) << bits)
-                    r = base + (r << bits)
-                    x -= fx
-                    y -= fy
-                    p, q = noise[np.uint32(r + c)], noise[np.uint32(r1 + c)]
-                    top = p + x * (noise[np.uint32(r + c1)] - p)
-                    bottom = q + x * (noise[np.uint32(r1 + c1)] - q)
-                    out[i] += w * (top + y * (bottom - top))
+            tap_u, tap_v = grid[0] * au + grid[1] * av, grid[2] * au + grid[3] * av
+            for up in range(2 if part > 0.0 and low + 1 < LEVELS else 1):
+                at = lookup(u, v, grid, low + up)
+                amplitude = layers[j, layer, 6] * (part if up else 1.0 - part)
+                for k in range(needed):
+                    along, share = tap(k, needed)
+                    tu, tv, w = along * tap_u, along * tap_v, amplitude * share
+                    if b - a < LONG:
+                        fetch_short(at, tu, tv, w, du, dv, a, b, noise, out)
+                    else:
+                        fetch_long(at, tu, tv, w, du, dv, a, b, noise, out, texel, part_x, part_y)
             fine += 4.0  # log2 of RATIO: the next layer's texels are as much smaller
             coarse += 4.0
 

@@ -99,7 +99,7 @@ def place(
     pitch_rad: float = 0.0,
     roll_rad: float = 0.0,
 ) -> F64:
-    """Return scene_from_object (4, 4): roll about z, then pitch about x, then yaw about y (down), then move."""
+    """Return scene_from_object (4, 4): roll about z, pitch about x, yaw about y (down), then move."""
     cy, sy, cp, sp = np.cos(yaw_rad), np.sin(yaw_rad), np.cos(pitch_rad), np.sin(pitch_rad)
     cr, sr = np.cos(roll_rad), np.sin(roll_rad)
     yaw = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])

@@ -6,15 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.sim.render.batch import CAPACITY, Batch, gather, interpolate, new_batch, shade_sky
+from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.sim.render.cells import shade_cells
 from foveacam_hardware.sim.render.items import Items, add_up, find_items, new_items
 from foveacam_hardware.sim.render.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import Tables
 from foveacam_hardware.sim.render.pictures import shade_bitmap
-from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Bins, Objects, Prims, View
+from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Objects, Prims, View
 from foveacam_hardware.sim.render.shade import paint, shade_noise
 from foveacam_hardware.sim.render.visibility import (
     COUNTED,
+    CREASE,
     SAMPLES,
     Tile,
     fill,
@@ -65,55 +67,81 @@ def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> 
 
 @inlined
 def _store(
-    batch: Batch, runs: int, x0: int, y0: int, width: int, stage: Stage, colour: F32, target: Target
+    batch: Batch,
+    runs: int,
+    x0: int,
+    y0: int,
+    width: int,
+    height: int,
+    stage: Stage,
+    colour: F32,
+    target: Target,
 ) -> None:
     """Write a tile's colour, depth and ids into the image."""
     d0, d1, d2 = stage.camera.depth[0], stage.camera.depth[1], stage.camera.depth[2]
-    face, first, x, y, t, channels = batch.face, batch.first, batch.x, batch.y, batch.t, colour.shape[1]
-    radiance, depth, ids, obj = target.radiance, target.depth, target.ids, stage.prims.obj
+    face, first, x, y, t, obj = batch.face, batch.first, batch.x, batch.y, batch.t, stage.prims.obj
+    radiance, depth, ids, channels = target.radiance, target.depth, target.ids, colour.shape[1]
+    w, left = np.uintp(width), np.uintp(x0)
+    for r in range(height):
+        row, shift = np.uintp(y0 + r), np.uintp(r) * w
+        for i in range(w):
+            p = shift + i
+            depth[row, left + i] = np.float32(t[p] * (d0 * x[p] + d1 * y[p] + d2))
+        for c in range(channels):
+            for i in range(w):
+                radiance[row, left + i, c] = colour[shift + i, c]
     for k in range(runs):
         f = face[k]
         a, b = np.uintp(first[k]), np.uintp(first[k + 1])
-        row = np.uintp(y0 + a // np.uintp(width))
-        shift = np.uintp(x0 + a % np.uintp(width)) - a
+        row, shift = np.uintp(y0) + a // w, left + a % w - a
         j = obj[f] if f >= 0 else np.int32(-1)
         for i in range(a, b):
             ids[row, i + shift] = j
-            z = t[i] * (d0 * x[i] + d1 * y[i] + d2) if f >= 0 else np.inf
-            depth[row, i + shift] = np.float32(z)
-            for channel in range(channels):
-                radiance[row, i + shift, channel] = colour[i, channel]
+        if f < 0:
+            for i in range(a, b):
+                depth[row, i + shift] = np.float32(np.inf)
 
 
 @inlined
 def _gather_marks(
-    tile: Tile, mark: int, marks: int, batch: Batch, weight: F32, start: I32
+    tile: Tile, mark: int, marks: int, prims: Prims, smooth: I32, batch: Batch, weight: F32, start: I32
 ) -> tuple[int, int]:
     """Fill the batch from as many marks as fit, from `mark` on; return the runs and the mark after.
 
-    Every face that the samples of a mark see becomes a run of one pixel, at the centroid of those samples.
+    Every face that the samples of a mark see becomes a run of one pixel, at the centroid of those samples;
+    faces of a smooth object that run on into each other become one.
     """
     faces, columns, rows, tx, ty = tile.sample_face, tile.mark, tile.mark_row, tile.x, tile.y
+    sample_q, q, obj = tile.sample_q, prims.q, prims.obj
     first, face, x, y = batch.first, batch.face, batch.x, batch.y
     runs = 0
     while mark < marks and runs + SAMPLES <= CAPACITY:
         start[mark] = runs
         c, r = columns[mark], rows[mark]
+        xx, xy = 0.5 * (tx[r, c + 1] - tx[r, c - 1]), 0.5 * (tx[r + 1, c] - tx[r - 1, c])
+        yx, yy = 0.5 * (ty[r, c + 1] - ty[r, c - 1]), 0.5 * (ty[r + 1, c] - ty[r - 1, c])
         for s in range(SAMPLES):
             f = faces[mark, s]
             if f == COUNTED:
                 continue
-            count, dx, dy = 0, 0.0, 0.0
+            merge = f >= 0 and smooth[obj[f]] == 1
+            count, sx, sy = 0, 0.0, 0.0
             for other in range(s, SAMPLES):
-                if faces[mark, other] == f:
+                g = faces[mark, other]
+                dx, dy = (other % 4 - 1.5) * 0.25, (other // 4 - 1.5) * 0.25
+                same = g == f
+                if merge and not same and g >= 0 and obj[g] == obj[f]:
+                    px, py = tx[r, c] + dx * xx + dy * xy, ty[r, c] + dx * yx + dy * yy
+                    gap = q[f, 0] * px + q[f, 1] * py + q[f, 2] - sample_q[mark, other]
+                    same = abs(gap) < CREASE * sample_q[mark, other]
+                if same:
                     count += 1
-                    dx += (other % 4 - 1.5) * 0.25
-                    dy += (other // 4 - 1.5) * 0.25
+                    sx += dx
+                    sy += dy
                     faces[mark, other] = COUNTED
-            dx, dy = 0.5 * dx / count, 0.5 * dy / count
+            sx, sy = sx / count, sy / count
             first[runs], face[runs], weight[runs] = runs, f, np.float32(count / SAMPLES)
-            x[runs] = tx[r, c] + dx * (tx[r, c + 1] - tx[r, c - 1]) + dy * (tx[r + 1, c] - tx[r - 1, c])
-            y[runs] = ty[r, c] + dx * (ty[r, c + 1] - ty[r, c - 1]) + dy * (ty[r + 1, c] - ty[r - 1, c])
+            x[runs], y[runs] = tx[r, c] + sx * xx + sy * xy, ty[r, c] + sx * yx + sy * yy
             runs += 1
         mark += 1
     start[mark] = first[runs] = runs
@@ -158,7 +186,7 @@ def render_tiles(tiles: NDArray[np.int64], stage: Stage, target: Target) -> None
         while True:
             _shade(batch, runs, items, stage, colour)
             if begin < 0:
-                _store(batch, runs, x0, y0, width, stage, colour, target)
+                _store(batch, runs, x0, y0, width, height, stage, colour, target)
                 marks = mark_edges(tile, height, width, prims, smooth)
                 sample_edges(tile, marks, index, x0, y0, camera, prims, bins)
             else:
@@ -166,4 +194,4 @@ def render_tiles(tiles: NDArray[np.int64], stage: Stage, target: Target) -> None
             if end >= marks:
                 break
             begin = end
-            runs, end = _gather_marks(tile, begin, marks, batch, weight, start)
+            runs, end = _gather_marks(tile, begin, marks, prims, smooth, batch, weight, start)

@@ -1,4 +1,4 @@
-"""What is seen at each pixel of a tile: z-buffer at pixel centres, and 4x4 samples where an edge runs through.
+"""What is seen at each pixel of a tile: z-buffer at its centre, and 4x4 samples where an edge runs through.
 
 The tile carries a border of one pixel, so that edges are found without looking at its neighbours, and
 everything in it depends on the scene and the projection alone.
@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.sim.render.jit import inlined, kernel
-from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Bins, Prims, View
+from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Prims, View
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -35,6 +36,7 @@ class Tile(NamedTuple):
     mark_start: I32  # (ROWS + 1,) first mark of each row
     sample_q: F64  # (TILE_H · TILE_W, SAMPLES)
     sample_face: I32  # (TILE_H · TILE_W, SAMPLES)
+    lowest: F64  # (TILE_H · TILE_W,) least q of each mark's samples
 
 
 @kernel
@@ -51,6 +53,7 @@ def new_tile() -> Tile:
         np.zeros(ROWS + 1, np.int32),
         np.zeros((marks, SAMPLES)),
         np.zeros((marks, SAMPLES), np.int32),
+        np.zeros(marks),
     )
 
 
@@ -152,36 +155,52 @@ def mark_edges(tile: Tile, height: int, width: int, prims: Prims, smooth: I32) -
     return count
 
 
+@kernel
+def _outside(e: F64, n: int, x: float, y: float, reach: float) -> bool:
+    """Whether a point, and all within `reach` of it along x and y, lie outside one of the edges of face n."""
+    for k in range(4):
+        wide = reach * (abs(e[n, k, 0]) + abs(e[n, k, 1]))
+        if e[n, k, 0] * x + e[n, k, 1] * y + e[n, k, 2] + wide < 0.0:
+            return True
+    return False
+
+
 @inlined
 def sample_edges(
     tile: Tile, count: int, index: int, x0: int, y0: int, view: View, prims: Prims, bins: Bins
 ) -> None:
     """Find the nearest face at each of the 4x4 samples of the marked pixels."""
     xs, ys, mark, start, q, face = tile.x, tile.y, tile.mark, tile.mark_start, tile.sample_q, tile.sample_face
+    lowest = tile.lowest
     items, box, e, plane, q_max = bins.items, prims.box, prims.edges, prims.q, view.q_max
     s0, s1 = view.tile_shift[index, 0], view.tile_shift[index, 1]
     s2, s3 = view.tile_shift[index, 2], view.tile_shift[index, 3]
     if count > 0:
         q[:count] = 0.0
         face[:count] = -1
+        lowest[:count] = 0.0
     for item in range(bins.start[index], bins.start[index + 1] if count > 0 else 0):
         n = items[item]
         left, right = _pixel_range(box[n, 0] - 0.5, box[n, 1] + 0.5, x0 - 1, COLUMNS, s0, s1)
         top, bottom = _pixel_range(box[n, 2] - 0.5, box[n, 3] + 0.5, y0 - 1, ROWS, s2, s3)
+        reach = 0.55 * (abs(plane[n, 0]) + abs(plane[n, 1]))
         for r in range(max(top, 1), min(bottom, ROWS - 1)):
             for m in range(start[r], start[r + 1]):
                 c = mark[m]
-                if c < left or c >= right:
+                if c < left or c >= right or _outside(e, n, xs[r, c], ys[r, c], 0.55):
+                    continue
+                near = plane[n, 0] * xs[r, c] + plane[n, 1] * ys[r, c] + plane[n, 2]
+                if near + reach < lowest[m]:
                     continue
                 xx, xy = 0.5 * (xs[r, c + 1] - xs[r, c - 1]), 0.5 * (xs[r + 1, c] - xs[r - 1, c])
                 yx, yy = 0.5 * (ys[r, c + 1] - ys[r, c - 1]), 0.5 * (ys[r + 1, c] - ys[r - 1, c])
+                least = np.inf
                 for s in range(SAMPLES):
                     dx, dy = (s % 4 - 1.5) * 0.25, (s // 4 - 1.5) * 0.25
                     x, y = xs[r, c] + dx * xx + dy * xy, ys[r, c] + dx * yx + dy * yy
                     near = plane[n, 0] * x + plane[n, 1] * y + plane[n, 2]
-                    inside = near > q[m, s] and near <= q_max
-                    for k in range(4):
-                        inside = inside and e[n, k, 0] * x + e[n, k, 1] * y + e[n, k, 2] >= 0.0
-                    if inside:
+                    if near > q[m, s] and near <= q_max and not _outside(e, n, x, y, 0.0):
                         q[m, s] = near
                         face[m, s] = n
+                    least = min(least, q[m, s])
+                lowest[m] = least

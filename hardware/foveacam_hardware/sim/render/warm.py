@@ -1,4 +1,4 @@
-"""Compile every kernel before the first frame is asked for: seconds once per machine, then read from the cache."""
+"""Compile every kernel before the first frame is asked for: once per machine, then read from the cache."""
 
 from collections.abc import Callable
 
