@@ -72,6 +72,21 @@ def test_computed_views_have_pictures_after_a_fixation(server: Running, fixation
         assert server.get(f"/views/{view}/snapshot.jpg").status_code == 200
 
 
+def test_direction_that_the_mirrors_do_not_cover_ends_as_out_of_range(server: Running) -> None:
+    found = server.fixate({"direction": {"ax_deg": 9.99, "ay_deg": 9.99}})
+    assert found["state"] == "out_of_range"
+    assert found["distance_m"] is None
+    assert found["target_id"] is None
+    assert found["reason"]
+
+
+def test_rectangle_is_fixated_at_its_texture(server: Running) -> None:
+    box = {"x_px": 705.0, "y_px": 525.0, "width_px": 30.0, "height_px": 30.0}
+    found = server.fixate({"rectangle": box, "depth": False})
+    assert found["state"] == "verged"
+    assert found["request"]["rectangle"] == box
+
+
 def test_without_prefer_a_fixation_is_a_job_that_leads_to_its_result(server: Running) -> None:
     before = server.last_event
     answer = server.post("/fixations", {**CENTRE, "depth": False})
