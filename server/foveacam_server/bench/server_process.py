@@ -14,6 +14,8 @@ import httpx
 from foveacam_hardware.contract import DeviceFault
 
 _PATIENCE_S = 60.0
+_START_PATIENCE_S = 180.0
+"""Where the renderer has not been compiled yet, a server does that first."""
 _POLL_S = 0.02
 
 
@@ -32,7 +34,7 @@ class ServerProcess:
     def __enter__(self) -> Self:
         with self._log.open("w") as output:
             self._process = subprocess.Popen(self._command, stdout=output, stderr=subprocess.STDOUT)  # noqa: S603  # our own program
-        end_s = time.monotonic() + _PATIENCE_S
+        end_s = time.monotonic() + _START_PATIENCE_S
         while not re.search(r"is ready: ", self._log.read_text()):
             if time.monotonic() > end_s or self._process.poll() is not None:
                 self._end()

@@ -34,6 +34,7 @@ ARGUMENTS = [
     "--disable-sync",
 ]
 PATIENCE_S = 30.0
+START_PATIENCE_S = 180.0  # where the renderer has not been compiled yet, a server does that first
 _POLL_MS = 30
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
@@ -86,11 +87,13 @@ StartServer = Callable[..., Server]
 
 def greeting(process: subprocess.Popen[bytes], log: Path) -> str:
     """Return the address that the server prints once it is ready."""
-    end_s = time.monotonic() + 2 * PATIENCE_S
+    end_s = time.monotonic() + START_PATIENCE_S
     while time.monotonic() < end_s and process.poll() is None:
         if found := re.search(r"is ready: (\S+)", log.read_text()):
             return found[1]
         time.sleep(_POLL_MS / 1000)
+    process.kill()
+    process.wait()
     raise AssertionError(f"the server did not start: {log.read_text()}")
 
 

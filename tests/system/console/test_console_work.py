@@ -196,8 +196,15 @@ def test_page_without_webgl_says_so_and_works(
         plain.close()
 
 
-def test_3d_pane_loads_beside_the_views(open_console: OpenConsole, server: Server) -> None:
+def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
+    open_console: OpenConsole, server: Server
+) -> None:
+    server.be_idle()
     console = open_console(server.url, settings={"scene": True})
-    frame = console.page.frame_locator("#scene iframe")
-    frame.locator("canvas[data-engine]").wait_for()
+    canvas = console.page.frame_locator("#scene iframe").locator("canvas[data-engine]")
+    canvas.wait_for()
     console.until_live("wide", "left", "right")
+    assert console.page.evaluate("document.activeElement.tagName") == "BODY"
+    canvas.click(position={"x": 30, "y": 60})
+    console.page.keyboard.press("Space")
+    console.page.locator("#stopped", has_text="parked").wait_for()

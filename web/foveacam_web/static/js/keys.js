@@ -1,36 +1,55 @@
-// The page's keyboard: Space stops, Escape cancels or closes, single letters switch things.
+// The page's keyboard: Space stops, Escape cancels or closes, single letters switch things. The 3D frame is another
+// document that may have the focus: its keys count as well, above all the one that stops.
 
 /**
- * @typedef {Record<string, () => void>} Keys what each key does, by its `event.key` in lower case
+ * @typedef {{keys: Record<string, () => void>, stop: () => void, escape: () => void, letters: () => boolean}} Actions
+ *   `keys`: what each key does, by its `event.key` in lower case; `letters`: whether single keys are wanted
  */
 
-/**
- * Listen to the whole page.
- * @param {{keys: Keys, stop: () => void, escape: () => void, letters: () => boolean}} actions
- *   `letters` says whether single-letter keys are wanted
- */
-export function listenToKeys({ keys, stop, escape, letters }) {
-  document.addEventListener("keydown", (event) => {
-    if (event.key === " " && !typing(event.target)) {
+/** The keyboard of one page. */
+export class Keyboard {
+  #actions;
+
+  /** @param {Actions} actions */
+  constructor(actions) {
+    this.#actions = actions;
+    this.listenTo(document);
+  }
+
+  /** @param {Document} of the page's own, or that of a frame of the same origin */
+  listenTo(of) {
+    of.addEventListener("keydown", (event) => this.#down(event), { capture: of !== document });
+    // A focused button acts when Space is released; it must not act as well as stop.
+    of.addEventListener("keyup", (event) => event.key === " " && !typing(event.target) && event.preventDefault());
+  }
+
+  /** @param {KeyboardEvent} event */
+  #down(event) {
+    if (typing(event.target)) return;
+    if (event.key === " ") {
       event.preventDefault();
-      if (!event.repeat) stop();
+      if (!event.repeat) this.#actions.stop();
       return;
     }
-    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || typing(event.target)) return;
-    if (event.key === "Escape") return escape();
-    const act = keys[event.key.toLowerCase()];
-    if (!act || !letters() || document.querySelector("dialog[open]")) return;
+    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    const sheet = document.querySelector("dialog[open]");
+    if (event.key === "Escape") {
+      if (sheet instanceof HTMLDialogElement) sheet.close();
+      else this.#actions.escape();
+      return;
+    }
+    const act = this.#actions.keys[event.key.toLowerCase()];
+    if (!act || sheet || !this.#actions.letters()) return;
     event.preventDefault();
     act();
-  });
-  // A focused button acts when Space is released; it must not act as well as stop.
-  document.addEventListener("keyup", (event) => event.key === " " && !typing(event.target) && event.preventDefault());
+  }
 }
 
 /**
- * Whether the key goes into a control that needs it itself.
+ * Whether the key goes into a control that needs it itself. Elements of a frame are of another realm: no instanceof.
  * @param {EventTarget | null} target
  */
 function typing(target) {
-  return target instanceof Element && target.closest("input, textarea, select, [contenteditable]") !== null;
+  const element = /** @type {Element | null} */ (target);
+  return Boolean(element?.closest?.("input, textarea, select, [contenteditable]"));
 }

@@ -4,7 +4,7 @@ import { Commands } from "./commands.js";
 import { fill, h, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
 import { icon } from "./icons.js";
-import { listenToKeys } from "./keys.js";
+import { Keyboard } from "./keys.js";
 import { makeHelp, makeLease, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
@@ -32,22 +32,7 @@ const help = makeHelp();
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 
-document.body.append(toasts.element);
-need("wide").append(views.pane("wide").element);
-need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
-mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
-mountStop(need("stop"), need("stopped"), { store, commands });
-mountOffline(need("offline"), store);
-mountProblems(need("problems"), store);
-mountFixation(need("fixation"), need("announcer"), { store, commands });
-const scene = new Scene(need("scene"), store);
-mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
-views.pane("wide").tools.prepend(makeSteerDistance(store));
-mountRigStatus(need("rig"), store);
-const log = mountEventLog(need("events"), store);
-mountTools();
-mountTabs();
-listenToKeys({
+const keyboard = new Keyboard({
   stop: () => void commands.stop(),
   escape,
   letters: () => store.state.settings.single_keys,
@@ -56,6 +41,22 @@ listenToKeys({
     "+": () => views.wide.zoom(1.5), "=": () => views.wide.zoom(1.5), "-": () => views.wide.zoom(1 / 1.5), 0: () => views.wide.fit(),
   },
 });
+
+document.body.append(toasts.element);
+need("wide").append(views.pane("wide").element);
+need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
+mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
+mountStop(need("stop"), need("stopped"), { store, commands });
+mountOffline(need("offline"), store);
+mountProblems(need("problems"), store);
+mountFixation(need("fixation"), need("announcer"), { store, commands });
+const scene = new Scene(need("scene"), { store, keyboard });
+mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
+views.pane("wide").tools.prepend(makeSteerDistance(store));
+mountRigStatus(need("rig"), store);
+const log = mountEventLog(need("events"), store);
+mountTools();
+mountTabs();
 store.on(["settings"], ({ settings: { theme } }) => {
   if (theme === "system") delete document.documentElement.dataset["theme"];
   else document.documentElement.dataset["theme"] = theme;

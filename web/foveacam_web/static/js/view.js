@@ -3,7 +3,7 @@
 import { Commands } from "./commands.js";
 import { need } from "./dom.js";
 import { Fixations } from "./fixations.js";
-import { listenToKeys } from "./keys.js";
+import { Keyboard } from "./keys.js";
 import { mountOffline, mountStop } from "./panels/topbar.js";
 import { changeSettings, createStore } from "./store.js";
 import { Sync } from "./sync.js";
@@ -23,7 +23,7 @@ need("wide").append(views.pane("wide").element);
 need("eyes").append(views.pane("left").element, views.pane("right").element);
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);
-listenToKeys({
+new Keyboard({
   stop: () => void commands.stop(),
   escape: () => {
     if (views.shrinkAll()) return;

@@ -5,6 +5,7 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../keys.js").Keyboard} Keyboard
  * @typedef {import("../types.js").ConsoleState} ConsoleState
  * @typedef {import("../types.js").TargetDocument} TargetDocument
  */
@@ -16,19 +17,26 @@ const PART_OF_THE_WAY = 0.1; // a fovea's field is 1/20 of the distance wide: fr
 export class Scene {
   #place;
   #store;
+  #keyboard;
   #webgl = hasWebGL();
   /** @type {string | null} */
   #loaded_for = null;
   /** @type {HTMLIFrameElement | null} */
   #frame = null;
+  #pointed = false;
+  #tabbed = false;
+  /** @type {Element | null} */
+  #focused = null;
 
   /**
    * @param {HTMLElement} place
-   * @param {Store} store
+   * @param {{store: Store, keyboard: Keyboard}} context
    */
-  constructor(place, store) {
+  constructor(place, { store, keyboard }) {
     this.#place = place;
     this.#store = store;
+    this.#keyboard = keyboard;
+    this.#keepFocus();
     store.on(["settings", "boot_id", "clouds"], (state) => void this.#update(state));
   }
 
@@ -54,8 +62,33 @@ export class Scene {
     else this.#failed();
   }
 
+  /** Remember who had the focus, and whether the operator is on the way into the frame. */
+  #keepFocus() {
+    document.addEventListener("keydown", ({ key }) => (this.#tabbed = key === "Tab"), { capture: true });
+    document.addEventListener("focusin", ({ target }) => {
+      if (target !== this.#frame) this.#focused = /** @type {Element} */ (target);
+    });
+    this.#place.addEventListener("pointerenter", () => (this.#pointed = true));
+    this.#place.addEventListener("pointerleave", () => (this.#pointed = false));
+  }
+
+  /** The 3D page takes the focus when it has loaded; it may keep it when the operator pointed or tabbed there. */
+  #giveFocusBack() {
+    if (this.#pointed || this.#tabbed) return;
+    this.#frame?.blur();
+    window.focus();
+    if (this.#focused instanceof HTMLElement && this.#focused.isConnected) this.#focused.focus();
+  }
+
   #load() {
-    this.#frame = h("iframe", { title: "3D view of the rig and of what it measured", src: sceneUrl(this.#store.state, null), loading: "lazy" });
+    const load = () => {
+      const inside = this.#frame?.contentDocument;
+      if (!inside) return;
+      this.#keyboard.listenTo(inside);
+      inside.addEventListener("focusin", () => this.#giveFocusBack());
+    };
+    this.#frame = h("iframe", {
+      on: { load }, title: "3D view of the rig and of what it measured", src: sceneUrl(this.#store.state, null), loading: "lazy" });
     fill(this.#place, this.#frame);
   }
 
