@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.footprint import footprint_filter, tap
+from foveacam_hardware.sim.render.footprint import MAX_TAPS, footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
 from foveacam_hardware.sim.render.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import BITMAP, Tables
@@ -46,7 +46,9 @@ def shade_bitmap(items: Items, count: int, tables: Tables) -> None:
         bitmap = bitmaps[j]
         per_m = 1.0 / bitmap[0]
         u, v = where[m, U] * per_m + 0.5 * bitmap[1], where[m, V] * per_m + 0.5 * bitmap[2]
-        au, av, taps, narrow, _ = footprint_filter(where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY])
+        au, av, taps, narrow, _ = footprint_filter(
+            where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY], MAX_TAPS
+        )
         level = max(0.0, np.log2(narrow * per_m))
         low = int(level)
         part = level - low

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.sim.render.batch import Batch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
-from foveacam_hardware.sim.render.footprint import footprint_filter, tap
+from foveacam_hardware.sim.render.footprint import MAX_TAPS, MESH_TAPS, footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
 from foveacam_hardware.sim.render.jit import inlined
 from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, Tables
@@ -24,7 +24,7 @@ CUT_PX = 2.6
 
 
 @inlined
-def shade_noise(items: Items, count: int, tables: Tables) -> None:
+def shade_noise(items: Items, count: int, smooth: I32, tables: Tables) -> None:
     """Fill the values of all items of noise with the sum of the layers that the footprint lets through."""
     begin, end, obj, sides, where = items.begin, items.end, items.obj, items.side, items.where
     du, dv, out, texel, part_x, part_y = (
@@ -44,7 +44,7 @@ def shade_noise(items: Items, count: int, tables: Tables) -> None:
         for i in range(a, b):
             out[i] = np.float32(0.0)
         au, av, taps, narrow, long = footprint_filter(
-            where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY]
+            where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY], MESH_TAPS if smooth[j] else MAX_TAPS
         )
         unit = CUT_PX / SHORTEST / layers[j, 0, 0]
         fine, coarse = np.log2(unit * narrow), np.log2(unit * long)

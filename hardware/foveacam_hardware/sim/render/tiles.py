@@ -58,7 +58,7 @@ def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> 
     interpolate(batch, runs, stage.prims.q, stage.prims.light)
     shade_sky(batch, runs, stage.camera.Minv)
     count = find_items(batch, runs, stage.prims, stage.objects, stage.tables, items)
-    shade_noise(items, count, stage.tables)
+    shade_noise(items, count, stage.smooth, stage.tables)
     shade_cells(items, count, stage.tables)
     shade_bitmap(items, count, stage.tables)
     add_up(batch, runs, stage.prims, stage.tables, items)
