@@ -17,12 +17,20 @@ from foveacam_pipeline.verge.template import peak
 WIDER = Window(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
 NARROWER = Window(half_px=34, weight_sigma_px=14.0)
+LEANS = (0.0, 0.4, 0.9, -0.4)
+"""Disparity may grow from row to row, px a px: baseline over height above the surface, 1 on a table 0.2 m
+below the eyes. Tried in this order where the wider window does not fit."""
 GOOD_SCORE = 0.8
 REACH_PX = (20, 12)
 """How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
 FAR_REACH_PX = (72, 12)
 """The same where the wide view tells badly: a grain along the rows, a near edge."""
 MARGIN_PX = 20
+QUIET_SIGMA_PX = 1.5
+"""As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
+differs between the eyes is structure: two surfaces in the window, or the wrong place."""
+LEAST_CONTRAST = 1.0
+"""Contrast below this is noise, grey levels."""
 SHADING_PX = 12.0
 CONTRAST_PX = 8.0
 ROW_PENALTY = 0.05
@@ -57,7 +65,8 @@ class Guess:
 def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> FineMatch:
     """Match the foveae about a guess.
 
-    The wider window is tried first; where it does not fit (a near edge, a thin thing) the narrower one.
+    The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
+    grazing angle) the narrower one, upright and leaning.
     """
     z_m = crossing_z_m(calibration, sighting.volts)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
@@ -67,9 +76,11 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
     size = (half + guess.reach_px[0], half + guess.reach_px[1])
     right = _patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
     best = _placed(left, right, WIDER, guess.reach_px, told_px)
-    if best.score < GOOD_SCORE:
-        narrower = _placed(left, right, NARROWER, guess.reach_px, told_px)
-        best = max(best, narrower, key=lambda placed: placed.score)
+    for across in LEANS:
+        if best.score >= GOOD_SCORE:
+            break
+        leaning = _placed(left, right, NARROWER, guess.reach_px, told_px, across=across)
+        best = max(best, leaning, key=lambda placed: placed.score)
     residual = told_px - best.place_px
     return FineMatch(
         residual_x_px=float(residual[0]),
@@ -99,18 +110,26 @@ def _patch(
     view = cv2.warpPerspective(
         image, corner @ plane, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
     )
-    level = np.asarray(view, dtype=np.float32)
-    return Patch(image=even(level, shading_px=SHADING_PX, contrast_px=CONTRAST_PX))
+    quiet = np.asarray(cv2.GaussianBlur(view.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
+    return Patch(image=even(quiet, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST))
 
 
 def _placed(
-    left: Patch, right: Patch, window: Window, reach_px: tuple[int, int], told_px: NDArray[np.float64]
+    left: Patch,
+    right: Patch,
+    window: Window,
+    reach_px: tuple[int, int],
+    told_px: NDArray[np.float64],
+    *,
+    across: float = 0.0,
 ) -> Placed:
-    """Find the left window in the right eye; the place is right minus left, fovea px."""
+    """Find the left window in the right eye, leaning by `across`; the place is right minus left, fovea px."""
     half = window.half_px
-    patch, field = left.cut((half, half)), right.cut((half + reach_px[0], half + reach_px[1]))
+    patch = left.cut((half, half))
+    field = right.cut((half + reach_px[0], half + reach_px[1]), (0.0, 0.0, 0.0, across))
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     x, y, _ = peak(scores - ROW_PENALTY * rows[:, None] ** 2)
-    start_px = np.array([x - reach_px[0], y - reach_px[1]])
-    return least_squares(left, right, start_px, window=window, told_px=told_px)
+    down_px = y - reach_px[1]
+    start = np.array([x - reach_px[0] + across * down_px, down_px, 0.0, across])
+    return least_squares(left, right, start, window=window, told_px=told_px)

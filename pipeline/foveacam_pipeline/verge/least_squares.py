@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 ROW_SIGMA_PX = 4.0
 """How well the calibration knows that rows match; weighs nothing where there is texture."""
-SLOPE_SIGMA = 0.2
-"""Slopes of disparity to be expected: 0.2 m of baseline at 1.5 m, 60 degrees off."""
+SLOPE_SIGMA = 0.5
+"""Slopes of disparity to be expected, px a px; across the rows it is the baseline over the height above a
+level surface."""
 ROUNDS = 8
 LEVEL_ROUNDS = 2
 """The first rounds move the window without sloping it."""
@@ -78,18 +79,20 @@ class Placed:
 def least_squares(
     left: Patch,
     right: Patch,
-    start_px: NDArray[np.float64],
+    start: NDArray[np.float64],
     *,
     window: Window,
     told_px: NDArray[np.float64],
 ) -> Placed:
-    """Refine a start (right minus left); `told_px`: (2,) the place at which the rows match."""
+    """Refine a start: (4,) right minus left x and y, px, and slope of x along x and along y.
+
+    `told_px`: (2,) the place at which the rows match."""
     half = (window.half_px, window.half_px)
     axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
     bell = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
     weights = np.outer(bell, bell) / float(bell.sum()) ** 2
     reference = _normalised(left.cut(half), weights)
-    state = np.array([*start_px.tolist(), 0.0, 0.0])
+    state = start.copy()
     expected = np.array([0.0, float(told_px[1]), 0.0, 0.0])
     samples = float(bell.sum()) ** 2
     score, sigma = 0.0, (math.inf, math.inf)
@@ -109,14 +112,19 @@ def least_squares(
         if not np.linalg.det(normal[free, free]) > 0.0:
             break
         step = np.linalg.solve(normal[free, free], side[free])
-        errors = np.sqrt(variance * np.diag(np.linalg.inv(normal)) + FLOOR_SIGMA_PX**2)
-        sigma = (float(errors[0]), float(errors[1]))
+        sigma = _errors(reference, moved, weights, axis, variance, prior)
         if float(np.abs(step[:2]).max()) > LARGEST_ROUND_PX:
             break
         state[free] += step
         if count >= LEVEL_ROUNDS and float(np.abs(step[:2]).max()) < STOP_PX:
             break
     return Placed(place_px=state[:2], sigma_px=sigma, score=score)
+
+
+def _slopes(image: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (4, n): how brightness changes with x, y, and with the slope of x along x and along y."""
+    slope_y, slope_x = np.gradient(image)
+    return np.stack([slope_x, slope_y, slope_x * axis[None, :], slope_x * axis[:, None]]).reshape(4, -1)
 
 
 def _equations(
@@ -126,10 +134,29 @@ def _equations(
     axis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the (4, 4) normal matrix and the (4,) right-hand side of one step."""
-    slope_y, slope_x = np.gradient(image)
-    columns = np.stack([slope_x, slope_y, slope_x * axis[None, :], slope_x * axis[:, None]]).reshape(4, -1)
+    columns = _slopes(image, axis)
     weighted = columns * weights.ravel()
     return weighted @ columns.T, weighted @ misfit.ravel()
+
+
+def _errors(
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    axis: NDArray[np.float64],
+    variance: float,
+    prior: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the standard errors along x and y; infinite where there is nothing but noise.
+
+    Slopes of one image times those of the other: what noise adds to either cancels.
+    """
+    shared = (_slopes(left, axis) * weights.ravel()) @ _slopes(right, axis).T
+    information = (shared + shared.T) / 2.0 + np.diag(prior)
+    if not float(np.linalg.eigvalsh(information)[0]) > 0.0:
+        return math.inf, math.inf
+    errors = np.sqrt(variance * np.diag(np.linalg.inv(information)) + FLOOR_SIGMA_PX**2)
+    return float(errors[0]), float(errors[1])
 
 
 def _normalised(image: NDArray[np.float32], weights: NDArray[np.float64]) -> NDArray[np.float64] | None:

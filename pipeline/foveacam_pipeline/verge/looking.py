@@ -11,6 +11,9 @@ from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
 
+FIRST_LEAD_NS = 20_000_000
+"""From asking for a look to the middle of its exposure, before one was timed: filter, settling, exposure."""
+
 
 class Ended(Exception):
     """The fixation is over without being verged; `state` and `reason` say how."""
@@ -61,6 +64,7 @@ class Looker:
         self._started_ns = clock.now_ns()
         self._own = _Stopwatch()
         self._steps: list[VergeStep] = []
+        self._lead_ns = FIRST_LEAD_NS
         self.last: Seen | None = None
 
     @property
@@ -78,6 +82,11 @@ class Looker:
     def elapsed_ms(self) -> float:
         """Time since the fixation began, on the rig's clock."""
         return (self._clock.now_ns() - self._started_ns) / 1e6
+
+    @property
+    def next_ns(self) -> int:
+        """When the next look will be exposed, judged by the last one."""
+        return self._clock.now_ns() + self._lead_ns
 
     def wide(self) -> Frame:
         """Return a recent wide frame."""
@@ -97,8 +106,10 @@ class Looker:
             volts = volts_for(self._calibration, gazes)
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
+        asked_ns = self._clock.now_ns()
         with self._own.paused():
             sighting = self._head.look(volts)
+        self._lead_ns = max(0, sighting.left.t_ns - asked_ns)
         self.last = Seen(phase=phase, gazes=gazes_under(self._calibration, sighting.volts), sighting=sighting)
         return self.last
 

@@ -14,8 +14,9 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, Guess, match_fine
 from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import Vicinity, reduce_look, vicinity
+from foveacam_pipeline.verge.survey import reduce_look
 from foveacam_pipeline.verge.template import Template
+from foveacam_pipeline.verge.vicinity import Vicinity, vicinity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,13 +43,22 @@ class Measurement:
 
 
 def measure(
-    seen: Seen, templates: tuple[Template, ...], calibration: Calibration, limits: VergeSettings
+    seen: Seen,
+    templates: tuple[Template, ...],
+    target: NDArray[np.float64],
+    *,
+    calibration: Calibration,
+    limits: VergeSettings,
 ) -> Measurement:
-    """Return the first sound measurement, or else the least bad one; `templates`: best first."""
+    """Return the first sound measurement, or else the least bad one.
+
+    `templates`: best first. `target`: (2,) tangents from the rig's origin at the time of the look.
+    """
     f_px = calibration.fovea_f_px
     look = reduce_look(seen.sighting, calibration, f_px=templates[0].f_px)
+    expected = target - (seen.gazes.left + seen.gazes.right) / 2.0
     best: Measurement | None = None
-    for around, guess, peak_score in _guesses(vicinity(look, template) for template in templates):
+    for around, guess, peak_score in _guesses(vicinity(look, template, expected) for template in templates):
         fine = match_fine(seen.sighting, calibration, guess)
         centre, score = around.given(fine.residual_px / f_px)
         found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score)

@@ -1,27 +1,72 @@
-"""Where a moving target will be at the next look: constant speed since the last two."""
+"""Where a target is at a moment: its directions seen so far, carried on at constant speed.
+
+Wide frames and foveae are exposed at different times, and looks take time: a walker crosses a fovea in half
+a second. A target that was never seen to move stays where it is.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-STILL_TAN = 3e-4
-"""Smaller changes between two looks are noise of the registration: 9 fovea px, one wide px."""
+from foveacam_hardware.contract import Frame
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.template import Template, follow
+
+STILL_TAN = 4.0e-4
+"""Smaller changes between two sights are noise of the registration: 1.3 wide px."""
+SHORTEST_S = 0.005
+"""Sights closer in time than this say nothing of speed."""
 
 
 class Motion:
-    """Predict the target's next displacement from where and when it was seen."""
+    """The track of one target: (2,) tangents from the rig's origin over time."""
 
-    def __init__(self) -> None:
-        self._last: tuple[NDArray[np.float64], int] | None = None
+    def __init__(self, target: NDArray[np.float64], t_ns: int) -> None:
+        self._target = target
+        self._t_ns = t_ns
+        self._speed = np.zeros(2)
 
-    def step(self, target: NDArray[np.float64], t_ns: int) -> NDArray[np.float64]:
-        """Take the target's direction, (2,) tangents, at `t_ns`; return its displacement by the next look.
+    @property
+    def moves(self) -> bool:
+        """Whether it was seen to move."""
+        return bool(np.any(self._speed))
 
-        The next look is taken to come after the same time as this one came after the last.
-        """
-        last, self._last = self._last, (target, t_ns)
-        if last is None or t_ns <= last[1]:
-            return np.zeros(2)
-        moved = target - last[0]
-        if float(np.abs(moved).max()) < STILL_TAN:
-            return np.zeros(2)
-        return np.asarray(moved, dtype=np.float64)
+    def at(self, t_ns: int) -> NDArray[np.float64]:
+        """Return its direction at `t_ns`, (2,) tangents."""
+        return self._target + self._speed * ((t_ns - self._t_ns) / 1e9)
+
+    def sees(self, target: NDArray[np.float64], t_ns: int) -> None:
+        """Take its direction at `t_ns`: (2,) tangents."""
+        elapsed_s = (t_ns - self._t_ns) / 1e9
+        if elapsed_s < SHORTEST_S:
+            return
+        change = target - self._target
+        if self.moves:
+            self._speed = (self._speed + change / elapsed_s) / 2.0
+        elif float(np.abs(change).max()) > STILL_TAN:
+            self._speed = change / elapsed_s
+        else:
+            return  # it stands still: the first place stays the best known
+        self._target, self._t_ns = target, t_ns
+
+
+class Watch:
+    """Follows the patch through newer wide frames and keeps the target's track."""
+
+    def __init__(self, template: Template, frame: Frame, wide: Intrinsics) -> None:
+        self._template = template
+        self._wide = wide
+        self._cut_ns = frame.t_ns
+        self._seq = frame.seq
+        self.motion = Motion(template.target, frame.t_ns)
+
+    def follow(self, frame: Frame) -> None:
+        """Take a wide frame; one that was taken before is ignored."""
+        if frame.seq == self._seq:
+            return
+        self._seq = frame.seq
+        elapsed_s = (frame.t_ns - self._cut_ns) / 1e9
+        target = follow(self._template, gray(to_uint8(frame)), self._wide, elapsed_s=elapsed_s)
+        if target is not None:
+            self.motion.sees(target, frame.t_ns)

@@ -14,6 +14,8 @@ class VergeSettings:
     """Largest left-right residual of a verged fixation along either axis, fovea px."""
     centred_wide_px: float = 1.0
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
+    centred_moving_wide_px: float = 5.0
+    """The same for a target that moves: it is elsewhere by the time of the look."""
     nearest_m: float = 1.3
     """How near the search along the epipolar line goes."""
     template_half_px: int = 14
@@ -26,12 +28,12 @@ class VergeSettings:
     """A patch grows until noise alone would misplace its match by less than this, wide px."""
     no_texture_sigma_px: float = 0.35
     """Beyond this error by noise alone the patch counts as without texture, wide px."""
-    register_score: float = 0.40
-    """Least correlation of a fovea with the wide patch, once both foveae agree."""
-    register_lead: float = 0.08
-    """By how much the best place must beat the second best."""
-    sure_score: float = 0.65
-    """A look that finds the patch this well ends the search along the epipolar line."""
+    register_score: float = 0.3
+    """Least correlation of each fovea with the wide patch for a place to be considered."""
+    register_joint: float = 0.55
+    """Least mean correlation of a place on which left and right could not agree at once, to look there."""
+    candidates_tried: int = 4
+    """So many places of one look are tried left against right."""
     rows_apart_survey_px: float = 4.0
     """How much the rows may differ in which the two eyes find the patch, half wide px."""
     confirm_score: float = 0.35
@@ -40,7 +42,7 @@ class VergeSettings:
     """Where left and right agree the wide patch must fit at least so well, of its best fit near there."""
     doubtful_looks: int = 2
     """So many doubtful looks in a row are repeated; one more ends the fixation."""
-    fine_score: float = 0.5
+    fine_score: float = 0.7
     """Least correlation between the foveae at the point itself."""
     fine_sigma_px: float = 0.4
     """Largest error of the left-right match by its own noise, fovea px."""

@@ -17,9 +17,17 @@ SHADING_SIGMA_PX = 12.0
 """Brightness that varies more slowly than this says nothing of where things are, survey px."""
 CONTRAST_SIGMA_PX = 6.0
 """Contrast is evened out over such a distance, survey px."""
+LEAST_CONTRAST = 4.0
+"""Contrast below this may be the wide camera's noise, grey levels."""
 MARGIN_PX = 24
-TRACK_REACH_PX = 24
-"""How far a target may have moved between two wide frames, survey px."""
+TRACK_REACH_PX = 8
+"""How far a patch is looked for in a frame of the same moment, survey px."""
+TRACK_REACH_MAX_PX = 160
+FASTEST_RAD_PER_S = 0.2
+"""The fastest target to be followed: 2 m/s at 10 m."""
+TRACK_SCORE = 0.5
+TRACK_LEAD = 0.1
+"""By how much another place must fit better than the old one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,23 +83,31 @@ def room_px(wide: Intrinsics, target: NDArray[np.float64]) -> int:
 
 
 def follow(
-    template: Template, gray: NDArray[np.uint8], wide: Intrinsics
-) -> tuple[NDArray[np.float64], float]:
-    """Return where the patch is in another wide frame, (2,) tangents, and its correlation there."""
+    template: Template, gray: NDArray[np.uint8], wide: Intrinsics, *, elapsed_s: float
+) -> NDArray[np.float64] | None:
+    """Return where the patch is in a wide frame exposed later, (2,) tangents, or None when it is not seen.
+
+    It counts as moved only when it fits clearly better elsewhere than where it was.
+    """
     height, width = template.patch.shape
-    reach = TRACK_REACH_PX
+    fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
+    reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + fastest_px))
     half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
     view = evened(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
-    scores = cv2.matchTemplate(
-        view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX], template.patch, cv2.TM_CCOEFF_NORMED
-    )
-    x, y, score = peak(np.asarray(scores, dtype=np.float32))
-    return template.target + np.array([x - reach, y - reach]) / template.f_px, score
+    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
+    scores = np.nan_to_num(cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED))
+    here = float(scores[reach - 1 : reach + 2, reach - 1 : reach + 2].max())
+    x, y, best = peak(np.asarray(scores, dtype=np.float32))
+    if max(here, best) < TRACK_SCORE:
+        return None
+    if best < here + TRACK_LEAD:
+        return template.target
+    return template.target + np.array([x - reach, y - reach]) / template.f_px
 
 
 def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return an image at survey scale with brightness and contrast evened out."""
-    return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX)
+    return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX, least=LEAST_CONTRAST)
 
 
 def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:

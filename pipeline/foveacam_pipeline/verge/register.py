@@ -1,0 +1,190 @@
+"""Where in the two foveae may the patch of the wide image be? All candidates along the epipolar line.
+
+Seen from the eyes, a target at depth Z lies B f / 2Z to the right in the left eye and as much to the left in
+the right one. So three correlations are added at equal and opposite shifts: the patch with either fovea, and
+the foveae with each other. A peak of the sum is a surface on the target's line of sight.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.template import Template, peak
+
+BAND_PX = 14
+"""How far above or below its row a target may appear: calibration drift, survey px."""
+SLACK_PX = 3
+"""How far the two eyes' shifts may differ from equal and opposite, survey px."""
+MOVING_SLACK_PX = 10
+"""The same for a target that moves."""
+ROW_PENALTY = 0.04
+"""What a place at the edge of the band loses of its correlation: where texture cannot tell, rows match."""
+GUARD_PX = 6
+"""Candidates lie at least so far apart, survey px."""
+CANDIDATES = 3
+UNSEEN = -1.0
+LEAST_SEEN = 0.97
+
+Scores: TypeAlias = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidate:
+    """A place where both foveae may see the patch.
+
+    `left`, `right`: (2,) tangents from each eye's gaze. `score`: the weaker correlation with the patch.
+    `joint`: mean of all three correlations. `rows_apart_px`: how much the two rows differ, survey px.
+    """
+
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+    score: float
+    joint: float
+    rows_apart_px: float
+
+
+def candidates(
+    look: ReducedLook, template: Template, target: NDArray[np.float64], *, slack_px: int = SLACK_PX
+) -> tuple[Candidate, ...]:
+    """Return the best places, best first; none when the patch fits into neither eye.
+
+    `target`: (2,) tangents from the rig's origin at the time of the look.
+    """
+    target_px = target * template.f_px
+    bands = [_band(eye, template, float(target_px[1])) for eye in (look.left, look.right)]
+    left, right = bands
+    if left is None or right is None:
+        return ()
+    profile_left, profile_right = left.profile(), right.profile()[::-1]
+    start_left = left.u0_px - float(target_px[0])
+    start_right = float(target_px[0]) - (right.u0_px + len(profile_right) - 1)
+    first = max(round(start_left), round(start_right), -slack_px)
+    last = min(round(start_left) + len(profile_left), round(start_right) + len(profile_right))
+    if last - first < 3:
+        return ()
+    shifts = np.arange(first, last)
+    kernel = np.ones((1, 2 * slack_px + 1), dtype=np.uint8)
+    rows = [
+        cv2.dilate(np.ascontiguousarray(profile)[None], kernel)[0][first - round(start) : last - round(start)]
+        for profile, start in ((profile_left, start_left), (profile_right, start_right))
+    ]
+    between = _between(look, template.patch.shape, target_px, shifts)
+    joint = np.asarray((rows[0] + rows[1] + between) / 3.0, dtype=np.float32)
+    return tuple(
+        _candidate(look, left, right, float(target_px[0]), shift_px=shift, joint=score, near_px=slack_px + 1)
+        for shift, score in _peaks(joint, shifts)
+    )
+
+
+def _candidate(
+    look: ReducedLook,
+    left: "_Band",
+    right: "_Band",
+    target_u_px: float,
+    *,
+    shift_px: float,
+    joint: float,
+    near_px: int,
+) -> Candidate:
+    """Refine each eye's place by itself."""
+    at_left = left.refined(target_u_px + shift_px, near_px)
+    at_right = right.refined(target_u_px - shift_px, near_px)
+    return Candidate(
+        left=(np.array(at_left[:2]) - look.left.centre_px) / look.f_px,
+        right=(np.array(at_right[:2]) - look.right.centre_px) / look.f_px,
+        score=min(at_left[2], at_right[2]),
+        joint=joint,
+        rows_apart_px=abs(at_left[1] - at_right[1]),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Band:
+    """The rows of a correlation map in which the target may lie; its first entry at (u0, v0) plane px."""
+
+    scores: Scores
+    u0_px: float
+    v0_px: float
+
+    def profile(self) -> Scores:
+        """Return the best score of each column."""
+        return np.asarray(self.scores.max(axis=0), dtype=np.float32)
+
+    def refined(self, u_px: float, near_px: int) -> tuple[float, float, float]:
+        """Return (u, v, score) of the best place within `near_px` columns of `u_px`, plane px."""
+        column = min(max(round(u_px - self.u0_px), 0), self.scores.shape[1] - 1)
+        first = max(0, column - near_px - 1)
+        x, y, score = peak(self.scores[:, first : column + near_px + 2])
+        return self.u0_px + first + x, self.v0_px + y, score
+
+
+def _band(eye: ReducedEye, template: Template, target_v_px: float) -> _Band | None:
+    """Correlate the patch with one fovea; None when it does not fit in."""
+    height, width = template.patch.shape
+    half_x, half_y = (width - 1) // 2, (height - 1) // 2
+    row = round(target_v_px - eye.v0_px) - half_y
+    rows = eye.image.shape[0] - height + 1
+    first, last = max(0, row - BAND_PX), min(rows, row + BAND_PX + 1)
+    if last <= first or eye.image.shape[1] < width:
+        return None
+    found = cv2.matchTemplate(eye.image[first : last + height - 1], template.patch, cv2.TM_CCOEFF_NORMED)
+    scores = np.nan_to_num(np.asarray(found, dtype=np.float32))
+    offsets = (np.arange(first, last, dtype=np.float32) - row) / BAND_PX
+    scores -= ROW_PENALTY * (offsets * offsets)[:, None]
+    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
+    inside = cover[half_y + first : half_y + last, half_x : half_x + scores.shape[1]]
+    scores[inside < LEAST_SEEN] = UNSEEN
+    return _Band(scores=scores, u0_px=eye.u0_px + half_x, v0_px=eye.v0_px + half_y + first)
+
+
+def _between(
+    look: ReducedLook, shape: tuple[int, ...], target_px: NDArray[np.float64], shifts: NDArray[np.int_]
+) -> Scores:
+    """Return the correlation of the foveae with each other at opposite shifts, windows of the patch's size.
+
+    It does not depend on where along the row the target really is, only on its depth.
+    """
+    left = _windows(look.left, shape, float(target_px[0]), float(target_px[1]), shifts)
+    right = _windows(look.right, shape, float(target_px[0]), float(target_px[1]), -shifts)
+    best = np.einsum("nij,nij->n", left, right)
+    if len(shifts) > 1:  # half steps: one eye moved by one px more than the other
+        half = np.einsum("nij,nij->n", left[1:], right[:-1])
+        best[1:] = np.maximum(best[1:], half)
+        best[:-1] = np.maximum(best[:-1], half)
+    return np.asarray(best, dtype=np.float32)
+
+
+def _windows(
+    eye: ReducedEye, shape: tuple[int, ...], u_px: float, v_px: float, shifts: NDArray[np.int_]
+) -> Scores:
+    """Return the windows about (u + shift, v), (n, h, w) float32, mean 0 and norm 1."""
+    half_y, half_x = (shape[0] - 1) // 2, (shape[1] - 1) // 2
+    height, width = eye.image.shape
+    row = min(max(round(v_px - eye.v0_px), half_y), height - 1 - half_y)
+    strip = eye.image[row - half_y : row + half_y + 1]
+    views = sliding_window_view(strip, shape[1], axis=1)  # (h, places, w)
+    columns = np.clip(np.rint(u_px - eye.u0_px + shifts).astype(np.intp) - half_x, 0, width - shape[1])
+    windows = views[:, columns].transpose(1, 0, 2)
+    centred = windows - windows.mean(axis=(1, 2), keepdims=True)
+    norm = np.sqrt(np.einsum("nij,nij->n", centred, centred))[:, None, None]
+    return np.asarray(centred / np.maximum(norm, 1e-3), dtype=np.float32)
+
+
+def _peaks(joint: Scores, shifts: NDArray[np.int_]) -> Iterator[tuple[float, float]]:
+    """Yield the shifts of the best places and their scores, all farther than a guard from each other."""
+    left = joint.copy()
+    for _ in range(CANDIDATES):
+        top = float(left.max())
+        if top <= 0.0:
+            return
+        plateau = np.flatnonzero(left >= top - 1e-6)
+        plateau = plateau[np.abs(plateau - plateau[0]) <= GUARD_PX]
+        shift = float(shifts[plateau].mean())
+        yield shift, top
+        left[np.abs(shifts - shift) <= GUARD_PX] = UNSEEN

@@ -1,0 +1,150 @@
+"""The first part of a fixation: look parallel, then farther in along the epipolar line, until it is found.
+
+A candidate counts as found when left and right agree on it at full resolution: then it is a surface on the
+target's line of sight, whatever the wide view alone would have taken it for.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge import verdict
+from foveacam_pipeline.verge.aim import Gazes, aim_at, nearest_reach, reaches
+from foveacam_pipeline.verge.fine import FineMatch, Guess, match_fine
+from foveacam_pipeline.verge.looking import Looker, Measured, Seen
+from foveacam_pipeline.verge.motion import Motion, Watch
+from foveacam_pipeline.verge.register import MOVING_SLACK_PX, SLACK_PX, Candidate, candidates
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.survey import epipolar_looks, reduce_look
+from foveacam_pipeline.verge.template import Template
+from foveacam_pipeline.verge.values import Phase
+
+LEAST_STEP_PER_M = 0.02
+"""A last look nearer by less than this shows nothing new, 1/m."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Found:
+    """The gazes that bring the target to both centres; the patches, the one that was found first."""
+
+    gazes: Gazes
+    templates: tuple[Template, ...]
+    joint: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sure:
+    """The outcome of one look: a candidate, the patch it was found with, and the match if one was good."""
+
+    candidate: Candidate
+    template: Template
+    fine: FineMatch | None
+
+
+class Search:
+    """Looks for a target in both foveae."""
+
+    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
+        self._looker = looker
+        self._calibration = calibration
+        self._limits = limits
+
+    def find(self, templates: tuple[Template, ...], watch: Watch) -> Found:
+        """Return where it is, or raise Ended."""
+        best: Found | None = None
+        blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
+        inverse_z = 0.0
+        for inverse_z in self._depths(templates[-1]):
+            gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
+            seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
+            watch.follow(seen.sighting.wide)
+            outcome = self._examine(seen, templates, watch.motion)
+            self._looker.record(seen, self._step(outcome))
+            if blank:
+                raise verdict.blank_patch()
+            if outcome is None:
+                continue
+            found = self._found(seen, outcome, templates)
+            if outcome.fine is not None:
+                return found
+            if best is None or found.joint > best.joint:
+                best = found
+        if best is None or best.joint < self._limits.register_joint:
+            raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
+        return best
+
+    def _examine(self, seen: Seen, templates: tuple[Template, ...], motion: Motion) -> _Sure | None:
+        """Return the first candidate on which left and right agree, or else the best unproven one."""
+        look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
+        target = motion.at(seen.sighting.left.t_ns)
+        slack_px = MOVING_SLACK_PX if motion.moves else SLACK_PX
+        every = [
+            _Sure(candidate=candidate, template=template, fine=None)
+            for template in templates
+            for candidate in candidates(look, template, target, slack_px=slack_px)
+            if candidate.score >= self._limits.register_score
+            and candidate.rows_apart_px <= self._limits.rows_apart_survey_px
+        ]
+        ranked = sorted(every, key=lambda sure: sure.candidate.joint, reverse=True)
+        for sure in _apart(ranked)[: self._limits.candidates_tried]:
+            guess = Guess(left=sure.candidate.left, right=sure.candidate.right)
+            fine = match_fine(seen.sighting, self._calibration, guess)
+            if fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px:
+                return _Sure(candidate=sure.candidate, template=sure.template, fine=fine)
+        return ranked[0] if ranked else None
+
+    def _found(self, seen: Seen, outcome: _Sure, templates: tuple[Template, ...]) -> Found:
+        left, right = outcome.candidate.left, outcome.candidate.right
+        if outcome.fine is not None:
+            centre = (left + right) / 2.0
+            half = outcome.fine.residual_px / (2.0 * self._calibration.fovea_f_px)
+            left, right = centre + half, centre - half
+        others = tuple(other for other in templates if other is not outcome.template)
+        return Found(
+            gazes=seen.gazes.moved(left, right),
+            templates=(outcome.template, *others),
+            joint=outcome.candidate.joint,
+        )
+
+    def _step(self, outcome: _Sure | None) -> Measured:
+        if outcome is None:
+            return Measured(score=0.0)
+        if outcome.fine is not None:
+            x, y = outcome.fine.residual_x_px, outcome.fine.residual_y_px
+            return Measured(score=outcome.fine.score, residual_x_px=x, residual_y_px=y)
+        apart: NDArray[np.float64] = outcome.candidate.left - outcome.candidate.right
+        x, y = (apart * self._calibration.fovea_f_px).tolist()
+        return Measured(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
+
+    def _depths(self, template: Template) -> Iterator[float]:
+        """Yield 1/Z, 1/m, of the looks of a search, the last one as near as both eyes can turn in."""
+        reached = 0.0
+        for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
+            aim = aim_at(self._calibration, template.target, inverse_z)
+            if inverse_z and not reaches(self._calibration, aim):
+                nearest = nearest_reach(self._calibration, template.target, reached=reached, wanted=inverse_z)
+                if nearest > reached + LEAST_STEP_PER_M:
+                    yield nearest
+                return
+            yield inverse_z
+            reached = inverse_z
+
+
+def _apart(ranked: list[_Sure]) -> list[_Sure]:
+    """Return those that are not the same place as a better one."""
+    kept: list[_Sure] = []
+    for sure in ranked:
+        gaps = [
+            max(
+                float(np.abs(sure.candidate.left - other.candidate.left).max()),
+                float(np.abs(sure.candidate.right - other.candidate.right).max()),
+            )
+            for other in kept
+        ]
+        if all(gap * sure.template.f_px > 3.0 for gap in gaps):
+            kept.append(sure)
+    return kept
