@@ -145,12 +145,11 @@ def _shown_rates(page: "Page", server: ServerProcess, *, seconds: float) -> dict
 
 def _show_clouds(scene: "FrameLocator") -> None:
     """Tick "Point clouds" in the 3D pane, which shows surfaces at first; its panel is folded away again."""
-    fold = scene.locator("[data-dock-minimize]")
-    fold.press("Enter")
+    scene.locator("[data-dock-minimize][aria-expanded=false]").press("Enter")  # it folds itself at first
     clouds = scene.locator("input[type=checkbox]").nth(1)
     clouds.wait_for(state="attached")
     clouds.evaluate("(box) => box.checked || box.click()")
-    fold.press("Enter")
+    scene.locator("[data-dock-minimize][aria-expanded=true]").press("Enter")
 
 
 def _click_error_px(page: "Page", *, clicks: int) -> float:
