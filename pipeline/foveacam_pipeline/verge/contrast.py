@@ -4,6 +4,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+COARSE_SIGMA = 2.5
+"""Slow parts are taken on a grid so coarse that their surroundings have this standard deviation there."""
+
 
 def even(
     image: NDArray[np.float32], *, shading_px: float, contrast_px: float, least: float
@@ -13,9 +16,16 @@ def even(
     `shading_px`, `contrast_px`: standard deviations of the two surroundings. `least`: contrast below this is
     not brought up, for it may be noise; grey levels.
     """
-    slow = cv2.GaussianBlur(image, (0, 0), shading_px, borderType=cv2.BORDER_REFLECT_101)
-    detail = cv2.subtract(image, slow)
-    energy = cv2.GaussianBlur(
-        cv2.multiply(detail, detail), (0, 0), contrast_px, borderType=cv2.BORDER_REFLECT_101
-    )
+    detail = cv2.subtract(image, _slow(image, shading_px))
+    energy = _slow(np.asarray(cv2.multiply(detail, detail), dtype=np.float32), contrast_px)
     return np.asarray(detail / np.sqrt(energy + np.float32(least**2)), dtype=np.float32)
+
+
+def _slow(image: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
+    """Return the image blurred by `sigma_px`, worked out on a coarser grid."""
+    height, width = image.shape
+    step = max(1, round(sigma_px / COARSE_SIGMA))
+    size = (max(1, round(width / step)), max(1, round(height / step)))
+    coarse = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    blurred = cv2.GaussianBlur(coarse, (0, 0), sigma_px / step, borderType=cv2.BORDER_REFLECT_101)
+    return np.asarray(cv2.resize(blurred, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)

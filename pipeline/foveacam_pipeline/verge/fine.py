@@ -46,6 +46,8 @@ class FineMatch:
     score: float
     sigma_x_px: float
     sigma_y_px: float
+    slope: float
+    """By how much disparity changes over the surface, px a px, in the steepest direction."""
 
     @property
     def residual_px(self) -> NDArray[np.float64]:
@@ -88,6 +90,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
         score=best.score,
         sigma_x_px=best.sigma_px[0],
         sigma_y_px=best.sigma_px[1],
+        slope=float(np.hypot(*best.slope)),
     )
 
 

@@ -69,9 +69,13 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Placed:
-    """Right minus left place, (2,) fovea px; its error along x and y; weighted correlation there."""
+    """Right minus left place, (2,) fovea px; its error along x and y; weighted correlation there.
+
+    `slope`: (2,) how much further right the place is per px along x and along y.
+    """
 
     place_px: NDArray[np.float64]
+    slope: NDArray[np.float64]
     sigma_px: tuple[float, float]
     score: float
 
@@ -84,79 +88,101 @@ def least_squares(
     window: Window,
     told_px: NDArray[np.float64],
 ) -> Placed:
-    """Refine a start: (4,) right minus left x and y, px, and slope of x along x and along y.
+    """Refine a start: (4,) right minus left x and y, px, and slope of x along x and y.
 
-    `told_px`: (2,) the place at which the rows match."""
+    `told_px`: (2,) the place at which the rows match.
+    """
     half = (window.half_px, window.half_px)
     axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
     bell = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
-    weights = np.outer(bell, bell) / float(bell.sum()) ** 2
+    samples = float(bell.sum()) ** 2
+    weights = np.outer(bell, bell) / samples
     reference = _normalised(left.cut(half), weights)
     state = start.copy()
     expected = np.array([0.0, float(told_px[1]), 0.0, 0.0])
-    samples = float(bell.sum()) ** 2
-    score, sigma = 0.0, (math.inf, math.inf)
+    fit: _Fit | None = None
     for count in range(ROUNDS):
         x, y, along, across = state.tolist()
         moved = _normalised(right.cut(half, (x, y, along, across)), weights)
         if reference is None or moved is None:
             break
-        misfit = reference - moved
-        score = float(np.sum(weights * reference * moved))
-        variance = CORRELATION**2 / 2.0 * float(np.sum(weights * misfit * misfit)) / samples
-        normal, side = _equations((reference + moved) / 2.0, misfit, weights, axis)
-        prior = variance / np.array([np.inf, ROW_SIGMA_PX**2, SLOPE_SIGMA**2, SLOPE_SIGMA**2])
-        normal += np.diag(prior)
-        side += prior * (expected - state)
+        fit = _Fit.of(reference, moved, weights, samples)
+        normal, side = fit.equations(axis, expected - state)
         free = slice(0, 2 if count < LEVEL_ROUNDS else 4)
         if not np.linalg.det(normal[free, free]) > 0.0:
             break
         step = np.linalg.solve(normal[free, free], side[free])
-        sigma = _errors(reference, moved, weights, axis, variance, prior)
-        if float(np.abs(step[:2]).max()) > LARGEST_ROUND_PX:
+        largest_px = float(np.abs(step[:2]).max())
+        if largest_px > LARGEST_ROUND_PX:
             break
         state[free] += step
-        if count >= LEVEL_ROUNDS and float(np.abs(step[:2]).max()) < STOP_PX:
+        if count >= LEVEL_ROUNDS and largest_px < STOP_PX:
             break
-    return Placed(place_px=state[:2], sigma_px=sigma, score=score)
+    if fit is None:
+        return Placed(place_px=state[:2], slope=state[2:], sigma_px=(math.inf, math.inf), score=0.0)
+    return Placed(place_px=state[:2], slope=state[2:], sigma_px=fit.errors_px(axis), score=fit.score)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fit:
+    """Two windows laid on each other: brightness mean 0 and variance 1, weights of sum 1, all (n, n)."""
+
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    score: float
+    variance: float
+    """Of one equation: the inverse of the normal matrix times this is the variance of the estimate."""
+
+    @classmethod
+    def of(
+        cls,
+        left: NDArray[np.float64],
+        right: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        samples: float,
+    ) -> "_Fit":
+        """Lay two windows on each other; `samples`: sum of the weights before they were normalised."""
+        score = float(np.sum(weights * left * right))
+        misfit = 2.0 * (1.0 - score)  # of two signals of variance 1
+        variance = CORRELATION**2 / 2.0 * max(misfit, 0.0) / samples
+        return cls(left=left, right=right, weights=weights, score=score, variance=variance)
+
+    @property
+    def prior(self) -> NDArray[np.float64]:
+        """(4,) what is known beforehand, in the units of the normal matrix."""
+        return self.variance / np.array([np.inf, ROW_SIGMA_PX**2, SLOPE_SIGMA**2, SLOPE_SIGMA**2])
+
+    def equations(
+        self, axis: NDArray[np.float64], towards: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the (4, 4) normal matrix and the (4,) right-hand side of one step; prior pulls `towards`."""
+        columns = _slopes((self.left + self.right) / 2.0, axis)
+        weighted = columns * self.weights.ravel()
+        normal = weighted @ columns.T + np.diag(self.prior)
+        return normal, weighted @ (self.left - self.right).ravel() + self.prior * towards
+
+    def errors_px(self, axis: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the standard errors along x and y; infinite where there is nothing but noise.
+
+        Slopes of one image times those of the other: what noise adds to either cancels.
+        """
+        shared = (_slopes(self.left, axis) * self.weights.ravel()) @ _slopes(self.right, axis).T
+        information = (shared + shared.T) / 2.0 + np.diag(self.prior)
+        if not float(np.linalg.eigvalsh(information)[0]) > 0.0:
+            return math.inf, math.inf
+        errors = np.sqrt(self.variance * np.diag(np.linalg.inv(information)) + FLOOR_SIGMA_PX**2)
+        return float(errors[0]), float(errors[1])
 
 
 def _slopes(image: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (4, n): how brightness changes with x, y, and with the slope of x along x and along y."""
-    slope_y, slope_x = np.gradient(image)
-    return np.stack([slope_x, slope_y, slope_x * axis[None, :], slope_x * axis[:, None]]).reshape(4, -1)
-
-
-def _equations(
-    image: NDArray[np.float64],
-    misfit: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    axis: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the (4, 4) normal matrix and the (4,) right-hand side of one step."""
-    columns = _slopes(image, axis)
-    weighted = columns * weights.ravel()
-    return weighted @ columns.T, weighted @ misfit.ravel()
-
-
-def _errors(
-    left: NDArray[np.float64],
-    right: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    axis: NDArray[np.float64],
-    variance: float,
-    prior: NDArray[np.float64],
-) -> tuple[float, float]:
-    """Return the standard errors along x and y; infinite where there is nothing but noise.
-
-    Slopes of one image times those of the other: what noise adds to either cancels.
-    """
-    shared = (_slopes(left, axis) * weights.ravel()) @ _slopes(right, axis).T
-    information = (shared + shared.T) / 2.0 + np.diag(prior)
-    if not float(np.linalg.eigvalsh(information)[0]) > 0.0:
-        return math.inf, math.inf
-    errors = np.sqrt(variance * np.diag(np.linalg.inv(information)) + FLOOR_SIGMA_PX**2)
-    return float(errors[0]), float(errors[1])
+    slopes = np.zeros((4, *image.shape))
+    slopes[0, :, 1:-1] = (image[:, 2:] - image[:, :-2]) / 2.0
+    slopes[1, 1:-1, :] = (image[2:, :] - image[:-2, :]) / 2.0
+    np.multiply(slopes[0], axis[None, :], out=slopes[2])
+    np.multiply(slopes[0], axis[:, None], out=slopes[3])
+    return slopes.reshape(4, -1)
 
 
 def _normalised(image: NDArray[np.float32], weights: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -149,8 +149,13 @@ class _Loop:
         off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
         return apart_px <= self._limits.converged_px and off_wide_px <= centred_px
 
+    def _sigma_px(self, fine: FineMatch) -> float:
+        """Return the error of the disparity at the point: the match's, and of not being quite at the point."""
+        beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
+        return math.hypot(fine.sigma_x_px, fine.slope * beside_px)
+
     def _verged(self, target: Gazes, fine: FineMatch) -> _Verged:
-        place = triangulate(self._calibration, target, sigma_px=fine.sigma_x_px)
+        place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
         if place is None:
             raise Ended(
                 FixationState.LOST,

@@ -23,6 +23,8 @@ from foveacam_pipeline.verge.survey import epipolar_looks, reduce_look
 from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.values import Phase
 
+SAME_PX = 3.0
+"""Candidates nearer to each other than this are one, survey px."""
 LEAST_STEP_PER_M = 0.02
 """A last look nearer by less than this shows nothing new, 1/m."""
 
@@ -82,20 +84,27 @@ class Search:
         look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
         target = motion.at(seen.sighting.left.t_ns)
         slack_px = MOVING_SLACK_PX if motion.moves else SLACK_PX
-        every = [
-            _Sure(candidate=candidate, template=template, fine=None)
-            for template in templates
-            for candidate in candidates(look, template, target, slack_px=slack_px)
-            if candidate.score >= self._limits.register_score
-            and candidate.rows_apart_px <= self._limits.rows_apart_survey_px
-        ]
-        ranked = sorted(every, key=lambda sure: sure.candidate.joint, reverse=True)
-        for sure in _apart(ranked)[: self._limits.candidates_tried]:
-            guess = Guess(left=sure.candidate.left, right=sure.candidate.right)
-            fine = match_fine(seen.sighting, self._calibration, guess)
-            if fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px:
-                return _Sure(candidate=sure.candidate, template=sure.template, fine=fine)
-        return ranked[0] if ranked else None
+        tried: list[_Sure] = []
+        for template in templates:
+            for candidate in candidates(look, template, target, slack_px=slack_px):
+                outcome = _Sure(candidate=candidate, template=template, fine=None)
+                if not self._worth_trying(candidate) or any(_same(outcome, other) for other in tried):
+                    continue
+                tried.append(outcome)
+                guess = Guess(left=candidate.left, right=candidate.right)
+                fine = match_fine(seen.sighting, self._calibration, guess)
+                if fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px:
+                    return _Sure(candidate=candidate, template=template, fine=fine)
+            if len(tried) >= self._limits.candidates_tried:
+                break
+        return max(tried, key=lambda outcome: outcome.candidate.joint, default=None)
+
+    def _worth_trying(self, candidate: Candidate) -> bool:
+        limits = self._limits
+        return (
+            candidate.score >= limits.register_score
+            and candidate.rows_apart_px <= limits.rows_apart_survey_px
+        )
 
     def _found(self, seen: Seen, outcome: _Sure, templates: tuple[Template, ...]) -> Found:
         left, right = outcome.candidate.left, outcome.candidate.right
@@ -134,17 +143,10 @@ class Search:
             reached = inverse_z
 
 
-def _apart(ranked: list[_Sure]) -> list[_Sure]:
-    """Return those that are not the same place as a better one."""
-    kept: list[_Sure] = []
-    for sure in ranked:
-        gaps = [
-            max(
-                float(np.abs(sure.candidate.left - other.candidate.left).max()),
-                float(np.abs(sure.candidate.right - other.candidate.right).max()),
-            )
-            for other in kept
-        ]
-        if all(gap * sure.template.f_px > 3.0 for gap in gaps):
-            kept.append(sure)
-    return kept
+def _same(one: _Sure, other: _Sure) -> bool:
+    """Return whether two candidates are one place."""
+    gaps = [
+        one.candidate.left - other.candidate.left,
+        one.candidate.right - other.candidate.right,
+    ]
+    return float(np.abs(gaps).max()) * one.template.f_px <= SAME_PX

@@ -16,6 +16,8 @@ class VergeSettings:
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
     centred_moving_wide_px: float = 5.0
     """The same for a target that moves: it is elsewhere by the time of the look."""
+    placed_sigma_wide_px: float = 0.35
+    """How well a target's place in the wide image is found again in the foveae, each axis (rendered pairs)."""
     nearest_m: float = 1.3
     """How near the search along the epipolar line goes."""
     template_half_px: int = 14
@@ -33,12 +35,12 @@ class VergeSettings:
     register_joint: float = 0.55
     """Least mean correlation of a place on which left and right could not agree at once, to look there."""
     candidates_tried: int = 4
-    """So many places of one look are tried left against right."""
+    """After so many places of one look were tried left against right no further patches are."""
     rows_apart_survey_px: float = 4.0
     """How much the rows may differ in which the two eyes find the patch, half wide px."""
-    confirm_score: float = 0.35
+    confirm_score: float = 0.3
     """Least correlation with the wide patch while verging."""
-    confirm_share: float = 0.7
+    confirm_share: float = 0.5
     """Where left and right agree the wide patch must fit at least so well, of its best fit near there."""
     doubtful_looks: int = 2
     """So many doubtful looks in a row are repeated; one more ends the fixation."""
