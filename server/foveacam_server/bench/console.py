@@ -145,9 +145,9 @@ def _shown_rates(page: "Page", server: ServerProcess, *, seconds: float) -> dict
 
 def _show_clouds(scene: "FrameLocator") -> None:
     """Tick "Point clouds" in the 3D pane, which shows surfaces at first; its panel is folded away again."""
-    # By events, not keys: the console takes the focus back from a frame that nobody pointed at
+    # It folds itself at first. By events, not keys: the console takes the focus back from a frame that nobody pointed at
     press_enter = "(box) => box.dispatchEvent(new KeyboardEvent('keydown', {key: 'Enter', bubbles: true}))"
-    scene.locator("[data-dock-minimize][aria-expanded=false]").evaluate(press_enter)  # it folds itself at first
+    scene.locator("[data-dock-minimize][aria-expanded=false]").evaluate(press_enter)
     clouds = scene.locator("input[type=checkbox]").nth(1)
     clouds.wait_for(state="attached")
     clouds.evaluate("(box) => box.checked || box.click()")
