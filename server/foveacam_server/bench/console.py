@@ -145,7 +145,7 @@ def _shown_rates(page: "Page", server: ServerProcess, *, seconds: float) -> dict
 
 def _show_clouds(scene: "FrameLocator") -> None:
     """Tick "Point clouds" in the 3D pane, which shows surfaces at first; its panel is folded away again."""
-    # It folds itself at first. By events, not keys: the console takes the focus back from a frame that nobody pointed at
+    # By events, not keys: the console takes the focus back from a frame that nobody pointed at
     press_enter = "(box) => box.dispatchEvent(new KeyboardEvent('keydown', {key: 'Enter', bubbles: true}))"
     scene.locator("[data-dock-minimize][aria-expanded=false]").evaluate(press_enter)
     clouds = scene.locator("input[type=checkbox]").nth(1)
