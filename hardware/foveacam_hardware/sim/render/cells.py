@@ -3,9 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
+from foveacam_hardware.sim.render.batch import CAPACITY, Batch
+from foveacam_hardware.sim.render.items import FROM_U, FROM_V, Items, U, V
 from foveacam_hardware.sim.render.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import CELLS, Tables
+from foveacam_hardware.sim.render.setup import Objects, Prims
 
 F64 = NDArray[np.float64]
 Four = tuple[float, float, float, float]
@@ -58,12 +60,41 @@ def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: 
     return float(total / (PARTS * PARTS))
 
 
+@kernel
+def _cell_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: float, table: F64) -> float:
+    """Return the mean over a footprint about (x, y): one cell, one box, or a sheared one."""
+    wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
+    column, row = np.floor(x - 0.5 * wide), np.floor(y - 0.5 * high)
+    if column == np.floor(x + 0.5 * wide) and row == np.floor(y + 0.5 * high):
+        if column < 0.0 or row < 0.0 or column >= columns or row >= rows:
+            return outside
+        k = int(row) * (columns + 1) + int(column)
+        return float(table[k] - table[k + 1] - table[k + columns + 1] + table[k + columns + 2])
+    upright = min(abs(J[0]), abs(J[1])) < 0.01 * wide and min(abs(J[2]), abs(J[3])) < 0.01 * high
+    if upright or min(wide, high) > 4.0:
+        return float(_mean(x, y, 0.5 * wide, 0.5 * high, columns, rows, outside, table))
+    return float(_turned_mean(x, y, J, columns, rows, outside, table))
+
+
+@kernel
+def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tuple[float, float]) -> Four:
+    """Return cells of u per pixel along x and y, then of v, where (u, v) is counted from the camera on."""
+    return (
+        t * (rows[0] - plane[0] * u),
+        t * (rows[1] - plane[1] * u),
+        t * (rows[2] - plane[0] * v),
+        t * (rows[3] - plane[1] * v),
+    )
+
+
 @inlined
-def shade_cells(items: Items, count: int, tables: Tables) -> None:
-    """Fill the values of all items of cells with their mean over each footprint, 0..1."""
-    begin, end, obj, where = items.begin, items.end, items.obj, items.where
-    du, dv, value = items.du, items.dv, items.value
-    kind, cells = tables.kind, tables.cells
+def shade_cells(
+    batch: Batch, items: Items, count: int, prims: Prims, objects: Objects, tables: Tables
+) -> None:
+    """Fill the values of all items of cells with their mean over the footprint of each pixel, 0..1."""
+    begin, end, obj, where, sides = items.begin, items.end, items.obj, items.where, items.side
+    du, dv, value, faces, q, A = items.du, items.dv, items.value, items.face, prims.q, objects.A
+    ts, kind, cells = batch.t, tables.kind, tables.cells
     for m in range(count):
         j = obj[m]
         if kind[j] != CELLS:
@@ -71,22 +102,12 @@ def shade_cells(items: Items, count: int, tables: Tables) -> None:
         per_m, columns, rows, outside = 1.0 / cells[j, 0], int(cells[j, 1]), int(cells[j, 2]), cells[j, 4]
         table = tables.sums[int(cells[j, 3]) : int(cells[j, 3]) + (columns + 1) * (rows + 1)]
         u, v = where[m, U] * per_m + 0.5 * columns, where[m, V] * per_m + 0.5 * rows
-        J = (where[m, JUX] * per_m, where[m, JUY] * per_m, where[m, JVX] * per_m, where[m, JVY] * per_m)
-        wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
-        along = min(abs(J[0]), abs(J[1])) < 0.01 * wide and min(abs(J[2]), abs(J[3])) < 0.01 * high
-        single = along or min(wide, high) > 4.0
+        axis, plane = sides[m] >> 1, (q[faces[m], 0], q[faces[m], 1])
+        iu, iv = (2 if axis == 0 else 0), (2 if axis == 1 else 1)
+        ray = (A[j, iu, 0] * per_m, A[j, iu, 1] * per_m, A[j, iv, 0] * per_m, A[j, iv, 1] * per_m)
+        shift = np.uintp(axis * CAPACITY)
         for i in range(np.uintp(begin[m]), np.uintp(end[m])):
-            x, y = u + du[i] * per_m, v + dv[i] * per_m
-            column, row = np.floor(x - 0.5 * wide), np.floor(y - 0.5 * high)
-            if column == np.floor(x + 0.5 * wide) and row == np.floor(y + 0.5 * high):
-                if column < 0.0 or row < 0.0 or column >= columns or row >= rows:
-                    value[0, i] = np.float32(outside)
-                else:
-                    k = np.uintp(row) * np.uintp(columns + 1) + np.uintp(column)
-                    below = k + np.uintp(columns + 1)
-                    mean = table[k] - table[k + np.uintp(1)] - table[below] + table[below + np.uintp(1)]
-                    value[0, i] = np.float32(mean)
-            elif single:
-                value[0, i] = np.float32(_mean(x, y, 0.5 * wide, 0.5 * high, columns, rows, outside, table))
-            else:
-                value[0, i] = np.float32(_turned_mean(x, y, J, columns, rows, outside, table))
+            x, y, p = u + du[i] * per_m, v + dv[i] * per_m, i - shift
+            from_u, from_v = (where[m, FROM_U] + du[i]) * per_m, (where[m, FROM_V] + dv[i]) * per_m
+            J = _footprint(ts[p], from_u, from_v, ray, plane)
+            value[0, i] = np.float32(_cell_mean(x, y, J, columns, rows, outside, table))

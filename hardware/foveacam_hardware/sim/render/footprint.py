@@ -20,7 +20,8 @@ def footprint_filter(
 ) -> tuple[float, float, int, float, float]:
     """Return how to average over the footprint of a pixel, metres.
 
-    Its long axis (u, v); the number of taps along it, `most` at most; the widths that one tap, and all together, leave.
+    Its long axis (u, v); the number of taps along it, `most` at most; the widths that one tap, and all
+    together, leave.
     """
     p, r, s = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
     d = 0.5 * (p - r)

@@ -31,6 +31,7 @@ class Items(NamedTuple):
     end: I32
     obj: I32
     side: I32
+    face: I32  # of the first run; cells and pictures do not share items between faces
     where: F64  # (3 · CAPACITY, 8) u, v; metres of u per pixel along x, y; of v; u, v from the camera on
     newest: I32  # (3,) newest item of each axis, −1 at first
     du: F32  # (3 · CAPACITY,) from the item's (u, v) on, metres (as the material stretches them)
@@ -46,6 +47,7 @@ def new_items() -> Items:
     """Allocate the working memory."""
     n = 3 * CAPACITY
     return Items(
+        np.zeros(n, np.int32),
         np.zeros(n, np.int32),
         np.zeros(n, np.int32),
         np.zeros(n, np.int32),
@@ -74,7 +76,7 @@ def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: 
     obj, sides, blends, weights, q = prims.obj, prims.side, prims.blend, prims.weights, prims.q
     A, o, kind, stretch = objects.A, objects.o, tables.kind, tables.stretch
     begin, end, item_obj, item_side, where = items.begin, items.end, items.obj, items.side, items.where
-    du, dv, newest = items.du, items.dv, items.newest
+    du, dv, newest, item_face = items.du, items.dv, items.newest, items.face
     newest[:] = -1
     n = 0
     for k in range(runs):
@@ -104,6 +106,7 @@ def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: 
             vx, vy = t[i] * (v0 - q[f, 0] * v), t[i] * (v1 - q[f, 1] * v)
             m = newest[axis]
             alike = m >= 0 and end[m] == a + shift and item_obj[m] == j and item_side[m] == side
+            alike = alike and (item_face[m] == f or kind[j] == NOISE)
             if alike:
                 gap = abs(ux - where[m, JUX]) + abs(uy - where[m, JUY])
                 gap += abs(vx - where[m, JVX]) + abs(vy - where[m, JVY])
@@ -114,7 +117,7 @@ def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: 
             if not alike:
                 m = n
                 n += 1
-                newest[axis] = m
+                newest[axis], item_face[m] = m, f
                 begin[m], item_obj[m], item_side[m] = a + shift, j, side
                 where[m, U], where[m, V] = o[j, iu] * su + u, o[j, iv] * sv + v
                 where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY] = ux, uy, vx, vy

@@ -59,7 +59,7 @@ def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> 
     shade_sky(batch, runs, stage.camera.Minv)
     count = find_items(batch, runs, stage.prims, stage.objects, stage.tables, items)
     shade_noise(items, count, stage.smooth, stage.tables)
-    shade_cells(items, count, stage.tables)
+    shade_cells(batch, items, count, stage.prims, stage.objects, stage.tables)
     shade_bitmap(items, count, stage.tables)
     add_up(batch, runs, stage.prims, stage.tables, items)
     paint(batch, runs, stage.prims.obj, stage.tables, stage.sky, stage.luma, colour)
