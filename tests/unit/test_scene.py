@@ -94,6 +94,13 @@ def test_the_label_shows_the_digits_that_the_error_leaves() -> None:
     assert text(0.4) == "T1  3.2 ± 0.4 m"
 
 
+def test_a_long_name_is_cut_in_the_scene_so_that_neighbours_stay_readable() -> None:
+    drawing = FixationDrawing(
+        label="the third bolt from the left", point_rig_m=(0, 0, 3), distance_m=3.0, distance_sigma_m=0.004
+    )
+    assert drawing.text == "the third bolt from the…  3.000 ± 0.004 m"
+
+
 def test_a_large_cloud_is_thinned_over_its_whole_extent() -> None:
     full = cloud(LIVE_POINTS + 5_000)
     points_m, colors = thin(full)

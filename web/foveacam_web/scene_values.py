@@ -14,6 +14,8 @@ RIGHT_COLOR: Rgb = (255, 166, 64)
 TARGET_COLOR: Rgb = (79, 195, 201)
 SELECTED_COLOR: Rgb = (255, 64, 160)
 
+LONGEST_NAME = 24
+"""Characters of a target's name that the 3D scene shows; the page shows all of it."""
 DEFAULT_RAY_M = 10.0
 """How far a gaze ray is drawn while no distance is known."""
 
@@ -50,4 +52,5 @@ class FixationDrawing:
     def text(self) -> str:
         """The label as shown: name, distance and its standard error, to the digits that mean something."""
         digits = 1 if self.distance_sigma_m >= 0.1 else 2 if self.distance_sigma_m >= 0.01 else 3
-        return f"{self.label}  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"
+        name = self.label if len(self.label) <= LONGEST_NAME else f"{self.label[: LONGEST_NAME - 1]}…"
+        return f"{name}  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"
