@@ -1,6 +1,7 @@
 """Left against right at the point itself: correlation for the whole pixel, least squares for the rest."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
+from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
+from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_pipeline.verge.contrast import even
 from foveacam_pipeline.verge.least_squares import Patch, Placed, Window, least_squares
 from foveacam_pipeline.verge.template import peak
@@ -25,6 +27,9 @@ REACH_PX = (20, 12)
 """How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
 FAR_REACH_PX = (72, 12)
 """The same where the wide view tells badly: a grain along the rows, a near edge."""
+ELSEWHERE_PX = 10
+LEAST_LEAD = 0.12
+"""By so much a match must beat all that are farther along the line: an edge along it fits anywhere."""
 MARGIN_PX = 20
 QUIET_SIGMA_PX = 1.5
 """As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
@@ -70,7 +75,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
     The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
     grazing angle) the narrower one, upright and leaning.
     """
-    z_m = crossing_z_m(calibration, sighting.volts)
+    z_m = _depth_m(calibration, sighting, guess)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
     told_px = left_px - right_px
     half = WIDER.half_px + MARGIN_PX
@@ -92,6 +97,13 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
         sigma_y_px=best.sigma_px[1],
         slope=float(np.hypot(*best.slope)),
     )
+
+
+def _depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:
+    """Return the depth along z that the guess means, m, for the parallax of pivots and pupils."""
+    gazes = gazes_under(calibration, sighting.volts)
+    apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
+    return calibration.baseline_m / apart if apart > 0.0 else math.inf
 
 
 def _patch(
@@ -132,7 +144,12 @@ def _placed(
     field = right.cut((half + reach_px[0], half + reach_px[1]), (0.0, 0.0, 0.0, across))
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
-    x, y, _ = peak(scores - ROW_PENALTY * rows[:, None] ** 2)
+    scores -= ROW_PENALTY * rows[:, None] ** 2
+    x, y, best = peak(scores)
     down_px = y - reach_px[1]
     start = np.array([x - reach_px[0] + across * down_px, down_px, 0.0, across])
-    return least_squares(left, right, start, window=window, told_px=told_px)
+    placed = least_squares(left, right, start, window=window, told_px=told_px)
+    elsewhere = scores[:, np.abs(np.arange(scores.shape[1]) - x) >= ELSEWHERE_PX]
+    if elsewhere.size and best - float(elsewhere.max()) < LEAST_LEAD:
+        return replace(placed, sigma_px=(math.inf, placed.sigma_px[1]))
+    return placed

@@ -147,10 +147,11 @@ class _Loop:
             apart_px = max(apart_px, abs(now.fine.residual_y_px))
         centred_px = self._limits.centred_moving_wide_px if moving else self._limits.centred_wide_px
         off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
-        return apart_px <= self._limits.converged_px and off_wide_px <= centred_px
+        converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
+        return apart_px <= converged_px and off_wide_px <= centred_px
 
     def _sigma_px(self, fine: FineMatch) -> float:
-        """Return the error of the disparity at the point: the match's, and of not being quite at the point."""
+        """Return the error of disparity at the point: the match's, and of not being quite at the point."""
         beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
         return math.hypot(fine.sigma_x_px, fine.slope * beside_px)
 

@@ -58,27 +58,28 @@ def measure(
     look = reduce_look(seen.sighting, calibration, f_px=templates[0].f_px)
     expected = target - (seen.gazes.left + seen.gazes.right) / 2.0
     best: Measurement | None = None
-    for around, guess, peak_score in _guesses(vicinity(look, template, expected) for template in templates):
+    around = (vicinity(look, template, expected) for template in templates)
+    for near, guess, peak_score in _guesses(around):
         fine = match_fine(seen.sighting, calibration, guess)
-        centre, score = around.given(fine.residual_px / f_px)
+        centre, score = near.given(fine.residual_px / f_px)
         found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score)
         if best is None or found.quality(limits) > best.quality(limits):
             best = found
         if best.quality(limits) >= 0.0:
-            break
+            return best
     if best is None:
         raise ValueError("measure: no template was given; pass at least one")
     return best
 
 
 def _guesses(around: Iterator[Vicinity]) -> Iterator[tuple[Vicinity, Guess, float]]:
-    """Yield what to try: each patch where each eye sees it, at last the first patch with a long reach."""
-    first: tuple[Vicinity, NDArray[np.float64], float] | None = None
-    for near in around:
-        left, right, score = near.peaks()
-        if first is None:
-            first = near, (left + right) / 2.0, score
-        yield near, Guess(left=left, right=right), score
-    if first is not None:
-        near, centre, score = first
-        yield near, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX), score
+    """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
+    first = next(around)
+    left, right, score = first.peaks()
+    centre = (left + right) / 2.0
+    yield first, Guess(left=left, right=right), score
+    yield first, Guess(left=centre, right=centre), score
+    for other in around:
+        left, right, other_score = other.peaks()
+        yield other, Guess(left=left, right=right), other_score
+    yield first, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX), score

@@ -12,12 +12,14 @@ class VergeSettings:
     """On the rig's clock, exposures and settling included."""
     converged_px: float = 0.5
     """Largest left-right residual of a verged fixation along either axis, fovea px."""
+    converged_moving_px: float = 2.5
+    """The same for a target that moves: its picture is blurred, and the residual counts for the distance."""
     centred_wide_px: float = 1.0
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
     centred_moving_wide_px: float = 5.0
     """The same for a target that moves: it is elsewhere by the time of the look."""
     placed_sigma_wide_px: float = 0.35
-    """How well a target's place in the wide image is found again in the foveae, each axis (rendered pairs)."""
+    """How well a place of the wide image is found again in the foveae, each axis (rendered pairs)."""
     nearest_m: float = 1.3
     """How near the search along the epipolar line goes."""
     template_half_px: int = 14

@@ -1,0 +1,151 @@
+"""What the simulation knows of a click, and what a good fixation of it would be. For `bench verge` alone."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role, Sighting
+from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
+from foveacam_hardware.sim.render.materials import Cells, Plain
+from foveacam_hardware.sim.render.projection import Projection
+from foveacam_hardware.sim.scenes.motion import pose
+from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.verge.aim import aim_at, reaches
+
+EYES = (Role.LEFT, Role.RIGHT)
+CLEAR_WIDE_PX = 4
+"""Half side of the surroundings of a click that must belong to one surface, wide px."""
+PROBE_PX = 9
+WIDE_FOCAL_PX = 3155.0
+DEPTH_SPREAD = 0.06
+"""One surface may recede by so much across the surroundings, as a share of its distance."""
+HIDDEN_SHARE = 3e-3
+"""A ray to the point may end this far from it, as a share of the distance: the probe has pixels."""
+
+
+class Kind(StrEnum):
+    """What a click falls on."""
+
+    TEXTURED = "textured"
+    """Textured material, visible from both eyes, within both mirrors' calibrated field, no edge nearby."""
+    PLAIN = "plain"
+    """A material without texture."""
+    AWKWARD = "awkward"
+    """The rest: hidden from an eye, beside an edge, out of reach, or the flat cells of a printed pattern."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Click:
+    """One wide pixel and what is there at the moment of the click, rig frame."""
+
+    scene: str
+    x_px: float
+    y_px: float
+    t_ns: int
+    kind: Kind
+    name: str
+    range_m: float
+    point_rig_m: tuple[float, float, float]
+
+
+def look_up(
+    truth: Truth, calibration: Calibration, *, scene: str, pixel: tuple[float, float], t_ns: int
+) -> Click | None:
+    """Return what a wide pixel shows; None for the background."""
+    seen = truth.depth_at(*pixel, t_ns)
+    if seen is None:
+        return None
+    number = truth.world.stage.scene.names.index(seen.name)
+    material = truth.world.stage.scene.material(number)
+    if isinstance(material, Plain):
+        kind = Kind.PLAIN
+    elif isinstance(material, Cells) or not _clear(truth, calibration, pixel, seen.point_rig_m, number, t_ns):
+        kind = Kind.AWKWARD
+    else:
+        kind = Kind.TEXTURED
+    return Click(
+        scene=scene,
+        x_px=pixel[0],
+        y_px=pixel[1],
+        t_ns=t_ns,
+        kind=kind,
+        name=seen.name,
+        range_m=seen.range_m,
+        point_rig_m=seen.point_rig_m,
+    )
+
+
+def point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
+    """Return where the clicked point of the surface is at `t_ns`, (3,) m, rig frame; objects move."""
+    point = np.array([*click.point_rig_m, 1.0])
+    stage = truth.world.stage
+    thing = stage.file.objects[stage.scene.names.index(click.name)]
+    if thing.motion is None:
+        return point[:3]
+    before = pose(thing, truth.world.scene_s(click.t_ns))
+    now = pose(thing, truth.world.scene_s(t_ns))
+    return np.asarray((now @ np.linalg.inv(before) @ point)[:3], dtype=np.float64)
+
+
+def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2,) by how much the eyes miss each other on a point: left minus right place, fovea px.
+
+    Each place is the point's direction from the pupil against that of the image centre, on the virtual
+    pinhole plane, so that rolled images do not matter.
+    """
+    places = []
+    for role, frame in zip(EYES, (sighting.left, sighting.right), strict=True):
+        view = truth.projection(role, frame.t_ns)
+        ray = np.linalg.solve(view.M, np.array([(view.width - 1) / 2, (view.height - 1) / 2, 1.0]))
+        way = point_rig_m - view.C
+        places.append(way[:2] / way[2] - ray[:2] / ray[2])
+    return np.asarray(places[0] - places[1], dtype=np.float64) * FOVEA_FOCAL_PX
+
+
+def _clear(
+    truth: Truth,
+    calibration: Calibration,
+    pixel: tuple[float, float],
+    point_rig_m: tuple[float, float, float],
+    number: int,
+    t_ns: int,
+) -> bool:
+    """Return whether both eyes can look at the point and all three views show one surface about it."""
+    x_m, y_m, z_m = point_rig_m
+    gazes = aim_at(calibration, np.array([x_m, y_m]) / z_m, 1.0 / z_m)
+    if not reaches(calibration, gazes):
+        return False
+    around = truth.surroundings(*pixel, t_ns, half_px=CLEAR_WIDE_PX)
+    range_m = float(np.linalg.norm(point_rig_m))
+    if len(around.names) != 1 or around.farthest_m - around.nearest_m > DEPTH_SPREAD * range_m:
+        return False
+    return all(_seen_from(truth, truth.pivot(role), np.array(point_rig_m), number, t_ns) for role in EYES)
+
+
+def _seen_from(
+    truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], number: int, t_ns: int
+) -> bool:
+    """Return whether an eye sees the point, and nothing else beside it."""
+    way = point_rig_m - eye_rig_m
+    distance_m = float(np.linalg.norm(way))
+    ray = way / distance_m
+    side = -np.cross(ray, np.array([0.0, 1.0, 0.0]))
+    side /= np.linalg.norm(side)
+    middle = PROBE_PX // 2
+    focal_px = WIDE_FOCAL_PX * middle / CLEAR_WIDE_PX
+    k = np.array([[focal_px, 0.0, middle], [0.0, focal_px, middle], [0.0, 0.0, 1.0]])
+    probe = Projection(
+        M=k @ np.stack([side, np.cross(ray, side), ray]),
+        C=eye_rig_m,
+        width=PROBE_PX,
+        height=PROBE_PX,
+        axis=ray,
+    )
+    drawn = truth.world.stage.probe(probe, truth.world.scene_s(t_ns))
+    if not (drawn.ids == number).all():
+        return False
+    hit = probe.points(np.array([[middle, middle]]), np.array([float(drawn.depth_m[middle, middle])]))[0]
+    return float(np.linalg.norm(hit - point_rig_m)) < HIDDEN_SHARE * distance_m
