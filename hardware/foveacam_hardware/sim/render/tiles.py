@@ -112,7 +112,7 @@ def _gather_marks(
     faces of a smooth object that run on into each other become one.
     """
     faces, columns, rows, tx, ty = tile.sample_face, tile.mark, tile.mark_row, tile.x, tile.y
-    sample_q, q, obj = tile.sample_q, prims.q, prims.obj
+    sample_q, q, obj, centre = tile.sample_q, prims.q, prims.obj, tile.face
     first, face, x, y = batch.first, batch.face, batch.x, batch.y
     runs = 0
     while mark < marks and runs + SAMPLES <= CAPACITY:
@@ -139,6 +139,8 @@ def _gather_marks(
                     sx += dx
                     sy += dy
                     faces[mark, other] = COUNTED
+            if count == SAMPLES and (f == centre[r, c] or merge):
+                break  # one surface after all: the pixel stays as it is
             sx, sy = sx / count, sy / count
             first[runs], face[runs], weight[runs] = runs, f, np.float32(count / SAMPLES)
             x[runs], y[runs] = tx[r, c] + sx * xx + sy * xy, ty[r, c] + sx * yx + sy * yy
@@ -155,6 +157,8 @@ def _resolve(
     """Replace the radiance of the marks begin..end by the mean over their samples."""
     columns, rows = tile.mark, tile.mark_row
     for m in range(begin, end):
+        if start[m] == start[m + 1]:
+            continue
         for channel in range(colour.shape[1]):
             total = np.float32(0.0)
             for i in range(start[m], start[m + 1]):

@@ -15,6 +15,8 @@ from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Prims, View
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+Step = tuple[float, float, float, float]
+"""Undistorted x per pixel along x and y, then y; or a function at a pixel, its slopes, and its top there."""
 
 ROWS, COLUMNS = TILE_H + 2, TILE_W + 2
 CREASE = 1e-3
@@ -156,13 +158,35 @@ def mark_edges(tile: Tile, height: int, width: int, prims: Prims, smooth: I32) -
 
 
 @kernel
-def _outside(e: F64, n: int, x: float, y: float, reach: float) -> bool:
-    """Whether a point, and all within `reach` of it along x and y, lie outside one of the edges of face n."""
-    for k in range(4):
-        wide = reach * (abs(e[n, k, 0]) + abs(e[n, k, 1]))
-        if e[n, k, 0] * x + e[n, k, 1] * y + e[n, k, 2] + wide < 0.0:
-            return True
-    return False
+def _across(a: float, b: float, c: float, x: float, y: float, step: Step) -> Step:
+    """Return a·x + b·y + c at a pixel, its change per pixel along x and y, and its greatest value there."""
+    here, dx, dy = a * x + b * y + c, a * step[0] + b * step[2], a * step[1] + b * step[3]
+    return here, dx, dy, here + 0.5 * (abs(dx) + abs(dy))
+
+
+@kernel
+def _test_samples(
+    q: F64, face: I32, m: int, n: int, near: Step, edges: tuple[Step, Step, Step, Step], q_max: float
+) -> float:
+    """Test the samples of mark m against face n; return the least q of them afterwards."""
+    p, px, py, _ = near
+    (a, ax, ay, _), (b, bx, by, _), (c, cx, cy, _), (d, ex, ey, _) = edges
+    least = np.inf
+    for s in range(SAMPLES):
+        dx, dy = ((s & 3) - 1.5) * 0.25, ((s >> 2) - 1.5) * 0.25
+        here = p + dx * px + dy * py
+        seen = (
+            (a + dx * ax + dy * ay >= 0.0)
+            & (b + dx * bx + dy * by >= 0.0)
+            & (c + dx * cx + dy * cy >= 0.0)
+            & (d + dx * ex + dy * ey >= 0.0)
+            & (here <= q_max)
+            & (here > q[m, s])
+        )
+        q[m, s] = here if seen else q[m, s]
+        face[m, s] = np.int32(n) if seen else face[m, s]
+        least = min(least, q[m, s])
+    return float(least)
 
 
 @inlined
@@ -170,9 +194,10 @@ def sample_edges(
     tile: Tile, count: int, index: int, x0: int, y0: int, view: View, prims: Prims, bins: Bins
 ) -> None:
     """Find the nearest face at each of the 4x4 samples of the marked pixels."""
-    xs, ys, mark, start, q, face = tile.x, tile.y, tile.mark, tile.mark_start, tile.sample_q, tile.sample_face
-    lowest = tile.lowest
-    items, box, e, plane, q_max = bins.items, prims.box, prims.edges, prims.q, view.q_max
+    xs, ys, mark, start, q, face = (
+        tile.x, tile.y, tile.mark, tile.mark_start, tile.sample_q, tile.sample_face
+    )  # fmt: skip
+    lowest, items, box, e, plane, q_max = tile.lowest, bins.items, prims.box, prims.edges, prims.q, view.q_max
     s0, s1 = view.tile_shift[index, 0], view.tile_shift[index, 1]
     s2, s3 = view.tile_shift[index, 2], view.tile_shift[index, 3]
     if count > 0:
@@ -183,24 +208,23 @@ def sample_edges(
         n = items[item]
         left, right = _pixel_range(box[n, 0] - 0.5, box[n, 1] + 0.5, x0 - 1, COLUMNS, s0, s1)
         top, bottom = _pixel_range(box[n, 2] - 0.5, box[n, 3] + 0.5, y0 - 1, ROWS, s2, s3)
-        reach = 0.55 * (abs(plane[n, 0]) + abs(plane[n, 1]))
         for r in range(max(top, 1), min(bottom, ROWS - 1)):
             for m in range(start[r], start[r + 1]):
                 c = mark[m]
-                if c < left or c >= right or _outside(e, n, xs[r, c], ys[r, c], 0.55):
+                if c < left or c >= right:
                     continue
-                near = plane[n, 0] * xs[r, c] + plane[n, 1] * ys[r, c] + plane[n, 2]
-                if near + reach < lowest[m]:
+                x, y = xs[r, c], ys[r, c]
+                step = (
+                    0.5 * (xs[r, c + 1] - xs[r, c - 1]),
+                    0.5 * (xs[r + 1, c] - xs[r - 1, c]),
+                    0.5 * (ys[r, c + 1] - ys[r, c - 1]),
+                    0.5 * (ys[r + 1, c] - ys[r - 1, c]),
+                )
+                near = _across(plane[n, 0], plane[n, 1], plane[n, 2], x, y, step)
+                ea = _across(e[n, 0, 0], e[n, 0, 1], e[n, 0, 2], x, y, step)
+                eb = _across(e[n, 1, 0], e[n, 1, 1], e[n, 1, 2], x, y, step)
+                ec = _across(e[n, 2, 0], e[n, 2, 1], e[n, 2, 2], x, y, step)
+                ed = _across(e[n, 3, 0], e[n, 3, 1], e[n, 3, 2], x, y, step)
+                if near[3] < lowest[m] or min(min(ea[3], eb[3]), min(ec[3], ed[3])) < 0.0:
                     continue
-                xx, xy = 0.5 * (xs[r, c + 1] - xs[r, c - 1]), 0.5 * (xs[r + 1, c] - xs[r - 1, c])
-                yx, yy = 0.5 * (ys[r, c + 1] - ys[r, c - 1]), 0.5 * (ys[r + 1, c] - ys[r - 1, c])
-                least = np.inf
-                for s in range(SAMPLES):
-                    dx, dy = (s % 4 - 1.5) * 0.25, (s // 4 - 1.5) * 0.25
-                    x, y = xs[r, c] + dx * xx + dy * xy, ys[r, c] + dx * yx + dy * yy
-                    near = plane[n, 0] * x + plane[n, 1] * y + plane[n, 2]
-                    if near > q[m, s] and near <= q_max and not _outside(e, n, x, y, 0.0):
-                        q[m, s] = near
-                        face[m, s] = n
-                    least = min(least, q[m, s])
-                lowest[m] = least
+                lowest[m] = _test_samples(q, face, m, n, near, (ea, eb, ec, ed), q_max)
