@@ -17,8 +17,8 @@ WINDOW = 7
 """Side of the window of one estimate, px."""
 PRE_SIGMA_PX = 0.8
 """Both images are smoothed this much, so that interpolating one of them does not bias the step."""
-SLOPE = np.array([[1.0, -8.0, 0.0, 8.0, -1.0]], dtype=np.float32) / 24.0
-"""Derivative of the sum of two images, right to fourth order (2 x 12 in the denominator)."""
+SLOPE = np.array([[1.0, -8.0, 0.0, 8.0, -1.0]], dtype=np.float32) / 12.0
+"""Derivative along x, right to fourth order."""
 LARGEST_STEP_PX = 0.75
 """A remainder beyond this contradicts the whole disparity; it is not applied, and counts as error."""
 FLOOR_SIGMA_PX = 0.06
@@ -27,7 +27,9 @@ CORRELATION = 2.0
 """Blur ties neighbouring pixels together: a window holds fewer samples than pixels, by this squared."""
 LEAST_NOISE = 0.5
 """Least brightness noise assumed, grey levels: quantisation alone is 0.3 in each image."""
-LEAST_ENERGY = 1e-3
+LEAST_ENERGY = 1e-4
+LEAST_SHARED = 0.4
+"""Share of its own gradient energy that a window must have in common with the other eye's: less is noise."""
 
 
 def refine(
@@ -56,26 +58,31 @@ def refine(
 def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> tuple[FloatImage, FloatImage]:
     """Return the step in disparity and its standard error, px, (h, w) float32.
 
-    left = matched - slope * step, in the least squares over each window, brightness offset free. The work is
-    done in place: at these sizes fresh arrays cost more than the arithmetic.
+    left = matched - slope * step, in the least squares over each window, brightness offset free. Gradient
+    energy is the product of both images' slopes: what noise adds to either cancels, and where nothing is left
+    there is no texture. Done in place: at these sizes fresh arrays cost more than the arithmetic.
     """
-    window = (WINDOW, WINDOW)
-    difference = cv2.subtract(left, matched, dtype=cv2.CV_32F)
+    difference = _float(cv2.subtract(left, matched, dtype=cv2.CV_32F))
     cv2.GaussianBlur(difference, (3, 3), PRE_SIGMA_PX, dst=difference)
-    both = cv2.add(left, matched, dtype=cv2.CV_32F)
-    cv2.GaussianBlur(both, (3, 3), PRE_SIGMA_PX, dst=both)
-    slope = cv2.filter2D(both, cv2.CV_32F, SLOPE)
-    product = cv2.multiply(slope, difference, dst=both)
-    step = np.asarray(cv2.blur(product, window), dtype=np.float32)
-    mean_slope = np.asarray(cv2.blur(slope, window, dst=product), dtype=np.float32)
-    mean_difference = np.asarray(cv2.blur(difference, window), dtype=np.float32)
-    variance = np.asarray(cv2.sqrBoxFilter(difference, cv2.CV_32F, window), dtype=np.float32)
-    energy = np.asarray(cv2.sqrBoxFilter(slope, cv2.CV_32F, window), dtype=np.float32)
+    slope, other = (
+        _float(cv2.filter2D(cv2.GaussianBlur(image, (3, 3), PRE_SIGMA_PX), cv2.CV_32F, SLOPE))
+        for image in (left, matched)
+    )
+    energy = _mean(slope * other)
+    slope += other
+    slope *= np.float32(0.5)
+    noisy = _mean(slope * slope)
+    mean_slope, mean_difference = _mean(slope), _mean(difference)
+    step = _mean(slope * difference)
     step -= mean_slope * mean_difference
+    variance = _mean(difference * difference)
     mean_difference *= mean_difference
     variance -= mean_difference
     mean_slope *= mean_slope
     energy -= mean_slope
+    noisy -= mean_slope
+    noisy *= np.float32(LEAST_SHARED)
+    np.copyto(energy, np.float32(LEAST_ENERGY), where=energy < noisy)
     np.maximum(energy, np.float32(LEAST_ENERGY), out=energy)
     np.maximum(variance, np.float32(LEAST_NOISE**2), out=variance)
     step /= energy
@@ -84,3 +91,12 @@ def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> tuple[
     variance *= np.float32(CORRELATION**2 / WINDOW**2)
     variance += np.float32(FLOOR_SIGMA_PX**2)
     return step, np.sqrt(variance, out=variance)
+
+
+def _mean(image: FloatImage) -> FloatImage:
+    """Return the mean over each window."""
+    return _float(cv2.blur(image, (WINDOW, WINDOW)))
+
+
+def _float(image: object) -> FloatImage:
+    return np.asarray(image, dtype=np.float32)
