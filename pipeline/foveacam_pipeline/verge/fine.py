@@ -1,7 +1,7 @@
 """Left against right at the point itself: correlation for the whole pixel, least squares for the rest."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -19,7 +19,7 @@ from foveacam_pipeline.verge.template import peak
 WIDER = Window(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
 NARROWER = Window(half_px=34, weight_sigma_px=14.0)
-LEANS = (0.0, 0.4, 0.9, -0.4)
+LEANS = (0.0, 0.4, 0.8, 1.2, -0.4)
 """Disparity may grow from row to row, px a px: baseline over height above the surface, 1 on a table 0.2 m
 below the eyes. Tried in this order where the wider window does not fit."""
 GOOD_SCORE = 0.8
@@ -27,9 +27,6 @@ REACH_PX = (20, 12)
 """How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
 FAR_REACH_PX = (72, 12)
 """The same where the wide view tells badly: a grain along the rows, a near edge."""
-ELSEWHERE_PX = 10
-LEAST_LEAD = 0.12
-"""By so much a match must beat all that are farther along the line: an edge along it fits anywhere."""
 MARGIN_PX = 20
 QUIET_SIGMA_PX = 1.5
 """As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
@@ -145,11 +142,7 @@ def _placed(
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     scores -= ROW_PENALTY * rows[:, None] ** 2
-    x, y, best = peak(scores)
+    x, y, _ = peak(scores)
     down_px = y - reach_px[1]
     start = np.array([x - reach_px[0] + across * down_px, down_px, 0.0, across])
-    placed = least_squares(left, right, start, window=window, told_px=told_px)
-    elsewhere = scores[:, np.abs(np.arange(scores.shape[1]) - x) >= ELSEWHERE_PX]
-    if elsewhere.size and best - float(elsewhere.max()) < LEAST_LEAD:
-        return replace(placed, sigma_px=(math.inf, placed.sigma_px[1]))
-    return placed
+    return least_squares(left, right, start, window=window, told_px=told_px)

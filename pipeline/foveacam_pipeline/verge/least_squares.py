@@ -21,6 +21,9 @@ LEVEL_ROUNDS = 2
 """The first rounds move the window without sloping it."""
 STOP_PX = 0.01
 LARGEST_ROUND_PX = 2.0
+ELSEWHERE_PX = 10.0
+LEAST_LEAD = 0.004
+"""By so much, and by twice what noise took from it, a match must beat those so far along the line."""
 CORRELATION = 3.0
 """The optics' blur ties neighbouring pixels together (sigma 1.4 px): fewer samples than pixels, squared."""
 FLOOR_SIGMA_PX = 0.03
@@ -118,9 +121,26 @@ def least_squares(
         state[free] += step
         if count >= LEVEL_ROUNDS and largest_px < STOP_PX:
             break
-    if fit is None:
+    if fit is None or reference is None:
         return Placed(place_px=state[:2], slope=state[2:], sigma_px=(math.inf, math.inf), score=0.0)
-    return Placed(place_px=state[:2], slope=state[2:], sigma_px=fit.errors_px(axis), score=fit.score)
+    sigma_x_px, sigma_y_px = fit.errors_px(axis)
+    if fit.score - _elsewhere(right, reference, state, weights) < max(LEAST_LEAD, 2.0 * (1.0 - fit.score)):
+        sigma_x_px = math.inf
+    return Placed(place_px=state[:2], slope=state[2:], sigma_px=(sigma_x_px, sigma_y_px), score=fit.score)
+
+
+def _elsewhere(
+    right: Patch, reference: NDArray[np.float64], state: NDArray[np.float64], weights: NDArray[np.float64]
+) -> float:
+    """Return the better score at either side along the line: an edge along the line fits there as well."""
+    half = (reference.shape[0] - 1) // 2
+    x, y, along, across = state.tolist()
+    best = -1.0
+    for aside_px in (-ELSEWHERE_PX, ELSEWHERE_PX):
+        moved = _normalised(right.cut((half, half), (x + aside_px, y, along, across)), weights)
+        if moved is not None:
+            best = max(best, float(np.sum(weights * reference * moved)))
+    return best
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

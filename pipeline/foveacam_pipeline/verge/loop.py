@@ -128,10 +128,11 @@ class _Loop:
                 ),
             )
             doubt = verdict.doubt(now, self._limits)
+            half = now.fine.residual_px / (2.0 * self._f_px)
+            if doubt is None or now.fine.score >= self._limits.fine_score:
+                target = seen.gazes.moved(now.centre + half, now.centre - half)
             if doubt is None:
                 doubts = 0
-                half = now.fine.residual_px / (2.0 * self._f_px)
-                target = seen.gazes.moved(now.centre + half, now.centre - half)
                 if self._settled(now, moving=motion.moves):
                     return self._verged(target, now.fine)
                 if motion.moves:  # whether it moves is for the wide view to say
