@@ -17,6 +17,8 @@ from foveacam_hardware.sim.scenes.format import Object
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_path
 from foveacam_hardware.sim.scenes.motion import pose
 
+CACHED_FRAMES = 4
+"""One for each camera and one to spare; a colour frame with its depth holds 31 MB."""
 MARGIN_PX = 200.0
 
 Roi: TypeAlias = tuple[int, int, int, int]
@@ -40,7 +42,7 @@ class Stage:
         self.file = load_scene(path)
         self.name = path.stem
         self.scene = build_scene(self.file, folder=path.parent)
-        self._renderer = Renderer(self.scene, threads=threads)
+        self._renderer = Renderer(self.scene, threads=threads, cached_frames=CACHED_FRAMES)
         self._prober = Renderer(self.scene, threads=1, cached_frames=2)
         self._movers = [
             _Mover(number, thing, _corners_m(self.scene, number))
