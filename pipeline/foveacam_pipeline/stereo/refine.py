@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 FloatImage: TypeAlias = NDArray[np.float32]
 """(h, w) float32."""
 
-WINDOW = 7
-"""Side of the window of one estimate, px."""
+SAMPLES = 36
+"""Pixels in the window of one estimate: 6 x 6."""
 PRE_SIGMA_PX = 0.8
 """Both images are smoothed this much, so that interpolating one of them does not bias the step."""
 SLOPE = np.array([[1.0, -8.0, 0.0, 8.0, -1.0]], dtype=np.float32) / 12.0
@@ -28,8 +28,6 @@ CORRELATION = 2.0
 LEAST_NOISE = 0.5
 """Least brightness noise assumed, grey levels: quantisation alone is 0.3 in each image."""
 LEAST_ENERGY = 1e-4
-LEAST_SHARED = 0.4
-"""Share of its own gradient energy that a window must have in common with the other eye's: less is noise."""
 
 
 def refine(
@@ -71,7 +69,6 @@ def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> tuple[
     energy = _mean(slope * other)
     slope += other
     slope *= np.float32(0.5)
-    noisy = _mean(slope * slope)
     mean_slope, mean_difference = _mean(slope), _mean(difference)
     step = _mean(slope * difference)
     step -= mean_slope * mean_difference
@@ -80,22 +77,21 @@ def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> tuple[
     variance -= mean_difference
     mean_slope *= mean_slope
     energy -= mean_slope
-    noisy -= mean_slope
-    noisy *= np.float32(LEAST_SHARED)
-    np.copyto(energy, np.float32(LEAST_ENERGY), where=energy < noisy)
     np.maximum(energy, np.float32(LEAST_ENERGY), out=energy)
     np.maximum(variance, np.float32(LEAST_NOISE**2), out=variance)
     step /= energy
     np.negative(step, out=step)
     variance /= energy
-    variance *= np.float32(CORRELATION**2 / WINDOW**2)
+    variance *= np.float32(CORRELATION**2 / SAMPLES)
     variance += np.float32(FLOOR_SIGMA_PX**2)
-    return step, np.sqrt(variance, out=variance)
+    size = (left.shape[1], left.shape[0])
+    return _float(cv2.resize(step, size)), _float(cv2.resize(np.sqrt(variance), size))
 
 
 def _mean(image: FloatImage) -> FloatImage:
-    """Return the mean over each window."""
-    return _float(cv2.blur(image, (WINDOW, WINDOW)))
+    """Return the mean over each window, on a grid of half the size: 2 x 2 pixels, then 3 x 3 of those."""
+    size = ((image.shape[1] + 1) // 2, (image.shape[0] + 1) // 2)
+    return _float(cv2.blur(cv2.resize(image, size, interpolation=cv2.INTER_AREA), (3, 3)))
 
 
 def _float(image: object) -> FloatImage:

@@ -5,12 +5,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting
+from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.aim import Gazes, gazes_under, reaches, volts_for
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
 
+HAIR = 1.0e-3
+"""Share of a gaze by which it may lie beyond the edge of the field: half a wide px."""
 FIRST_LEAD_NS = 20_000_000
 """From asking for a look to the middle of its exposure, before one was timed: filter, settling, exposure."""
 
@@ -102,10 +104,7 @@ class Looker:
                 FixationState.TIMED_OUT,
                 f"Not settled after {self._limits.max_looks} looks: the target may move too fast; try again.",
             )
-        try:
-            volts = volts_for(self._calibration, gazes)
-        except OutOfRange as error:
-            raise Ended(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
+        volts = self._volts(gazes)
         asked_ns = self._clock.now_ns()
         with self._own.paused():
             sighting = self._head.look(volts)
@@ -132,6 +131,15 @@ class Looker:
         if self._on_step is not None:
             with self._own.paused():
                 self._on_step(step)
+
+    def _volts(self, gazes: Gazes) -> StereoVolts:
+        """Return the drive for both gazes; a hair beyond the calibrated field counts as its edge."""
+        if not reaches(self._calibration, gazes):
+            gazes = Gazes(left=gazes.left * (1.0 - HAIR), right=gazes.right * (1.0 - HAIR))
+        try:
+            return volts_for(self._calibration, gazes)
+        except OutOfRange as error:
+            raise Ended(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
 
     def _check(self) -> None:
         if self._cancelled is not None and self._cancelled():

@@ -18,9 +18,9 @@ from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes
 from foveacam_pipeline.verge.distance import Place, triangulate
 from foveacam_pipeline.verge.fine import FineMatch
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured
+from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.measure import Measurement, measure
-from foveacam_pipeline.verge.motion import Watch
+from foveacam_pipeline.verge.motion import Motion, Watch
 from foveacam_pipeline.verge.search import Found, Search
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
@@ -90,6 +90,7 @@ class _Loop:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
+        self._search = Search(looker, calibration, limits)
         self._f_px = calibration.fovea_f_px
 
     def run(self, aim: Aim) -> _Verged:
@@ -100,47 +101,58 @@ class _Loop:
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
         watch = Watch(templates[0], frame, self._calibration.wide)
-        found = Search(self._looker, self._calibration, self._limits).find(templates, watch)
-        return self._close(found, watch)
+        return self._close(self._search.find(templates, watch), watch)
 
     def _close(self, found: Found, watch: Watch) -> _Verged:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""
-        phase, doubts, motion = Phase.COARSE, 0, watch.motion
-        target = found.gazes
+        target, phase, doubts = found.gazes, Phase.COARSE, 0
         while True:
-            ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
-            seen = self._looker.look(target.moved(ahead, ahead) if motion.moves else target, phase)
+            seen = self._looker.look(self._led(target, watch.motion), phase)
             phase = Phase.FINE
             watch.follow(seen.sighting.wide)
-            now = measure(
-                seen,
-                found.templates,
-                motion.at(seen.sighting.left.t_ns),
-                calibration=self._calibration,
-                limits=self._limits,
-            )
-            self._looker.record(
-                seen,
-                Measured(
-                    score=now.fine.score,
-                    residual_x_px=now.fine.residual_x_px,
-                    residual_y_px=now.fine.residual_y_px,
-                ),
-            )
+            now = self._measure(seen, found, watch.motion)
             doubt = verdict.doubt(now, self._limits)
-            half = now.fine.residual_px / (2.0 * self._f_px)
-            if doubt is None or now.fine.score >= self._limits.fine_score:
-                target = seen.gazes.moved(now.centre + half, now.centre - half)
-            if doubt is None:
-                doubts = 0
-                if self._settled(now, moving=motion.moves):
-                    return self._verged(target, now.fine)
-                if motion.moves:  # whether it moves is for the wide view to say
-                    motion.sees((target.left + target.right) / 2.0, seen.sighting.left.t_ns)
-            else:
-                doubts += 1
-                if doubts > self._limits.doubtful_looks:
-                    raise doubt
+            if doubt is None and self._settled(now, moving=watch.motion.moves):
+                return self._verged(self._measured(seen, now), now.fine)
+            doubts = 0 if doubt is None else doubts + 1
+            if doubt is not None and doubts > self._limits.doubtful_looks:
+                raise doubt
+            target = self._next(seen, now, found, watch) or target
+
+    def _led(self, target: Gazes, motion: Motion) -> Gazes:
+        """Return the gazes moved to where a moving target will be at the next look."""
+        if not motion.moves:
+            return target
+        ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
+        return target.moved(ahead, ahead)
+
+    def _measure(self, seen: Seen, found: Found, motion: Motion) -> Measurement:
+        now = measure(
+            seen,
+            found.templates,
+            motion.at(seen.sighting.left.t_ns),
+            calibration=self._calibration,
+            limits=self._limits,
+        )
+        x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
+        self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
+        return now
+
+    def _measured(self, seen: Seen, now: Measurement) -> Gazes:
+        """Return the lines of sight to the target in a look."""
+        half = now.fine.residual_px / (2.0 * self._f_px)
+        return seen.gazes.moved(now.centre + half, now.centre - half)
+
+    def _next(self, seen: Seen, now: Measurement, found: Found, watch: Watch) -> Gazes | None:
+        """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
+        if now.fine.score >= self._limits.fine_score:
+            gazes: Gazes | None = self._measured(seen, now)
+        else:
+            gazes = self._search.recover(seen, found, watch.motion)
+        astray = now.quality(self._limits) < 0.0
+        if gazes is not None and (watch.motion.moves or astray):  # else it is for the wide view to say
+            watch.motion.sees((gazes.left + gazes.right) / 2.0, seen.sighting.left.t_ns)
+        return gazes
 
     def _settled(self, now: Measurement, *, moving: bool) -> bool:
         apart_px = abs(now.fine.residual_x_px)

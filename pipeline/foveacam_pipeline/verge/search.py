@@ -6,7 +6,7 @@ target's line of sight, whatever the wide view alone would have taken it for.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,10 @@ from foveacam_pipeline.verge.survey import epipolar_looks, reduce_look
 from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.values import Phase
 
+ALIKE = 0.08
+"""Candidates whose correlations differ by less fit alike."""
+ASTRAY_SLACK_PX = 24
+"""How far along the row a target may be from where it was thought to be, when it is looked for again."""
 SAME_PX = 3.0
 """Candidates nearer to each other than this are one, survey px."""
 LEAST_STEP_PER_M = 0.02
@@ -64,7 +68,8 @@ class Search:
             gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
             seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
             watch.follow(seen.sighting.wide)
-            outcome = self._examine(seen, templates, watch.motion)
+            slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
+            outcome = self._examine(seen, templates, watch.motion, slack_px=slack_px)
             self._looker.record(seen, self._step(outcome))
             if blank:
                 raise verdict.blank_patch()
@@ -79,25 +84,51 @@ class Search:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
         return best
 
-    def _examine(self, seen: Seen, templates: tuple[Template, ...], motion: Motion) -> _Sure | None:
-        """Return the first candidate on which left and right agree, or else the best unproven one."""
+    def recover(self, seen: Seen, found: Found, motion: Motion) -> Gazes | None:
+        """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
+        outcome = self._examine(seen, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
+        if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.astray_score:
+            return None
+        return self._found(seen, outcome, found.templates).gazes
+
+    def _examine(
+        self, seen: Seen, templates: tuple[Template, ...], motion: Motion, *, slack_px: int
+    ) -> _Sure | None:
+        """Return the candidate on which left and right agree, or else the best unproven one.
+
+        Raise Ended when they agree on several that fit the wide view alike, whichever patch is taken.
+        """
         look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
         target = motion.at(seen.sighting.left.t_ns)
-        slack_px = MOVING_SLACK_PX if motion.moves else SLACK_PX
         tried: list[_Sure] = []
+        alike = 0
         for template in templates:
+            proven: list[_Sure] = []
             for candidate in candidates(look, template, target, slack_px=slack_px):
                 outcome = _Sure(candidate=candidate, template=template, fine=None)
                 if not self._worth_trying(candidate) or any(_same(outcome, other) for other in tried):
                     continue
+                if proven and candidate.joint < proven[0].candidate.joint - ALIKE:
+                    break
                 tried.append(outcome)
-                guess = Guess(left=candidate.left, right=candidate.right)
-                fine = match_fine(seen.sighting, self._calibration, guess)
-                if fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px:
-                    return _Sure(candidate=candidate, template=template, fine=fine)
-            if len(tried) >= self._limits.candidates_tried:
+                fine = self._prove(seen, candidate)
+                if fine is not None:
+                    proven.append(replace(outcome, fine=fine))
+            if len(proven) == 1:
+                return proven[0]
+            alike = max(alike, len(proven))
+            if not proven and len(tried) >= self._limits.candidates_tried:
                 break
+        if alike:
+            raise verdict.many_alike(alike)
         return max(tried, key=lambda outcome: outcome.candidate.joint, default=None)
+
+    def _prove(self, seen: Seen, candidate: Candidate) -> FineMatch | None:
+        """Return the match of left and right on a candidate if it is a good one."""
+        guess = Guess(left=candidate.left, right=candidate.right)
+        fine = match_fine(seen.sighting, self._calibration, guess)
+        good = fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px
+        return fine if good else None
 
     def _worth_trying(self, candidate: Candidate) -> bool:
         limits = self._limits

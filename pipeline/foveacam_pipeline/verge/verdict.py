@@ -43,6 +43,15 @@ def not_found(limits: VergeSettings, *, nearest_m: float) -> Ended:
     )
 
 
+def many_alike(places: int) -> Ended:
+    """Return the end at a pattern that fits itself at several distances."""
+    return Ended(
+        FixationState.LOST,
+        f"The pattern repeats: {places} distances fit alike; draw a rectangle that holds its edge or a "
+        "flaw, or choose a point beside it.",
+    )
+
+
 def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
     """Return why a look cannot be trusted, or None when its measurements are good and agree."""
     if found.quality(limits) >= 0.0:

@@ -1,0 +1,112 @@
+"""A Head of one textured plane facing the rig, drawn with the calibration's own model: for tests of loops.
+
+The simulated rig has its own physics and is what figures are measured on; this one is small and exact.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+import foveacam_server
+from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, VirtualClock
+from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.stereo.rectify import plane_from_raw
+
+CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+TEXEL_M = 0.4e-3
+TILE = 2048
+LOOK_NS = 33_000_000
+EXPOSURE_NS = 8_000_000
+
+Texture = NDArray[np.float32]
+"""(2048, 2048) float32 grey levels, repeating every 0.82 m."""
+
+
+def noise_texture(seed: int = 3) -> Texture:
+    """Return grey noise of all sizes, like paint and stone: amplitude falls as the frequency rises."""
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.fftfreq(TILE)
+    radius = np.hypot(frequency[:, None], frequency[None, :])
+    radius[0, 0] = np.inf
+    spectrum = np.fft.fft2(rng.standard_normal((TILE, TILE))) / radius
+    grain = np.fft.ifft2(spectrum).real
+    return (128.0 + 35.0 * grain / grain.std()).astype(np.float32)
+
+
+def plain_texture() -> Texture:
+    return np.full((TILE, TILE), 128.0, dtype=np.float32)
+
+
+def still(t_ns: int) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+@dataclass
+class PlaneHead:
+    """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture."""
+
+    z_m: float
+    texture: Texture
+    clock: VirtualClock = field(default_factory=VirtualClock)
+    noise: float = 1.0
+    shift_m: Callable[[int], tuple[float, float]] = still
+    blind: frozenset[Role] = frozenset()
+    calibration: Calibration = CALIBRATION
+    looks: int = 0
+    look_ns: int = LOOK_NS
+
+    def __post_init__(self) -> None:
+        self._rng = np.random.default_rng(1)
+        wide_texel_px = self.z_m / self.calibration.wide.fx_px / TEXEL_M
+        self._coarse = self._blurred(0.7 * wide_texel_px)
+        self._fine = self._blurred(1.4 * self.z_m / self.calibration.fovea_f_px / TEXEL_M)
+        wide = self.calibration.wide
+        columns, rows = np.meshgrid(np.arange(wide.width), np.arange(wide.height))
+        pixels = np.column_stack([columns.ravel(), rows.ravel()])
+        self._wide_tan = np.tan(wide.angles_rad(pixels)).reshape(wide.height, wide.width, 2)
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        t_ns = self.clock.now_ns()
+        image = self._paint(self._coarse, self._wide_tan * self.z_m, t_ns)
+        return Frame(image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS)
+
+    def look(self, volts: StereoVolts) -> Sighting:
+        self.looks += 1
+        self.clock.sleep_until_ns(self.clock.now_ns() + self.look_ns)
+        left, right = (self._fovea(role, volts) for role in (Role.LEFT, Role.RIGHT))
+        return Sighting(left=left, right=right, wide=self.wide(), volts=volts)
+
+    def _fovea(self, role: Role, volts: StereoVolts) -> Frame:
+        calibration, t_ns = self.calibration, self.clock.now_ns()
+        height, width = calibration.fovea_height, calibration.fovea_width
+        columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+        raw = np.stack([columns, rows, np.ones_like(rows)], axis=-1).astype(np.float64)
+        plane = raw @ plane_from_raw(calibration, role, volts, depth_m=self.z_m).T
+        places_m = plane[..., :2] / plane[..., 2:] / calibration.fovea_f_px * self.z_m
+        places_m += calibration.reference_rig_m(role)[:2]
+        if role in self.blind:
+            places_m = places_m[::-1, ::-1] * 0.7 + 0.31
+        return Frame(
+            image=self._paint(self._fine, places_m, t_ns),
+            role=role,
+            seq=self.looks,
+            t_ns=t_ns,
+            exposure_ns=EXPOSURE_NS,
+            volts=volts.left if role is Role.LEFT else volts.right,
+        )
+
+    def _paint(self, texture: Texture, places_m: NDArray[np.float64], t_ns: int) -> NDArray[np.uint8]:
+        texels = ((places_m - np.array(self.shift_m(t_ns))) / TEXEL_M) % TILE
+        maps = texels.astype(np.float32)
+        image = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+        noise = self._rng.normal(0.0, self.noise, image.shape).astype(np.float32)
+        return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
+
+    def _blurred(self, sigma_px: float) -> Texture:
+        wrapped = np.pad(self.texture, 64, mode="wrap")
+        blurred = cv2.GaussianBlur(wrapped, (0, 0), max(0.3, sigma_px))
+        return np.ascontiguousarray(blurred[64:-64, 64:-64], dtype=np.float32)
