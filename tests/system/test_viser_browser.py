@@ -113,8 +113,8 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
     wait_until(page, lambda: any(frame.url.endswith("/view") for frame in page.frames))
 
     def click() -> bool:
-        # Right of the docked panel, above the rig: the wall fills the middle of the canvas
-        page.mouse.click(680, 290)
+        # Between the docked and the floating panel, above the rig: the wall fills the middle of the canvas
+        page.mouse.click(545, 200)
         page.wait_for_timeout(500)
         return scene._selected == "fix-1"
 
@@ -151,3 +151,23 @@ def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
     scene._running()._websock_server.disconnect_all_clients()
     wait_until(page, gone.is_set)
     wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+
+
+def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int, page: Page) -> None:
+    page.goto(f"http://127.0.0.1:{port}/viser/")
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    scene.show_fixation(
+        "fix-2",
+        label="Farther wall",
+        point_rig_m=(1.0, 0.0, 8.0),
+        distance_m=8.06,
+        distance_sigma_m=0.01,
+        mesh=wall(8.0),
+    )
+    (viewer,) = scene._running().get_clients().values()
+
+    def arrived() -> bool:  # as the browser tells it back
+        offset_m = np.asarray(viewer.camera.position) - (1.0, 0.0, 8.0)
+        return bool(np.linalg.norm(offset_m) < 1.5 and viewer.camera.position[2] < 8.0)
+
+    wait_until(page, arrived)

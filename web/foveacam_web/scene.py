@@ -18,7 +18,7 @@ import viser
 
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_fixation import FixationNode, Shown
-from foveacam_web.scene_panel import ScenePanel
+from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
 from foveacam_web.viser_server import close_viser, open_viser
@@ -121,7 +121,7 @@ class ViewerScene:
         cloud: Cloud | None = None,
         mesh: DepthMesh | None = None,
     ) -> None:
-        """Add or replace what stands for one fixation."""
+        """Add or replace what stands for one fixation, and bring the viewers to its shape."""
         drawing = FixationDrawing(
             label=label,
             point_rig_m=point_rig_m,
@@ -142,6 +142,9 @@ class ViewerScene:
             self._fixations[fixation_id] = node
             node.select(selected=fixation_id == self._selected)
             self._make_room()
+            if self._panel.follows and (cloud is not None or mesh is not None):
+                for viewer in self._server.get_clients().values():
+                    approach(viewer, point_rig_m)
 
     def remove_fixation(self, fixation_id: str) -> None:
         """Take away what stands for one fixation; harmless when there is nothing."""

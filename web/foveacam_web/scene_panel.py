@@ -1,6 +1,5 @@
 """The panels around the 3D scene: the camera views docked at the left, what to show at the right."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
@@ -16,8 +15,10 @@ _VIEW_FRAME = (
     'style="display:block;width:100%;height:72vh;border:0;background:#111"></iframe>'
 )
 _HINT = "Click a surface or its marker to select the target. Drag to turn, scroll to come closer."
-_APPROACH = 0.55
-"""Looking at a target, the camera stands this part of the way from the rig to it."""
+_STAND_OFF = 0.12
+"""Looking at a target, the camera stands this part of its distance before it (a fovea sees 0.05 of it)."""
+_ASIDE = (0.03, -0.03)
+"""How far to the right and up (y down) it stands, in the same measure: straight on, a surface looks flat."""
 
 Point: TypeAlias = tuple[float, float, float]
 
@@ -40,6 +41,7 @@ class ScenePanel:
             self._cloud = gui.add_checkbox("Point clouds", shown.cloud)
             self._labels = gui.add_checkbox("Labels", shown.labels)
             self._rays = gui.add_checkbox("Gaze rays", initial_value=True)
+            self._follow = gui.add_checkbox("Follow targets", initial_value=True)
         self._look = gui.add_button("Look at the target")
         gui.add_markdown(_HINT)
 
@@ -64,12 +66,17 @@ class ScenePanel:
         async def look(event: "viser.GuiEvent[viser.GuiButtonHandle]") -> None:
             point_m = selected_point()
             if event.client is not None and point_m is not None:
-                _approach(event.client, point_m)
+                approach(event.client, point_m)
 
         for checkbox in (self._surface, self._cloud, self._labels):
             checkbox.on_update(changed)
         self._rays.on_update(rays_changed)
         self._look.on_click(look)
+
+    @property
+    def follows(self) -> bool:
+        """Whether viewers are brought to what was seen last."""
+        return self._follow.value
 
     def show_clouds(self) -> Shown:
         """Switch the point clouds on; return what is shown then."""
@@ -79,12 +86,12 @@ class ScenePanel:
         return self._shown
 
 
-def _approach(client: viser.ClientHandle, point_rig_m: Point) -> None:
-    """Bring one viewer's camera near the point, on the rig's side of it and a little above."""
+def approach(client: viser.ClientHandle, point_rig_m: Point) -> None:
+    """Bring one viewer's camera before the point, on the rig's side of it, a little above and aside."""
     point_m = np.asarray(point_rig_m)
     distance_m = float(np.linalg.norm(point_m))
-    rise_m = distance_m * (1.0 - _APPROACH) * math.tan(math.radians(12.0))
+    aside_m = distance_m * np.array([*_ASIDE, 0.0])
     with client.atomic():
         client.camera.up_direction = (0.0, -1.0, 0.0)
-        client.camera.position = _APPROACH * point_m + np.array([0.0, -rise_m, 0.0])
+        client.camera.position = (1.0 - _STAND_OFF) * point_m + aside_m
         client.camera.look_at = point_m
