@@ -34,7 +34,7 @@ def noise_texture(seed: int = 3) -> Texture:
     radius[0, 0] = np.inf
     spectrum = np.fft.fft2(rng.standard_normal((TILE, TILE))) / radius
     grain = np.fft.ifft2(spectrum).real
-    return (128.0 + 35.0 * grain / grain.std()).astype(np.float32)
+    return np.asarray(128.0 + 35.0 * grain / grain.std(), dtype=np.float32)
 
 
 def plain_texture() -> Texture:
@@ -103,8 +103,8 @@ class PlaneHead:
         texels = ((places_m - np.array(self.shift_m(t_ns))) / TEXEL_M) % TILE
         maps = texels.astype(np.float32)
         image = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        noise = self._rng.normal(0.0, self.noise, image.shape).astype(np.float32)
-        return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
+        noise = self._rng.normal(0.0, self.noise, image.shape)
+        return np.asarray(np.clip(np.rint(image + noise), 0, 255), dtype=np.uint8)
 
     def _blurred(self, sigma_px: float) -> Texture:
         wrapped = np.pad(self.texture, 64, mode="wrap")

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from .plane_head import CALIBRATION, TEXEL_M, TILE, PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.verge.loop import fixate
@@ -19,6 +18,8 @@ from foveacam_pipeline.verge.values import (
     Target,
     VergeStep,
 )
+
+from .plane_head import CALIBRATION, TEXEL_M, TILE, PlaneHead, noise_texture, plain_texture
 
 NOISE = noise_texture()
 CLICK = PixelTarget(x_px=850.3, y_px=420.7)
