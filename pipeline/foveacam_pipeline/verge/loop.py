@@ -25,6 +25,7 @@ from foveacam_pipeline.verge.search import Found, Search
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
 from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Target, VergeStep
+from foveacam_pipeline.verge.way_back import ways_back
 
 DEFAULT = VergeSettings()
 
@@ -112,7 +113,13 @@ class _Loop:
             watch.follow(seen.sighting.wide)
             now = self._measure(seen, found, watch.motion)
             doubt = verdict.doubt(now, self._limits)
-            if doubt is None and self._settled(now, moving=watch.motion.moves):
+            settled = doubt is None and self._settled(now, moving=watch.motion.moves)
+            look_alike = self._look_alike(seen, now, found, watch.motion) if settled else None
+            x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
+            self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
+            if look_alike is not None:
+                raise look_alike
+            if settled:
                 return self._verged(self._measured(seen, now), now.fine)
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
@@ -127,16 +134,23 @@ class _Loop:
         return target.moved(ahead, ahead)
 
     def _measure(self, seen: Seen, found: Found, motion: Motion) -> Measurement:
-        now = measure(
+        return measure(
             seen,
             found.templates,
             motion.at(seen.sighting.left.t_ns),
             calibration=self._calibration,
             limits=self._limits,
         )
-        x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
-        self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
-        return now
+
+    def _look_alike(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
+        """Return the end of the fixation when an eye sees a neighbour of the target that is nearly alike."""
+        image = gray(to_uint8(seen.sighting.wide))
+        target = motion.at(seen.sighting.wide.t_ns)
+        ways = ways_back(now.look, found.templates[0], image, self._calibration.wide, target)
+        for side, way in zip(("left", "right"), ways, strict=True):
+            if way.best > way.here + self._limits.neighbour_lead:
+                return verdict.neighbour(side, aside_px=way.aside_wide_px)
+        return None
 
     def _measured(self, seen: Seen, now: Measurement) -> Gazes:
         """Return the lines of sight to the target in a look."""

@@ -14,7 +14,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, Guess, match_fine
 from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import reduce_look
+from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
 from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.vicinity import Vicinity, vicinity
 
@@ -24,13 +24,15 @@ class Measurement:
     """The target in one look.
 
     `centre`: (2,) tangents from the mean gaze to the target. `fine`: left against right. `wide_score`: how
-    well the wide patch fits where both say; `wide_peak`: how well it fits at best near there.
+    well the wide patch fits where both say; `wide_peak`: how well it fits at best near there. `look`: what
+    the foveae showed, at survey scale.
     """
 
     centre: NDArray[np.float64]
     fine: FineMatch
     wide_score: float
     wide_peak: float
+    look: ReducedLook
 
     def quality(self, limits: VergeSettings) -> float:
         """Return how far above all thresholds it is; negative when any is missed."""
@@ -62,7 +64,7 @@ def measure(
     for near, guess, peak_score in _guesses(around):
         fine = match_fine(seen.sighting, calibration, guess)
         centre, score = near.given(fine.residual_px / f_px)
-        found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score)
+        found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score, look=look)
         if best is None or found.quality(limits) > best.quality(limits):
             best = found
         if best.quality(limits) >= 0.0:

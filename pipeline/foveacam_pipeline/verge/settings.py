@@ -52,3 +52,5 @@ class VergeSettings:
     """Least correlation between the foveae at the point itself."""
     fine_sigma_px: float = 0.4
     """Largest error of the left-right match by its own noise, fovea px."""
+    neighbour_lead: float = 0.06
+    """By how much better what an eye sees must fit the wide view beside the target to be a look-alike."""

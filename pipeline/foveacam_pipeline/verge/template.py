@@ -105,6 +105,20 @@ def follow(
     return template.target + np.array([x - reach, y - reach]) / template.f_px
 
 
+def cut_view(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    f_px: float,
+    half: tuple[int, int],
+) -> NDArray[np.float32]:
+    """Return the wide image about `target`, evened out, (2 half_y + 1, 2 half_x + 1) float32 survey px."""
+    wider = (half[0] + MARGIN_PX, half[1] + MARGIN_PX)
+    view = evened(_look_up(gray, wide, target, f_px=f_px, half=wider))
+    return np.ascontiguousarray(view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX])
+
+
 def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return an image at survey scale with brightness and contrast evened out."""
     return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX, least=LEAST_CONTRAST)

@@ -52,6 +52,15 @@ def many_alike(places: int) -> Ended:
     )
 
 
+def neighbour(side: str, *, aside_px: float) -> Ended:
+    """Return the end at a look-alike: what one eye sees fits the wide view better `aside_px` wide px away."""
+    return Ended(
+        FixationState.LOST,
+        f"The {side} eye sees a look-alike {abs(aside_px):.0f} px beside the target, which may be hidden "
+        "from it; choose a point that both eyes can see, or draw a larger rectangle.",
+    )
+
+
 def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
     """Return why a look cannot be trusted, or None when its measurements are good and agree."""
     if found.quality(limits) >= 0.0:

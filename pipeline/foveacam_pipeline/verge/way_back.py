@@ -1,0 +1,62 @@
+"""The way back: which place of the wide view do the foveae's centres show?
+
+A wide patch may fit a fovea although the fovea looks at a neighbour that is nearly alike (letters, windows),
+when the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.template import ENLARGED, Template, cut_view, peak
+
+REACH_PX = 140
+"""How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""
+ROWS_PX = 8
+"""How far above or below, survey px."""
+HERE_PX = 12
+"""So near to the target a place is the target's own, survey px: the eyes see a relief from the side."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WayBack:
+    """Where one eye's centre fits the wide view: at the target (`here`), or best elsewhere (`best`).
+
+    `aside_wide_px`: how far along the row the best place is from the target, wide px.
+    """
+
+    here: float
+    best: float
+    aside_wide_px: float
+
+
+def ways_back(
+    look: ReducedLook,
+    template: Template,
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+) -> tuple[WayBack, WayBack]:
+    """Return where the left and the right eye's centre is in the wide image.
+
+    `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin.
+    """
+    half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
+    strip = cut_view(gray, wide, target, f_px=look.f_px, half=(half_x + REACH_PX, half_y + ROWS_PX))
+    return _way_back(look.left, strip, (half_x, half_y)), _way_back(look.right, strip, (half_x, half_y))
+
+
+def _way_back(eye: ReducedEye, strip: NDArray[np.float32], half: tuple[int, int]) -> WayBack:
+    height, width = eye.image.shape
+    size = (2 * half[0] + 1, 2 * half[1] + 1)
+    centre = cv2.getRectSubPix(eye.image, size, ((width - 1) / 2, (height - 1) / 2))
+    scores = np.asarray(
+        np.nan_to_num(cv2.matchTemplate(strip, centre, cv2.TM_CCOEFF_NORMED)), dtype=np.float32
+    )
+    x_px, _, best = peak(scores)
+    here = scores[:, REACH_PX - HERE_PX : REACH_PX + HERE_PX + 1]
+    return WayBack(here=float(here.max()), best=best, aside_wide_px=(x_px - REACH_PX) / ENLARGED)
