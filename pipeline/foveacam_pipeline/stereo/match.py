@@ -36,7 +36,7 @@ class MatchSettings:
     block: int = 5
     uniqueness_percent: int = 10
     speckle_px: int = 150
-    max_sigma_px: float = 1.3
+    max_sigma_px: float = 1.1
     """A pixel whose own error is larger is called unknown: nothing there to match."""
 
 
