@@ -14,6 +14,8 @@ from foveacam_hardware.contract import OutOfRange, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 
 EYES = (Role.LEFT, Role.RIGHT)
+REACH_STEPS = 40
+"""So finely the reach along a line of sight is tried: 0.02 1/m, a tenth of a fovea's field."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,17 +56,13 @@ def reaches(calibration: Calibration, gazes: Gazes) -> bool:
     )
 
 
-def nearest_reach(
-    calibration: Calibration, target: NDArray[np.float64], *, reached: float, wanted: float
-) -> float:
-    """Return the largest 1/Z from `reached` to `wanted` at which both eyes can meet on the target, 1/m."""
-    for _ in range(12):
-        middle = (reached + wanted) / 2.0
-        if reaches(calibration, aim_at(calibration, target, middle)):
-            reached = middle
-        else:
-            wanted = middle
-    return reached
+def reach_span(
+    calibration: Calibration, target: NDArray[np.float64], *, nearest: float
+) -> tuple[float, float] | None:
+    """Return the least and the largest 1/Z, 1/m, up to `nearest` at which both eyes can meet there."""
+    tried = np.linspace(0.0, nearest, REACH_STEPS + 1)
+    reached = [float(q) for q in tried if reaches(calibration, aim_at(calibration, target, float(q)))]
+    return (reached[0], reached[-1]) if reached else None
 
 
 def volts_for(calibration: Calibration, gazes: Gazes) -> StereoVolts:

@@ -19,9 +19,10 @@ from foveacam_pipeline.verge.template import peak
 WIDER = Window(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
 NARROWER = Window(half_px=34, weight_sigma_px=14.0)
-LEANS = (0.0, 0.4, 0.8, 1.2, -0.4)
-"""Disparity may grow from row to row, px a px: baseline over height above the surface, 1 on a table 0.2 m
-below the eyes. Tried in this order where the wider window does not fit."""
+LEANS = (0.0, -0.4, -0.8, -1.2, 0.4)
+"""Disparity may grow from row to row, px a px, and the place in the right eye then goes left: by baseline
+over height above the surface, 1 on a table 0.2 m below the eyes. Tried in this order where the wider window
+does not fit."""
 GOOD_SCORE = 0.8
 REACH_PX = (20, 12)
 """How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
@@ -48,8 +49,10 @@ class FineMatch:
     score: float
     sigma_x_px: float
     sigma_y_px: float
-    slope: float
-    """By how much disparity changes over the surface, px a px, in the steepest direction."""
+    contrast: float
+    """How much of the weaker eye's window is above the noise, 0 (bare noise: below 0.3) to 1."""
+    slope: tuple[float, float]
+    """How much further right the place is in the right eye per px along x and along y: the slope of it."""
 
     @property
     def residual_px(self) -> NDArray[np.float64]:
@@ -92,8 +95,14 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
         score=best.score,
         sigma_x_px=best.sigma_px[0],
         sigma_y_px=best.sigma_px[1],
-        slope=float(np.hypot(*best.slope)),
+        contrast=min(_contrast(left), _contrast(right)),
+        slope=(float(best.slope[0]), float(best.slope[1])),
     )
+
+
+def _contrast(patch: Patch) -> float:
+    """Return the standard deviation of an evened-out patch close to the point."""
+    return float(patch.cut((NARROWER.half_px, NARROWER.half_px)).std())
 
 
 def _depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:

@@ -28,6 +28,11 @@ from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Targe
 from foveacam_pipeline.verge.way_back import ways_back
 
 DEFAULT = VergeSettings()
+LAG_GAIN = 0.7
+LAG_MAX_PX = 1.5
+"""A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
+ROUGH_SIGMA_PX = 2.0
+"""A match with a larger error is nothing to steer by, fovea px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,6 +98,7 @@ class _Loop:
         self._limits = limits
         self._search = Search(looker, calibration, limits)
         self._f_px = calibration.fovea_f_px
+        self._lag_px = np.zeros(2)
 
     def run(self, aim: Aim) -> _Verged:
         """Return the verged fixation, or raise Ended."""
@@ -146,7 +152,9 @@ class _Loop:
         """Return the end of the fixation when an eye sees a neighbour of the target that is nearly alike."""
         image = gray(to_uint8(seen.sighting.wide))
         target = motion.at(seen.sighting.wide.t_ns)
-        ways = ways_back(now.look, found.templates[0], image, self._calibration.wide, target)
+        ways = ways_back(
+            now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
+        )
         for side, way in zip(("left", "right"), ways, strict=True):
             if way.best > way.here + self._limits.neighbour_lead:
                 return verdict.neighbour(side, aside_px=way.aside_wide_px)
@@ -159,8 +167,11 @@ class _Loop:
 
     def _next(self, seen: Seen, now: Measurement, found: Found, watch: Watch) -> Gazes | None:
         """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
-        if now.fine.score >= self._limits.fine_score:
-            gazes: Gazes | None = self._measured(seen, now)
+        if now.fine.score >= self._limits.fine_score and now.fine.sigma_x_px <= ROUGH_SIGMA_PX:
+            if seen.phase is Phase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
+                self._lag_px += LAG_GAIN * now.fine.residual_px
+            lag = self._lag_px / (2.0 * self._f_px)
+            gazes: Gazes | None = self._measured(seen, now).moved(lag, -lag)
         else:
             gazes = self._search.recover(seen, found, watch.motion)
         astray = now.quality(self._limits) < 0.0
@@ -180,7 +191,7 @@ class _Loop:
     def _sigma_px(self, fine: FineMatch) -> float:
         """Return the error of disparity at the point: the match's, and of not being quite at the point."""
         beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
-        return math.hypot(fine.sigma_x_px, fine.slope * beside_px)
+        return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
 
     def _verged(self, target: Gazes, fine: FineMatch) -> _Verged:
         place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))

@@ -16,7 +16,7 @@ from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
 from foveacam_pipeline.verge.template import Template
-from foveacam_pipeline.verge.vicinity import Vicinity, vicinity
+from foveacam_pipeline.verge.vicinity import vicinity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,11 +60,13 @@ def measure(
     look = reduce_look(seen.sighting, calibration, f_px=templates[0].f_px)
     expected = target - (seen.gazes.left + seen.gazes.right) / 2.0
     best: Measurement | None = None
-    around = (vicinity(look, template, expected) for template in templates)
-    for near, guess, peak_score in _guesses(around):
+    for template, guess in _guesses(look, templates, expected):
         fine = match_fine(seen.sighting, calibration, guess)
-        centre, score = near.given(fine.residual_px / f_px)
-        found = Measurement(centre=centre, fine=fine, wide_score=score, wide_peak=peak_score, look=look)
+        leaning = vicinity(look, template, expected, slope=fine.slope)
+        centre, score = leaning.given(fine.residual_px / f_px)
+        found = Measurement(
+            centre=centre, fine=fine, wide_score=score, wide_peak=leaning.peaks()[2], look=look
+        )
         if best is None or found.quality(limits) > best.quality(limits):
             best = found
         if best.quality(limits) >= 0.0:
@@ -74,14 +76,16 @@ def measure(
     return best
 
 
-def _guesses(around: Iterator[Vicinity]) -> Iterator[tuple[Vicinity, Guess, float]]:
+def _guesses(
+    look: ReducedLook, templates: tuple[Template, ...], expected: NDArray[np.float64]
+) -> Iterator[tuple[Template, Guess]]:
     """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
-    first = next(around)
-    left, right, score = first.peaks()
+    first = templates[0]
+    left, right, _ = vicinity(look, first, expected).peaks()
     centre = (left + right) / 2.0
-    yield first, Guess(left=left, right=right), score
-    yield first, Guess(left=centre, right=centre), score
-    for other in around:
-        left, right, other_score = other.peaks()
-        yield other, Guess(left=left, right=right), other_score
-    yield first, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX), score
+    yield first, Guess(left=left, right=right)
+    yield first, Guess(left=centre, right=centre)
+    for other in templates[1:]:
+        left, right, _ = vicinity(look, other, expected).peaks()
+        yield other, Guess(left=left, right=right)
+    yield first, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import Gazes, aim_at, nearest_reach, reaches
+from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
 from foveacam_pipeline.verge.fine import FineMatch, Guess, match_fine
 from foveacam_pipeline.verge.looking import Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion, Watch
@@ -161,17 +161,21 @@ class Search:
         return Measured(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
 
     def _depths(self, template: Template) -> Iterator[float]:
-        """Yield 1/Z, 1/m, of the looks of a search, the last one as near as both eyes can turn in."""
-        reached = 0.0
-        for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
-            aim = aim_at(self._calibration, template.target, inverse_z)
-            if inverse_z and not reaches(self._calibration, aim):
-                nearest = nearest_reach(self._calibration, template.target, reached=reached, wanted=inverse_z)
-                if nearest > reached + LEAST_STEP_PER_M:
-                    yield nearest
-                return
-            yield inverse_z
-            reached = inverse_z
+        """Yield 1/Z, 1/m, of the looks of a search, from parallel (Sec. 3.4) to as near as both eyes turn in.
+
+        Where an eye cannot look parallel the first look is the farthest that both can.
+        """
+        wanted = list(epipolar_looks(self._calibration, template, self._limits.nearest_m))
+        span = reach_span(self._calibration, template.target, nearest=wanted[-1])
+        if span is None:
+            yield 0.0  # refused there, by name of the eye
+            return
+        last = -math.inf
+        for inverse_z in wanted:
+            inverse_z = min(max(inverse_z, span[0]), span[1])
+            if inverse_z > last + LEAST_STEP_PER_M:
+                yield inverse_z
+                last = inverse_z
 
 
 def _same(one: _Sure, other: _Sure) -> bool:

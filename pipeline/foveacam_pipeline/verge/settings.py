@@ -50,6 +50,8 @@ class VergeSettings:
     """So many doubtful looks in a row are repeated; one more ends the fixation."""
     fine_score: float = 0.7
     """Least correlation between the foveae at the point itself."""
+    contrast: float = 0.5
+    """Contrast at the point from which on it has texture: bare noise stays below 0.3, paint comes near 1."""
     fine_sigma_px: float = 0.4
     """Largest error of the left-right match by its own noise, fovea px."""
     neighbour_lead: float = 0.06

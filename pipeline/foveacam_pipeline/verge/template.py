@@ -124,6 +124,21 @@ def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX, least=LEAST_CONTRAST)
 
 
+def leaning(patch: NDArray[np.float32], along: float, across: float) -> NDArray[np.float32]:
+    """Return the patch as an eye sees it whose rows are stretched by `along` and slide by `across` a row."""
+    height, width = patch.shape
+    middle_x, middle_y = (width - 1) / 2, (height - 1) / 2
+    matrix = np.array([[1.0 + along, across, -along * middle_x - across * middle_y], [0.0, 1.0, 0.0]])
+    view = cv2.warpAffine(
+        patch,
+        matrix,
+        (width, height),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REFLECT_101,
+    )
+    return np.asarray(view, dtype=np.float32)
+
+
 def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:
     """Return (x, y, score) of the largest entry, x and y to a fraction by a parabola each."""
     row, column = divmod(int(np.argmax(scores)), scores.shape[1])

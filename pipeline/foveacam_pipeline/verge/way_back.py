@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.template import ENLARGED, Template, cut_view, peak
+from foveacam_pipeline.verge.template import ENLARGED, Template, cut_view, leaning, peak
 
 REACH_PX = 140
 """How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""
@@ -40,20 +40,31 @@ def ways_back(
     gray: NDArray[np.uint8],
     wide: Intrinsics,
     target: NDArray[np.float64],
+    *,
+    slope: tuple[float, float],
 ) -> tuple[WayBack, WayBack]:
     """Return where the left and the right eye's centre is in the wide image.
 
-    `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin.
+    `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin. `slope`: of the
+    surface, as `FineMatch.slope`; each eye sees it leaning by half of it.
     """
     half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
     strip = cut_view(gray, wide, target, f_px=look.f_px, half=(half_x + REACH_PX, half_y + ROWS_PX))
-    return _way_back(look.left, strip, (half_x, half_y)), _way_back(look.right, strip, (half_x, half_y))
+    half = (half_x, half_y)
+    lean = (slope[0] / 2.0, slope[1] / 2.0)
+    return (
+        _way_back(look.left, strip, half, (-lean[0], -lean[1])),
+        _way_back(look.right, strip, half, lean),
+    )
 
 
-def _way_back(eye: ReducedEye, strip: NDArray[np.float32], half: tuple[int, int]) -> WayBack:
+def _way_back(
+    eye: ReducedEye, strip: NDArray[np.float32], half: tuple[int, int], lean: tuple[float, float]
+) -> WayBack:
     height, width = eye.image.shape
     size = (2 * half[0] + 1, 2 * half[1] + 1)
     centre = cv2.getRectSubPix(eye.image, size, ((width - 1) / 2, (height - 1) / 2))
+    centre = leaning(np.asarray(centre, dtype=np.float32), *lean)
     scores = np.asarray(
         np.nan_to_num(cv2.matchTemplate(strip, centre, cv2.TM_CCOEFF_NORMED)), dtype=np.float32
     )
