@@ -80,8 +80,8 @@ def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
     if found.fine.score >= limits.fine_score and found.fine.sigma_x_px > limits.fine_sigma_px:
         return Ended(
             FixationState.NO_TEXTURE,
-            "The texture there runs from side to side, along the line between the eyes, and tells no distance; "
-            "choose a point where something crosses it.",
+            "The texture there runs from side to side, along the line between the eyes, and tells no "
+            "distance; choose a point where something crosses it.",
         )
     if found.fine.score < limits.fine_score:
         return Ended(
