@@ -3,7 +3,7 @@
 `overhead_ratio`: CPU time of rectify + match + depth map, less that of one call of OpenCV's matcher on the
 very images and settings that ours gives it (its left-right check included), over the latter; medians of runs
 that alternate. `density`, `epe_px`, `bad1`: on the Motorcycle pair (Middlebury 2014, in scikit-image): share
-of pixels with ground truth that are answered, their mean error, and the share of them that is off by over 1 px.
+of pixels with ground truth that are answered, their mean error, and the share of them off by over 1 px.
 The `rendered_` figures compare looks at the simulated bench with the renderer's exact depth.
 """
 
