@@ -24,7 +24,12 @@ class FoveaError(Exception):
     code = "fovea_error"
 
     def __init__(
-        self, message: str = "", *, asked: str | None = None, found: str | None = None, remedy: str | None = None
+        self,
+        message: str = "",
+        *,
+        asked: str | None = None,
+        found: str | None = None,
+        remedy: str | None = None,
     ) -> None:
         super().__init__(message)
         self.asked = asked
