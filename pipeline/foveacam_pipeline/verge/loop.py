@@ -149,16 +149,21 @@ class _Loop:
         )
 
     def _look_alike(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
-        """Return the end of the fixation when an eye sees a neighbour of the target that is nearly alike."""
+        """Return the end of the fixation when the eyes see a neighbour of the target that is nearly alike.
+
+        One eye whose way back leads to the target is proof enough: left and right agree on what they see.
+        """
         image = gray(to_uint8(seen.sighting.wide))
         target = motion.at(seen.sighting.wide.t_ns)
         ways = ways_back(
             now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
         )
-        for side, way in zip(("left", "right"), ways, strict=True):
-            if way.best > way.here + self._limits.neighbour_lead:
-                return verdict.neighbour(side, aside_px=way.aside_wide_px)
-        return None
+        if min(way.best - way.here for way in ways) <= self._limits.neighbour_lead:
+            return None
+        side, way = max(
+            zip(("left", "right"), ways, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
+        )
+        return verdict.neighbour(side, aside_px=way.aside_wide_px)
 
     def _measured(self, seen: Seen, now: Measurement) -> Gazes:
         """Return the lines of sight to the target in a look."""

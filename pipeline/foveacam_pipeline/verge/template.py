@@ -20,6 +20,8 @@ CONTRAST_SIGMA_PX = 6.0
 LEAST_CONTRAST = 4.0
 """Contrast below this may be the wide camera's noise, grey levels."""
 MARGIN_PX = 24
+BELL_SHARE = 0.6
+"""Standard deviation of the weights, as a share of the patch's half side (they enter squared)."""
 TRACK_REACH_PX = 8
 """How far a patch is looked for in a frame of the same moment, survey px."""
 TRACK_REACH_MAX_PX = 160
@@ -95,7 +97,9 @@ def follow(
     half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
     view = evened(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
     inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-    scores = np.nan_to_num(cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED))
+    scores = np.nan_to_num(
+        cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=bell(template.patch))
+    )
     here = float(scores[reach - 1 : reach + 2, reach - 1 : reach + 2].max())
     x, y, best = peak(np.asarray(scores, dtype=np.float32))
     if max(here, best) < TRACK_SCORE:
@@ -137,6 +141,12 @@ def leaning(patch: NDArray[np.float32], along: float, across: float) -> NDArray[
         borderMode=cv2.BORDER_REFLECT_101,
     )
     return np.asarray(view, dtype=np.float32)
+
+
+def bell(patch: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return weights that fall off from the middle of a patch: its rim may show something else."""
+    x, y = (np.exp(-0.5 * (np.linspace(-1.0, 1.0, side) / BELL_SHARE) ** 2) for side in patch.shape[::-1])
+    return np.outer(y, x).astype(np.float32)
 
 
 def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:

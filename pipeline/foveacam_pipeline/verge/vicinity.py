@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.survey import ReducedLook
-from foveacam_pipeline.verge.template import Template, leaning, peak
+from foveacam_pipeline.verge.template import Template, bell, leaning, peak
 
 REACH_PX = 16
 """How far from the centres a target is looked for, survey px: 73 fovea px."""
@@ -15,8 +15,6 @@ ROW_PENALTY = 0.04
 """What a place at the end of the reach loses of its correlation: where texture cannot tell, rows match."""
 CENTRE_PENALTY = 0.2
 """The same for the middle between both eyes, along x and y: the calibration knows it well."""
-BELL_SHARE = 0.6
-"""Standard deviation of the weights, as a share of the patch's half side (they enter squared)."""
 UNSEEN = -1.0
 
 
@@ -70,7 +68,7 @@ def vicinity(
         part = cv2.getRectSubPix(
             eye.image, (2 * reach_x + 1, 2 * reach_y + 1), (float(middle_x), float(middle_y))
         )
-        found = np.nan_to_num(cv2.matchTemplate(part, patch, cv2.TM_CCOEFF_NORMED, mask=_bell(patch)))
+        found = np.nan_to_num(cv2.matchTemplate(part, patch, cv2.TM_CCOEFF_NORMED, mask=bell(patch)))
         maps.append(np.asarray(found, dtype=np.float32))
     return Vicinity(left=maps[0], right=maps[1], expected_px=expected * look.f_px, f_px=look.f_px)
 
@@ -89,12 +87,6 @@ def _peak_about(
     loss = penalty[0] * offsets[0][None, :] ** 2 + penalty[1] * offsets[1][:, None] ** 2
     x, y, score = peak(np.asarray(scores - loss, dtype=np.float32))
     return np.array([x - (scores.shape[1] - 1) / 2, y - (scores.shape[0] - 1) / 2]), score
-
-
-def _bell(patch: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return weights that fall off from the middle of a patch: its rim may show something else."""
-    x, y = (np.exp(-0.5 * (np.linspace(-1.0, 1.0, side) / BELL_SHARE) ** 2) for side in patch.shape[::-1])
-    return np.outer(y, x).astype(np.float32)
 
 
 def _moved(scores: NDArray[np.float32], shift_px: NDArray[np.float64]) -> NDArray[np.float32]:
