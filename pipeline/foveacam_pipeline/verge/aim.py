@@ -61,8 +61,13 @@ def reach_span(
 ) -> tuple[float, float] | None:
     """Return the least and the largest 1/Z, 1/m, up to `nearest` at which both eyes can meet there."""
     tried = np.linspace(0.0, nearest, REACH_STEPS + 1)
-    reached = [float(q) for q in tried if reaches(calibration, aim_at(calibration, target, float(q)))]
-    return (reached[0], reached[-1]) if reached else None
+    gazes = [aim_at(calibration, target, float(inverse_z)) for inverse_z in tried]
+    inside = np.ones(len(tried), dtype=np.bool_)
+    for role in EYES:
+        angles_rad = np.arctan([pair.eye(role) for pair in gazes])
+        inside &= calibration.eye(role).mirror.inside(angles_rad)
+    reached = tried[inside]
+    return (float(reached[0]), float(reached[-1])) if len(reached) else None
 
 
 def volts_for(calibration: Calibration, gazes: Gazes) -> StereoVolts:

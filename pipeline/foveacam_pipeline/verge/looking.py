@@ -3,11 +3,12 @@
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.aim import Gazes, gazes_under, reaches, volts_for
+from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
 
@@ -134,10 +135,11 @@ class Looker:
 
     def _volts(self, gazes: Gazes) -> StereoVolts:
         """Return the drive for both gazes; a hair beyond the calibrated field counts as its edge."""
-        if not reaches(self._calibration, gazes):
-            gazes = Gazes(left=gazes.left * (1.0 - HAIR), right=gazes.right * (1.0 - HAIR))
-        try:
+        nearer = Gazes(left=gazes.left * (1.0 - HAIR), right=gazes.right * (1.0 - HAIR))
+        with suppress(OutOfRange):
             return volts_for(self._calibration, gazes)
+        try:
+            return volts_for(self._calibration, nearer)
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
 

@@ -152,6 +152,7 @@ def _account(result: Result) -> dict[str, object]:
         "name": click.name,
         "x_px": round(click.x_px, 1),
         "y_px": round(click.y_px, 1),
+        "t_ns": click.t_ns,
         "range_m": round(click.range_m, 4),
         "state": fixation.state.value,
         "reason": fixation.reason,

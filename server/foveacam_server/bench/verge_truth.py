@@ -1,6 +1,6 @@
 """What the simulation knows of a click, and what a good fixation of it would be. For `bench verge` alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -16,6 +16,7 @@ from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.aim import aim_at, reaches
 
 EYES = (Role.LEFT, Role.RIGHT)
+STAYS_NS = 200_000_000
 CLEAR_WIDE_PX = 4
 """Half side of the surroundings of a click that must belong to one surface, wide px."""
 PROBE_PX = 9
@@ -30,11 +31,12 @@ class Kind(StrEnum):
     """What a click falls on."""
 
     TEXTURED = "textured"
-    """Textured material, visible from both eyes, within both mirrors' calibrated field, no edge nearby."""
+    """Textured material, visible from both eyes at the click and 0.2 s later (people pass), within both
+    mirrors' calibrated field, no edge within 4 wide px."""
     PLAIN = "plain"
     """A material without texture."""
     AWKWARD = "awkward"
-    """The rest: hidden from an eye, beside an edge, out of reach, or the flat cells of a printed pattern."""
+    """The rest: hidden from an eye, beside an edge, out of reach, or the flat cells of a chessboard or marker."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,11 +64,9 @@ def look_up(
     material = truth.world.stage.scene.material(number)
     if isinstance(material, Plain):
         kind = Kind.PLAIN
-    elif isinstance(material, Cells) or not _clear(truth, calibration, pixel, seen.point_rig_m, number, t_ns):
-        kind = Kind.AWKWARD
     else:
-        kind = Kind.TEXTURED
-    return Click(
+        kind = Kind.AWKWARD if isinstance(material, Cells) else Kind.TEXTURED
+    click = Click(
         scene=scene,
         x_px=pixel[0],
         y_px=pixel[1],
@@ -76,6 +76,9 @@ def look_up(
         range_m=seen.range_m,
         point_rig_m=seen.point_rig_m,
     )
+    if kind is Kind.TEXTURED and not _stays_clear(truth, calibration, click):
+        return replace(click, kind=Kind.AWKWARD)
+    return click
 
 
 def point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
@@ -105,24 +108,34 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
     return np.asarray(places[0] - places[1], dtype=np.float64) * FOVEA_FOCAL_PX
 
 
+def _stays_clear(truth: Truth, calibration: Calibration, click: Click) -> bool:
+    """Return whether the point is clear at the click and still so while the eyes find it: people pass by."""
+    number = truth.world.stage.scene.names.index(click.name)
+    for t_ns in (click.t_ns, click.t_ns + STAYS_NS):
+        point = point_at(truth, click, t_ns)
+        if not _clear(truth, calibration, point, number, t_ns):
+            return False
+    return True
+
+
 def _clear(
     truth: Truth,
     calibration: Calibration,
-    pixel: tuple[float, float],
-    point_rig_m: tuple[float, float, float],
+    point_rig_m: NDArray[np.float64],
     number: int,
     t_ns: int,
 ) -> bool:
     """Return whether both eyes can look at the point and all three views show one surface about it."""
-    x_m, y_m, z_m = point_rig_m
-    gazes = aim_at(calibration, np.array([x_m, y_m]) / z_m, 1.0 / z_m)
+    z_m = float(point_rig_m[2])
+    gazes = aim_at(calibration, point_rig_m[:2] / z_m, 1.0 / z_m)
     if not reaches(calibration, gazes):
         return False
-    around = truth.surroundings(*pixel, t_ns, half_px=CLEAR_WIDE_PX)
+    x_px, y_px = truth.wide_pixels(point_rig_m[None])[0].tolist()
+    around = truth.surroundings(x_px, y_px, t_ns, half_px=CLEAR_WIDE_PX)
     range_m = float(np.linalg.norm(point_rig_m))
     if len(around.names) != 1 or around.farthest_m - around.nearest_m > DEPTH_SPREAD * range_m:
         return False
-    return all(_seen_from(truth, truth.pivot(role), np.array(point_rig_m), number, t_ns) for role in EYES)
+    return all(_seen_from(truth, truth.pivot(role), point_rig_m, number, t_ns) for role in EYES)
 
 
 def _seen_from(
