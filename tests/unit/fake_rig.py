@@ -52,12 +52,17 @@ class FakeMirrors:
         self.connected = False
         self.enabled = False
         self.volts = PARKED
+        self.low_pass_hz = 120
         self.commands: list[str] = []
 
     @property
     def state(self) -> MirrorState:
         up = self.connected and not self.lost
         return MirrorState(connected=up, enabled=up and self.enabled, volts=self.volts)
+
+    def set_low_pass(self, cutoff_hz: int) -> None:
+        self._reach()
+        self.low_pass_hz = cutoff_hz
 
     def connect(self) -> None:
         self._reach()
@@ -151,8 +156,10 @@ class FakeHead:
         self.looking = threading.Event()
         self.hold: threading.Event | None = None
         self.failure: FoveaError | None = None
+        self.exposures: list[tuple[int, float]] = []
+        self.cutoffs_hz = [120]
 
-    def look(self, volts: StereoVolts) -> Sighting:
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         self.looking.set()
         if self.hold is not None:
             assert self.hold.wait(10.0)
@@ -164,6 +171,13 @@ class FakeHead:
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         return self._rig.wide.latest(max_age_ms=max_age_ms)
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        self.exposures.append((exposure_ns, gain_db))
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        self.cutoffs_hz.append(cutoff_hz)
+        return self.cutoffs_hz[-2]
 
 
 class FakeRig:

@@ -74,11 +74,17 @@ class PlaneHead:
         image = self._paint(self._coarse, self._wide_tan * self.z_m, t_ns)
         return Frame(image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS)
 
-    def look(self, volts: StereoVolts) -> Sighting:
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         self.looks += 1
         self.clock.sleep_until_ns(self.clock.now_ns() + self.look_ns)
         left, right = (self._fovea(role, volts) for role in (Role.LEFT, Role.RIGHT))
         return Sighting(left=left, right=right, wide=self.wide(), volts=volts)
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        raise NotImplementedError("a painted head has no exposure")
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        raise NotImplementedError("a painted head has no filter")
 
     def _fovea(self, role: Role, volts: StereoVolts) -> Frame:
         calibration, t_ns = self.calibration, self.clock.now_ns()

@@ -1,7 +1,7 @@
 """Protocols, value types, errors and the clock: all that procedures know of hardware. numpy only."""
 
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
-from foveacam_hardware.contract.devices import Camera, Head, Mirrors
+from foveacam_hardware.contract.devices import Camera, Head, Mirrors, PanTilt
 from foveacam_hardware.contract.errors import (
     Busy,
     Cancelled,
@@ -26,9 +26,14 @@ from foveacam_hardware.contract.values import (
     MirrorLimits,
     MirrorState,
     MirrorVolts,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
     PixelFormat,
     Role,
     Sighting,
+    Station,
+    StationTarget,
     StereoVolts,
 )
 
@@ -57,9 +62,15 @@ __all__ = [
     "NotCalibrated",
     "NotConnected",
     "OutOfRange",
+    "PanTilt",
+    "PanTiltLimits",
+    "PanTiltPose",
+    "PanTiltState",
     "PixelFormat",
     "Role",
     "Sighting",
+    "Station",
+    "StationTarget",
     "StereoVolts",
     "Stopped",
     "Timeout",

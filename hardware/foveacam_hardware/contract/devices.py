@@ -12,6 +12,9 @@ from foveacam_hardware.contract.values import (
     LinkTelemetry,
     MirrorLimits,
     MirrorState,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
     Role,
     Sighting,
     StereoVolts,
@@ -132,6 +135,59 @@ class Mirrors(Protocol):
         """Return one round trip, ms; raise `Timeout` or `NotConnected`."""
         ...
 
+    def set_low_pass(self, cutoff_hz: int) -> None:
+        """Run the drive filters at another cut-off, Hz (1 to 1000), until closed or set again."""
+        ...
+
+    @property
+    def low_pass_hz(self) -> int:
+        """Cut-off of the drive filters."""
+        ...
+
+
+class PanTilt(Protocol):
+    """What turns the whole rig. Calls return at once; whoever waits polls `state`."""
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is."""
+        ...
+
+    @property
+    def limits(self) -> PanTiltLimits:
+        """How far it turns."""
+        ...
+
+    @property
+    def moves_itself(self) -> bool:
+        """False when the operator turns the rig by hand: `move_to` then only says where to."""
+        ...
+
+    @property
+    def state(self) -> PanTiltState:
+        """Connected, moving, where."""
+        ...
+
+    def connect(self) -> None:
+        """Open the link and check who answers."""
+        ...
+
+    def close(self) -> None:
+        """Stop and release; harmless when closed."""
+        ...
+
+    def home(self) -> None:
+        """Begin to look for the reference switches."""
+        ...
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
+        ...
+
+    def hold(self) -> None:
+        """Stop moving now, callable from any thread at any time."""
+        ...
+
 
 class Head(Protocol):
     """What a procedure needs of a rig: look somewhere and see.
@@ -139,10 +195,21 @@ class Head(Protocol):
     Implemented by the rig itself (scripts, benches) and by the server (through its hardware thread).
     """
 
-    def look(self, volts: StereoVolts) -> Sighting:
-        """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """Steer, settle, expose both foveae, and return them with a wide frame not older than them.
+
+        `settle_us`: how long to wait between the move and the exposure; None is the rig's own time.
+        """
         ...
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame without moving anything."""
+        ...
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set both foveae's exposure and gain, for the looks that follow."""
+        ...
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Run the mirrors' drive filters at another cut-off, Hz; return the one before."""
         ...

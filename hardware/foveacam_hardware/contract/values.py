@@ -153,3 +153,58 @@ class LinkTelemetry:
     rtt_p50_ms: float
     rtt_p99_ms: float
     clock_offset_ns: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PanTiltPose:
+    """Where the rig's base points, rad: `pan_rad` > 0 turns the rig to the right, `tilt_rad` > 0 down.
+
+    A bearing, not a gaze: the one place where the hardware knows angles, because the device does.
+    """
+
+    pan_rad: float
+    tilt_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PanTiltLimits:
+    """How far a pan-tilt turns; asking for more is refused."""
+
+    pan_min_rad: float
+    pan_max_rad: float
+    tilt_min_rad: float
+    tilt_max_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PanTiltState:
+    """What is known of the pan-tilt. `pose` is None when nobody can say (moved by hand, not homed)."""
+
+    connected: bool
+    moving: bool = False
+    homed: bool = False
+    pose: PanTiltPose | None = None
+    fault: str | None = None
+    """Why it is not usable, in words for the operator; None when it is."""
+
+
+class StationTarget(StrEnum):
+    """What stands where the rig looks at a station."""
+
+    BOARD = "board"
+    """A calibration board that somebody holds and turns."""
+    MARKERS = "markers"
+    """Three markers, one for each camera, spaced by the baseline."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Station:
+    """A place to look at while calibrating: where the base must point, and what stands there.
+
+    `distance_m`: from the wide camera to the middle of the target, by tape; None when nobody measured.
+    """
+
+    name: str
+    target: StationTarget
+    pose: PanTiltPose
+    distance_m: float | None = None

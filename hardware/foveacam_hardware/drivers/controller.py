@@ -58,6 +58,8 @@ _STATE_LOST = frozenset(
     {"Cannot perform action: system is not enabled", "Unknown stream", "Unknown stream id", "System disabled"}
 )
 
+MAX_LOW_PASS_HZ = 1000
+
 
 class ControllerMirrors:
     """Both mirrors behind one controller; every method may be called from any thread."""
@@ -197,6 +199,22 @@ class ControllerMirrors:
             duration_s = (settle_us + pulse_us + STROBE_GRACE_US) * 1e-6
             arrival = self._guarded(dialogue, lambda: _await_frame(dialogue, update, frame, duration_s))
             return self._receipt(FrameReport.unpack(arrival.packet.payload), self._clock_map)
+
+    @property
+    def low_pass_hz(self) -> int:
+        """Cut-off of the drive filters, Hz."""
+        return self._low_pass_hz
+
+    def set_low_pass(self, cutoff_hz: int) -> None:
+        """Run the drive filters at another cut-off; a reconnect keeps it."""
+        if not 1 <= cutoff_hz <= MAX_LOW_PASS_HZ:
+            raise OutOfRange(
+                f"mirrors: a filter of {cutoff_hz} Hz is outside 1 to {MAX_LOW_PASS_HZ} Hz; choose one inside"
+            )
+        with self._procedure:
+            dialogue = self._connected()
+            self._guarded(dialogue, lambda: dialogue.configure(Property.LPF, cutoff_hz))
+            self._low_pass_hz = cutoff_hz
 
     def park(self) -> None:
         """Bring both mirrors to zero differential now; waits for no request of another thread."""

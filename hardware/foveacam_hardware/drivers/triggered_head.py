@@ -4,6 +4,7 @@ Steers and exposes by the controller, then finds the frames of that very trigger
 """
 
 import logging
+from dataclasses import replace
 
 from foveacam_hardware.contract import (
     Camera,
@@ -52,10 +53,10 @@ class TriggeredHead:
         self.settle_us = settle_us
         self.pulse_us = pulse_us
 
-    def look(self, volts: StereoVolts) -> Sighting:
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
-        pulse_us = self._pulse_us()
-        receipt = self._mirrors.expose(volts, settle_us=self.settle_us, pulse_us=pulse_us)
+        wait_us = self.settle_us if settle_us is None else settle_us
+        receipt = self._mirrors.expose(volts, settle_us=wait_us, pulse_us=self._pulse_us())
         wide = self._wide_since(receipt.t_exposure_ns)  # first: it runs freely, and soon there is a newer one
         left = self._frame(self._left, receipt, receipt.volts.left)
         right = self._frame(self._right, receipt, receipt.volts.right)
@@ -64,6 +65,17 @@ class TriggeredHead:
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame without moving anything."""
         return self._wide.latest(max_age_ms=max_age_ms)
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set both foveae's exposure and gain; they go on where they were."""
+        for camera in (self._left, self._right):
+            camera.configure(replace(camera.settings, exposure_ns=exposure_ns, gain_db=gain_db))
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Run the drive filters at another cut-off; return the one before."""
+        before_hz = self._mirrors.low_pass_hz
+        self._mirrors.set_low_pass(cutoff_hz)
+        return before_hz
 
     def _pulse_us(self) -> int:
         left_ns, right_ns = self._left.settings.exposure_ns, self._right.settings.exposure_ns

@@ -83,9 +83,10 @@ def fixations(scene: str, quota: dict[Kind, int], *, seed: int = SEED) -> Iterat
             size = np.array([calibration.wide.width, calibration.wide.height])
             x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
             click = look_up(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
-            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or not left[click.kind]:
+            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or left.get(click.kind) == 0:
                 continue
-            left[click.kind] -= 1
+            if click.kind in left:
+                left[click.kind] -= 1
             yield judge(rig, calibration, click)
 
 
@@ -112,7 +113,7 @@ def figures(results: list[Result]) -> dict[str, object]:
     own = [r.fixation.residual_px for r in verged if r.fixation.residual_px is not None]
     steps_ms = [step.compute_ms for r in results for step in r.fixation.steps]
     return {
-        "clicks": len(results),
+        "clicks": sum(r.click.kind is not Kind.LEAVING for r in results),
         "textured_clicks": len(textured),
         "verged_fraction": len(verged) / max(1, len(textured)),
         "false_verged": sum(r.wrong for r in results if r.click.kind is Kind.PLAIN),

@@ -16,8 +16,16 @@ DEADLINE_S = 10.0
 class Looker(Protocol):
     """What a session asks of the hardware thread."""
 
-    def look(self, volts: StereoVolts) -> "Future[Sighting]":
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> "Future[Sighting]":
         """Enqueue one look."""
+        ...
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> "Future[None]":
+        """Enqueue a change of both foveae's exposure."""
+        ...
+
+    def set_low_pass(self, cutoff_hz: int) -> "Future[int]":
+        """Enqueue a change of the drive filters; it answers the cut-off before."""
         ...
 
     def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
@@ -32,15 +40,24 @@ class ExclusiveHead:
         self._looker = looker
         self._cancelled = cancelled
 
-    def look(self, volts: StereoVolts) -> Sighting:
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Steer, settle, expose, and return what all three cameras saw."""
         self._check()
-        return answer_of(self._looker.look(volts), asked="a look")
+        return answer_of(self._looker.look(volts, settle_us=settle_us), asked="a look")
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame."""
         self._check()
         return answer_of(self._looker.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set both foveae's exposure and gain; a cancelled job may still set them back."""
+        change = self._looker.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
+        answer_of(change, asked="another exposure")
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Run the drive filters at another cut-off; a cancelled job may still set it back."""
+        return answer_of(self._looker.set_low_pass(cutoff_hz), asked="another filter")
 
     def _check(self) -> None:
         if self._cancelled():

@@ -109,10 +109,18 @@ class HardwareThread:
             raise refusals.not_open(self._watch.problems)
         return self._commands.put(work)
 
-    def look(self, volts: StereoVolts) -> "Future[Sighting]":
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> "Future[Sighting]":
         """Enqueue one look; its frames feed the views."""
         self.check_may_move()
-        return self.submit(lambda rig: self._look(rig, volts))
+        return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us))
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> "Future[None]":
+        """Enqueue a change of both foveae's exposure and gain."""
+        return self.submit(lambda rig: rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db))
+
+    def set_low_pass(self, cutoff_hz: int) -> "Future[int]":
+        """Enqueue a change of the drive filters; it answers the cut-off before."""
+        return self.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
 
     def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
         """Enqueue one wide frame."""
@@ -221,10 +229,10 @@ class HardwareThread:
         except FoveaError as error:
             _log.debug("%s: %s", what, error)  # the watch has told the operator
 
-    def _look(self, rig: Rig, volts: StereoVolts) -> Sighting:
+    def _look(self, rig: Rig, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         self._live.look_begins()
         try:
-            sighting = rig.head.look(volts)
+            sighting = rig.head.look(volts, settle_us=settle_us)
         except FoveaError as error:
             self._watch.look_failed(rig, error)
             raise
