@@ -93,8 +93,8 @@ def test_another_format_is_refused_with_what_was_found(tmp_path: Path) -> None:
 
 
 def test_another_version_is_refused_with_both(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="version 2 was found, this program reads 1"):
-        load_calibration(edited(tmp_path / "a.json", version=2))
+    with pytest.raises(InvalidInput, match="version 3 was found, this program reads 2"):
+        load_calibration(edited(tmp_path / "a.json", version=3))
 
 
 def test_a_changed_number_is_noticed(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_a_changed_number_is_noticed(tmp_path: Path) -> None:
         ("colour", "red", "colour: Extra inputs are not permitted"),
         ("created_utc", "2026-01-31T12:00:00", "created_utc has no time zone"),
         ("created_utc", "yesterday", "Invalid isoformat string"),
-        ("origin", "guessed", "origin: Input should be 'factory' or 'measured'"),
+        ("origin", "guessed", "origin: Input should be .factory., .measured., .corrected. or .imported."),
     ],
 )
 def test_a_wrong_value_is_named(tmp_path: Path, key: str, value: Plain, words: str) -> None:

@@ -50,8 +50,10 @@ class EyeCalibration:
 class Calibration:
     """Everything that turns volts and pixels of one rig into angles and metres.
 
-    `created_utc`: ISO 8601. `origin`: "factory" or "measured". `fovea_f_px`: focal length of the virtual
-    pinholes. `pupil_m`: how far behind the pivot the entrance pupil lies, along the gaze.
+    `created_utc`: ISO 8601. `origin`: "factory", "measured" (by the procedures), "corrected" (for drift; then
+    `parent_id` names what was corrected) or "imported". `session_id`: the session whose data it was fitted to.
+    `fovea_f_px`: focal length of the virtual pinholes. `pupil_m`: how far behind the pivot the entrance pupil
+    lies, along the gaze.
     """
 
     rig_id: str
@@ -66,6 +68,8 @@ class Calibration:
     fovea_width: int
     fovea_height: int
     pupil_m: float
+    parent_id: str | None = None
+    session_id: str | None = None
 
     @property
     def id(self) -> str:

@@ -19,7 +19,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import MirrorModel
 
 FORMAT = "foveacam-calibration"
-VERSION = 1
+VERSION = 2
 
 Positive: TypeAlias = Annotated[float, Field(gt=0.0)]
 NotNegative: TypeAlias = Annotated[float, Field(ge=0.0)]
@@ -125,7 +125,7 @@ class _Intrinsics(_Document):
 class _Content(_Document):
     rig_id: Annotated[str, Field(min_length=1)]
     created_utc: str
-    origin: Literal["factory", "measured"]
+    origin: Literal["factory", "measured", "corrected", "imported"]
     label: str
     wide: _Intrinsics
     left: _Eye
@@ -135,6 +135,8 @@ class _Content(_Document):
     fovea_width: Annotated[int, Field(gt=0)]
     fovea_height: Annotated[int, Field(gt=0)]
     pupil_m: float
+    parent_id: str | None
+    session_id: str | None
 
     @model_validator(mode="after")
     def _has_a_date(self) -> "_Content":
@@ -156,6 +158,8 @@ class _Content(_Document):
             fovea_width=self.fovea_width,
             fovea_height=self.fovea_height,
             pupil_m=self.pupil_m,
+            parent_id=self.parent_id,
+            session_id=self.session_id,
         )
 
 
