@@ -51,7 +51,7 @@ class Calibration:
     """Everything that turns volts and pixels of one rig into angles and metres.
 
     `created_utc`: ISO 8601. `origin`: "factory", "measured" (by the procedures), "corrected" (for drift; then
-    `parent_id` names what was corrected) or "imported". `session_id`: the session whose data it was fitted to.
+    `parent_id` names what was corrected) or "imported". `session_id`: the session that measured it.
     `fovea_f_px`: focal length of the virtual pinholes. `pupil_m`: how far behind the pivot the entrance pupil
     lies, along the gaze.
     """
