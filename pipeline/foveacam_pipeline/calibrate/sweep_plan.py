@@ -1,0 +1,104 @@
+"""Which directions a sweep measures, and in which order."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose
+
+FEWEST = 3
+MOST = 41
+LARGEST_RAD = math.radians(30.0)
+
+
+class Spacing(StrEnum):
+    """How the nodes of one axis lie."""
+
+    EVEN = "even"
+    RIM = "rim"
+    """Denser towards the rim, where a polynomial is held by one side alone (Chebyshev-Lobatto nodes)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepPlan:
+    """A grid of gazes, 9 x 9 as in Sec. 3.2, walked row by row and back (serpentine).
+
+    `half_width_rad`, `half_height_rad`: the outermost ax and ay.
+    """
+
+    columns: int = 9
+    rows: int = 9
+    half_width_rad: float = math.radians(9.3)
+    half_height_rad: float = math.radians(8.2)
+    spacing: Spacing = Spacing.RIM
+
+    def __post_init__(self) -> None:
+        if not (FEWEST <= self.columns <= MOST and FEWEST <= self.rows <= MOST):
+            raise InvalidInput(
+                f"sweep of {self.columns} x {self.rows} poses: choose {FEWEST} to {MOST} along each axis"
+            )
+        if not all(0.0 < half <= LARGEST_RAD for half in (self.half_width_rad, self.half_height_rad)):
+            asked = f"±{math.degrees(self.half_width_rad):g}° x ±{math.degrees(self.half_height_rad):g}°"
+            raise InvalidInput(
+                f"sweep of {asked}: choose above 0° and up to {math.degrees(LARGEST_RAD):g}° for each axis"
+            )
+
+    def nodes_rad(self) -> NDArray[np.float64]:
+        """Return the gazes (ax, ay) in the order in which they are measured, (n, 2) float64, rad."""
+        across = _axis(self.columns, self.half_width_rad, self.spacing)
+        down = _axis(self.rows, self.half_height_rad, self.spacing)
+        rows = [[(x, y) for x in (across if i % 2 == 0 else across[::-1])] for i, y in enumerate(down)]
+        return np.array([node for row in rows for node in row])
+
+
+def _axis(count: int, half_rad: float, spacing: Spacing) -> NDArray[np.float64]:
+    if spacing is Spacing.EVEN:
+        return np.linspace(-half_rad, half_rad, count)
+    nodes: NDArray[np.float64] = -half_rad * np.cos(np.linspace(0.0, np.pi, count))
+    return nodes
+
+
+def base_pose(node_rad: NDArray[np.float64], station: PanTiltPose) -> PanTiltPose:
+    """Return where the base must point for the target of a station to appear at the gaze (ax, ay), (2,) rad.
+
+    The base turns by pan about a fixed upright axis and then tilts about its own level one, and the target of
+    the station stands straight ahead at the station's pose: pan' and tilt' follow from its ray.
+    """
+    ray = np.array([math.tan(float(node_rad[0])), math.tan(float(node_rad[1])), 1.0])
+    x, y, z = (ray / np.linalg.norm(ray)).tolist()
+    # Ahead at the station: (cos t sin p, sin t, cos t cos p) in the base's upright frame.
+    height = math.sin(station.tilt_rad)
+    tilt_rad = _tilt_for(y, z, height)
+    forward = z * math.cos(tilt_rad) - y * math.sin(tilt_rad)
+    return PanTiltPose(pan_rad=station.pan_rad - math.atan2(x, forward), tilt_rad=tilt_rad)
+
+
+def _tilt_for(y: float, z: float, height: float) -> float:
+    """Return the tilt t for which a ray (., y, z) of the tilted frame has the upright component `height`.
+
+    Tilting down by t: upright y = y cos t + z sin t.
+    """
+    length = math.hypot(y, z)
+    if abs(height) > length:
+        raise InvalidInput(
+            "sweep: no tilt brings the target to such a gaze; move the target to the height of the rig"
+        )
+    return math.asin(height / length) - math.atan2(y, z)
+
+
+def check_reach(plan: SweepPlan, station: PanTiltPose, limits: PanTiltLimits) -> None:
+    """Raise InvalidInput naming the first pose that the pan-tilt cannot take."""
+    for ax_rad, ay_rad in plan.nodes_rad():
+        pose = base_pose(np.array([ax_rad, ay_rad]), station)
+        pan_fits = limits.pan_min_rad <= pose.pan_rad <= limits.pan_max_rad
+        tilt_fits = limits.tilt_min_rad <= pose.tilt_rad <= limits.tilt_max_rad
+        if not (pan_fits and tilt_fits):
+            asked = f"({math.degrees(ax_rad):.2f}°, {math.degrees(ay_rad):.2f}°)"
+            needed = f"pan {math.degrees(pose.pan_rad):.2f}°, tilt {math.degrees(pose.tilt_rad):.2f}°"
+            raise InvalidInput(
+                f"sweep: the gaze {asked} needs the base at {needed}, which the pan-tilt cannot reach; "
+                "choose a smaller sweep or another station"
+            )
