@@ -1,7 +1,7 @@
 """A rig of plain Python for tests of who may do what when: no optics, no pictures worth looking at."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,9 +19,25 @@ from foveacam_hardware.contract import (
     MirrorLimits,
     MirrorState,
     NotConnected,
+    OutOfRange,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
     Role,
     Sighting,
+    Station,
+    StationTarget,
     StereoVolts,
+)
+
+STATIONS = (
+    Station(name="board", target=StationTarget.BOARD, pose=PanTiltPose(pan_rad=0.5, tilt_rad=0.0)),
+    Station(
+        name="markers",
+        target=StationTarget.MARKERS,
+        pose=PanTiltPose(pan_rad=0.0, tilt_rad=0.0),
+        distance_m=5.0,
+    ),
 )
 
 
@@ -180,6 +196,45 @@ class FakeHead:
         return self.cutoffs_hz[-2]
 
 
+class FakePanTilt:
+    """Moves at once; `on_move` happens in the middle of it."""
+
+    info = DeviceInfo(vendor="test", model="pan-tilt", serial="2")
+    limits = PanTiltLimits(pan_min_rad=-1.0, pan_max_rad=1.0, tilt_min_rad=-0.5, tilt_max_rad=0.5)
+    moves_itself = True
+
+    def __init__(self) -> None:
+        self.fault: str | None = None
+        self.homed = False
+        self.pose = PanTiltPose(pan_rad=0.0, tilt_rad=0.0)
+        self.commands: list[str] = []
+        self.on_move: Callable[[], None] = lambda: None
+
+    @property
+    def state(self) -> PanTiltState:
+        return PanTiltState(connected=True, homed=self.homed, pose=self.pose, fault=self.fault)
+
+    def connect(self) -> None:
+        return
+
+    def close(self) -> None:
+        self.commands.append("close")
+
+    def home(self) -> None:
+        self.commands.append("home")
+        self.homed = True
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        if not self.limits.pan_min_rad <= pose.pan_rad <= self.limits.pan_max_rad:
+            raise OutOfRange(f"pan-tilt: {pose.pan_rad:g} rad is outside ±1 rad; choose a bearing inside")
+        self.commands.append("move")
+        self.on_move()
+        self.pose = pose
+
+    def hold(self) -> None:
+        self.commands.append("hold")
+
+
 class FakeRig:
     """Implements the server's `Rig`."""
 
@@ -193,6 +248,8 @@ class FakeRig:
         self.clock = clock
         self.wide, self.left, self.right = (FakeCamera(role, clock) for role in Role)
         self.mirrors = FakeMirrors()
+        self.pan_tilt: FakePanTilt | None = FakePanTilt()
+        self.stations = STATIONS
         self.head = FakeHead(self)
         self.problems: tuple[FakeProblem, ...] = ()
         self.closed = threading.Event()

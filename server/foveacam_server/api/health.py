@@ -5,6 +5,7 @@ from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
 from foveacam_server.api.models import Told
+from foveacam_server.runtime.device_watch import PAN_TILT
 from foveacam_server.runtime.metrics import registry_of
 from foveacam_server.runtime.rig_status import RigState
 from foveacam_server.runtime.services import ServicesDep
@@ -47,7 +48,11 @@ async def healthz() -> Health:
 async def readyz(services: ServicesDep) -> JSONResponse:
     """Return 200 when a fixation could start now, else 503 and what is missing."""
     status = services.hardware.status
-    missing = [ReadyProblem(device=problem.device, detail=problem.detail) for problem in status.problems]
+    missing = [
+        ReadyProblem(device=problem.device, detail=problem.detail)
+        for problem in status.problems
+        if problem.device != PAN_TILT  # nobody needs it to foveate
+    ]
     if status.state is RigState.OPENING:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
     if status.rig_id is not None and services.calibration.problem is not None:

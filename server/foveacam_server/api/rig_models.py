@@ -1,6 +1,8 @@
-"""The rig as answered: cameras, mirrors, calibration, clock."""
+"""The rig as answered: cameras, mirrors, pan-tilt, calibration, clock."""
 
-from foveacam_server.api.models import CalibrationDocument, Told
+from typing import Literal
+
+from foveacam_server.api.models import Asked, CalibrationDocument, Told
 
 
 class DeviceProblemDocument(Told):
@@ -86,3 +88,56 @@ class RigDocument(Told):
     calibration: CalibrationDocument | None
     calibration_problem: str | None
     clock: ClockDocument
+
+
+class DeviceInfoDocument(Told):
+    """Who a device is."""
+
+    vendor: str
+    model: str
+    serial: str
+    version: str
+
+
+class PanTiltLimitsDocument(Told):
+    """How far the pan-tilt turns."""
+
+    pan_min_deg: float
+    pan_max_deg: float
+    tilt_min_deg: float
+    tilt_max_deg: float
+
+
+class StationDocument(Told):
+    """A place to look at while calibrating; `distance_m`: by tape, null when nobody measured."""
+
+    name: str
+    target: Literal["board", "markers"]
+    pan_deg: float
+    tilt_deg: float
+    distance_m: float | None
+
+
+class PanTiltDocument(Told):
+    """What turns the whole rig: +pan to the right, +tilt down."""
+
+    present: bool
+    info: DeviceInfoDocument | None
+    moves_itself: bool
+    """False when the operator turns the rig by hand."""
+    connected: bool
+    homed: bool
+    moving: bool
+    pan_deg: float | None
+    tilt_deg: float | None
+    fault: str | None
+    limits: PanTiltLimitsDocument | None
+    stations: list[StationDocument]
+
+
+class PanTiltMove(Asked):
+    """Where to turn the rig: a station by its name, or a bearing."""
+
+    station: str | None = None
+    pan_deg: float | None = None
+    tilt_deg: float | None = None

@@ -81,6 +81,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
             frozen_since_ms=status.frozen_since_ms,
         )
         for status in statuses
+        if status.published or not status.spec.passing
     ]
 
 
@@ -96,10 +97,10 @@ async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> R
     if encoded is None:
         raise NotConnected(
             f"view '{name}' has no picture yet; it comes with the first frame, "
-            "or, for computed views, with the first fixation",
+            "or, for computed views, with the first fixation or calibration",
             asked=f"a snapshot of '{name}'",
             found="no picture yet",
-            remedy="wait for the camera, or foveate something",
+            remedy="wait for the camera, foveate something, or calibrate",
         )
     headers = {
         "Cache-Control": "no-store",

@@ -2,7 +2,7 @@
 
 import re
 
-from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, NotConnected, Timeout
+from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, NotConnected, PanTiltState, Timeout
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.ports import Rig
 from foveacam_server.runtime.rig_status import DeviceProblem
@@ -14,7 +14,7 @@ LATE_LOOKS = 3
 """Looks in a row that may time out before a camera is called lost."""
 RETRIED = "check its cable and power; it is tried again by itself"
 
-MIRRORS, WIDE = "mirrors", "wide"
+MIRRORS, WIDE, PAN_TILT = "mirrors", "wide", "pan_tilt"
 FOVEAE = (MIRRORS, "left", "right")
 """Devices without which there is no look."""
 
@@ -114,6 +114,13 @@ class DeviceWatch:
     def wide_failed(self, error: FoveaError) -> None:
         """Write down that the wide camera does not deliver."""
         self.fault(WIDE, detail=str(error))
+
+    def pan_tilt_seen(self, state: PanTiltState) -> None:
+        """Write down whether the pan-tilt can be used."""
+        if state.connected and state.fault is None:
+            self._recovered(PAN_TILT)
+        else:
+            self.fault(PAN_TILT, detail=state.fault or "the pan-tilt does not answer")
 
     def _ready_mirrors(self, rig: Rig) -> bool:
         try:

@@ -6,6 +6,7 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Protocol, TypeVar
 
 from foveacam_hardware.contract import Cancelled, Frame, Sighting, StereoVolts, Timeout
+from foveacam_server.runtime.ports import Rig
 
 T = TypeVar("T")
 
@@ -20,12 +21,8 @@ class Looker(Protocol):
         """Enqueue one look."""
         ...
 
-    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> "Future[None]":
-        """Enqueue a change of both foveae's exposure."""
-        ...
-
-    def set_low_pass(self, cutoff_hz: int) -> "Future[int]":
-        """Enqueue a change of the drive filters; it answers the cut-off before."""
+    def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
+        """Enqueue any work with the rig."""
         ...
 
     def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
@@ -52,12 +49,16 @@ class ExclusiveHead:
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
         """Set both foveae's exposure and gain; a cancelled job may still set them back."""
-        change = self._looker.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
-        answer_of(change, asked="another exposure")
+
+        def change(rig: Rig) -> None:
+            rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
+
+        answer_of(self._looker.submit(change), asked="another exposure")
 
     def set_low_pass(self, cutoff_hz: int) -> int:
         """Run the drive filters at another cut-off; a cancelled job may still set it back."""
-        return answer_of(self._looker.set_low_pass(cutoff_hz), asked="another filter")
+        change = self._looker.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
+        return answer_of(change, asked="another filter")
 
     def _check(self) -> None:
         if self._cancelled():

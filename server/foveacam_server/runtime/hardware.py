@@ -26,6 +26,7 @@ from foveacam_server.runtime.command_queue import CommandQueue
 from foveacam_server.runtime.device_watch import FOVEAE, WIDE, DeviceWatch
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
+from foveacam_server.runtime.halting import bring_to_rest
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.runtime.ports import PictureSink, Rig
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
@@ -114,14 +115,6 @@ class HardwareThread:
         self.check_may_move()
         return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us))
 
-    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> "Future[None]":
-        """Enqueue a change of both foveae's exposure and gain."""
-        return self.submit(lambda rig: rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db))
-
-    def set_low_pass(self, cutoff_hz: int) -> "Future[int]":
-        """Enqueue a change of the drive filters; it answers the cut-off before."""
-        return self.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
-
     def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
         """Enqueue one wide frame."""
         return self.submit(lambda rig: self._wide(rig, max_age_ms))
@@ -158,18 +151,17 @@ class HardwareThread:
     # The stop: any thread, no queue -----------------------------------------------------------------------
 
     def halt(self) -> bool:
-        """Refuse every move from now on and park at once; tell whether the mirrors took it."""
+        """Refuse every move from now on, hold and park at once; tell whether the mirrors took it."""
         self._halted.set()
         self._gaze = PARKED
         rig = self._rig
-        if rig is None:
-            return False
-        try:
-            rig.mirrors.park()
-        except FoveaError as error:
-            _log.warning("stop: the mirrors could not be parked: %s", error)
-            return False
-        return True
+        return rig is not None and bring_to_rest(rig)
+
+    def hold_pan_tilt(self) -> None:
+        """Stop the pan-tilt now; harmless when there is none."""
+        rig = self._rig
+        if rig is not None and rig.pan_tilt is not None:
+            rig.pan_tilt.hold()
 
     def resume(self) -> None:
         """Allow moves again; the mirrors stay where they are."""
@@ -283,6 +275,8 @@ class HardwareThread:
         before, state = self._status.state, self._state()
         problems, rates, gaze = self._watch.problems, self._live.rates, self._gaze
         self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)
+        if self._status.pan_tilt is not None:
+            self._watch.pan_tilt_seen(self._status.pan_tilt.state)
         if state is not before:
             self._tell_state(state)
 

@@ -20,6 +20,7 @@ from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.overlay import Overlay
+from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Rig, Viewer
 from foveacam_server.runtime.scene_follower import SceneFollower, Sight
 from foveacam_server.runtime.services import Services
@@ -98,6 +99,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         hub=hub,
         streams=streams,
         hardware=hardware,
+        pan_tilt=PanTiltDesk(hardware),
         stop=stop,
         stopping=stopping,
         calibration=calibration,

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Camera, Clock, Frame, Head, Mirrors
+from foveacam_hardware.contract import Camera, Clock, Frame, Head, Mirrors, PanTilt, Station
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -16,7 +16,7 @@ class RigProblem(Protocol):
 
     @property
     def device(self) -> str:
-        """Name of the device in the rig: `wide`, `left`, `right`, `mirrors`."""
+        """Name of the device in the rig: `wide`, `left`, `right`, `mirrors`, `pan_tilt`."""
         ...
 
     @property
@@ -26,7 +26,7 @@ class RigProblem(Protocol):
 
 
 class Rig(Protocol):
-    """An assembled rig, real or simulated; one thread calls it, but for `mirrors.park`."""
+    """An assembled rig; one thread calls it, but for `mirrors.park` and `pan_tilt.hold`."""
 
     @property
     def rig_id(self) -> str:
@@ -76,6 +76,16 @@ class Rig(Protocol):
     @property
     def head(self) -> Head:
         """Look and see."""
+        ...
+
+    @property
+    def pan_tilt(self) -> PanTilt | None:
+        """What turns the rig; None when it stands on a fixed base."""
+        ...
+
+    @property
+    def stations(self) -> Sequence[Station]:
+        """Where the rig looks to be calibrated."""
         ...
 
     @property

@@ -10,10 +10,15 @@ from foveacam_hardware.contract import (
     CameraCounters,
     CameraSettings,
     DeviceInfo,
+    FoveaError,
     Frame,
     LinkTelemetry,
     MirrorState,
+    PanTilt,
+    PanTiltLimits,
+    PanTiltState,
     Role,
+    Station,
     StereoVolts,
 )
 from foveacam_server.runtime.ports import Rig
@@ -54,6 +59,16 @@ class CameraStatus:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PanTiltStatus:
+    """The pan-tilt as last seen."""
+
+    info: DeviceInfo
+    limits: PanTiltLimits
+    moves_itself: bool
+    state: PanTiltState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RigStatus:
     """The whole rig as last seen; `rig_id` and `mirrors` are None until it is open."""
 
@@ -68,6 +83,8 @@ class RigStatus:
     mirrors: MirrorState | None = None
     telemetry: LinkTelemetry | None = None
     controller: DeviceInfo | None = None
+    pan_tilt: PanTiltStatus | None = None
+    stations: tuple[Station, ...] = ()
     gaze: StereoVolts = PARKED
 
 
@@ -117,6 +134,17 @@ def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: i
     )
 
 
+def pan_tilt_status(pan_tilt: PanTilt) -> PanTiltStatus:
+    """Return what is known of the pan-tilt; one that does not answer is not connected."""
+    try:
+        state = pan_tilt.state
+    except FoveaError as error:
+        state = PanTiltState(connected=False, fault=str(error))
+    return PanTiltStatus(
+        info=pan_tilt.info, limits=pan_tilt.limits, moves_itself=pan_tilt.moves_itself, state=state
+    )
+
+
 def rig_status(
     rig: Rig,
     *,
@@ -144,5 +172,7 @@ def rig_status(
         mirrors=rig.mirrors.state,
         telemetry=rig.mirrors.telemetry,
         controller=rig.mirrors.info,
+        pan_tilt=None if rig.pan_tilt is None else pan_tilt_status(rig.pan_tilt),
+        stations=tuple(rig.stations),
         gaze=gaze,
     )

@@ -17,6 +17,7 @@ from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.overlay import Overlay
+from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
@@ -38,6 +39,7 @@ class Services:
     hub: FrameHub
     streams: Streams
     hardware: HardwareThread
+    pan_tilt: PanTiltDesk
     stop: StopSwitch
     stopping: ThreadPoolExecutor
     """Threads that only the stop uses, so that no other request can hold it up."""

@@ -28,6 +28,8 @@ class ViewSpec:
     """Whether a camera feeds it without end, so that standing still is a fault."""
     on_demand: bool = False
     """Whether it is fed only while somebody watches, so that it may rest while nobody does."""
+    passing: bool = False
+    """Whether it belongs to some work, and is not listed before that shows its first picture."""
 
 
 VIEWS = (
@@ -50,6 +52,17 @@ VIEWS = (
         height=540,
         description="Depth of the last fixation, colour coded",
         live=False,
+    ),
+    *(
+        ViewSpec(
+            name=f"calibration_{role}",
+            width=1440,
+            height=1080,
+            description=f"What the calibration finds in the {title}",
+            live=False,
+            passing=True,
+        )
+        for role, title in (("wide", "wide view"), ("left", "left fovea"), ("right", "right fovea"))
     ),
 )
 

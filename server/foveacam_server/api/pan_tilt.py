@@ -1,0 +1,116 @@
+"""The pan-tilt: where the whole rig points, turning it, and stopping that."""
+
+import asyncio
+import math
+
+from fastapi import APIRouter
+
+from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose, PanTiltState, Station
+from foveacam_server.api.answers import LeaseHeader, problems
+from foveacam_server.api.rig_models import (
+    DeviceInfoDocument,
+    PanTiltDocument,
+    PanTiltLimitsDocument,
+    PanTiltMove,
+    StationDocument,
+)
+from foveacam_server.runtime.documents import deg
+from foveacam_server.runtime.pan_tilt import PanTiltDesk
+from foveacam_server.runtime.services import ServicesDep
+
+router = APIRouter(prefix="/pan_tilt", tags=["rig"])
+
+ABSENT = PanTiltState(connected=False)
+
+
+@router.get("", summary="Where the rig points")
+async def pan_tilt(services: ServicesDep) -> PanTiltDocument:
+    """Return the pan-tilt as last seen, its limits and the rig's stations."""
+    return pan_tilt_document(services.pan_tilt)
+
+
+@router.post("/moves", summary="Turn the rig", responses=problems(409, 502, 503, 504))
+async def move(request: PanTiltMove, services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+    """Begin to turn the rig to a station or a bearing; answer while it moves."""
+    services.lease.check(x_lease)
+    pose = _pose(request, services.pan_tilt)
+    await asyncio.wrap_future(services.pan_tilt.move(pose))
+    services.events.emit(
+        "pan_tilt.moved", f"turning the rig to {deg(pose.pan_rad):.2f}°, {deg(pose.tilt_rad):.2f}°"
+    )
+    return await _now(services.pan_tilt)
+
+
+@router.post("/holds", summary="Stop turning now", responses=problems(502, 503, 504))
+async def hold(services: ServicesDep) -> PanTiltDocument:
+    """Stop the pan-tilt where it is; needs no lease."""
+    await asyncio.to_thread(services.pan_tilt.hold)
+    return await _now(services.pan_tilt)
+
+
+@router.post("/homings", summary="Find the reference switches", responses=problems(409, 502, 503, 504))
+async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+    """Begin to look for the reference switches; it clears an alarm."""
+    services.lease.check(x_lease)
+    await asyncio.wrap_future(services.pan_tilt.home())
+    return await _now(services.pan_tilt)
+
+
+def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> PanTiltDocument:
+    """Return the pan-tilt as REST shows it; `state`: fresher than the last seen."""
+    status = desk.status
+    seen = state or (ABSENT if status is None else status.state)
+    info = None if status is None else status.info
+    return PanTiltDocument(
+        present=status is not None,
+        info=None
+        if info is None
+        else DeviceInfoDocument(
+            vendor=info.vendor, model=info.model, serial=info.serial, version=info.version
+        ),
+        moves_itself=status is not None and status.moves_itself,
+        connected=seen.connected,
+        homed=seen.homed,
+        moving=seen.moving,
+        pan_deg=None if seen.pose is None else deg(seen.pose.pan_rad),
+        tilt_deg=None if seen.pose is None else deg(seen.pose.tilt_rad),
+        fault=seen.fault,
+        limits=None if status is None else _limits(status.limits),
+        stations=[_station(station) for station in desk.stations],
+    )
+
+
+async def _now(desk: PanTiltDesk) -> PanTiltDocument:
+    return pan_tilt_document(desk, await asyncio.wrap_future(desk.seen_now()))
+
+
+def _pose(request: PanTiltMove, desk: PanTiltDesk) -> PanTiltPose:
+    match request.station, request.pan_deg, request.tilt_deg:
+        case str(name), None, None:
+            return desk.station(name).pose
+        case None, float(pan_deg), float(tilt_deg):
+            return PanTiltPose(pan_rad=math.radians(pan_deg), tilt_rad=math.radians(tilt_deg))
+    raise InvalidInput(
+        "a move of the pan-tilt needs a station, or pan_deg and tilt_deg, and not both; send one of them",
+        asked="a move of the pan-tilt",
+        remedy='send {"station": "board"} or {"pan_deg": 0, "tilt_deg": 0}',
+    )
+
+
+def _limits(limits: PanTiltLimits) -> PanTiltLimitsDocument:
+    return PanTiltLimitsDocument(
+        pan_min_deg=deg(limits.pan_min_rad),
+        pan_max_deg=deg(limits.pan_max_rad),
+        tilt_min_deg=deg(limits.tilt_min_rad),
+        tilt_max_deg=deg(limits.tilt_max_rad),
+    )
+
+
+def _station(station: Station) -> StationDocument:
+    return StationDocument(
+        name=station.name,
+        target=station.target.value,
+        pan_deg=deg(station.pose.pan_rad),
+        tilt_deg=deg(station.pose.tilt_rad),
+        distance_m=station.distance_m,
+    )

@@ -1,0 +1,117 @@
+"""What each step of a calibration may be told, checked where it enters: REST and the command line."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Nodes = Annotated[int, Field(ge=3, le=41)]
+Extent = Annotated[float, Field(gt=0.0, le=12.0)]
+
+
+class _Options(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+class BoardOption(_Options):
+    """The board that is shown: its inner corners, the side of a square, of a marker (ChArUco)."""
+
+    kind: Literal["charuco", "checkerboard"] = "charuco"
+    columns: Annotated[int, Field(ge=3, le=40)] = 9
+    rows: Annotated[int, Field(ge=3, le=40)] = 6
+    square_mm: Annotated[float, Field(gt=0.0, le=1000.0)]
+    marker_mm: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+
+
+class WideOptions(_Options):
+    """Stage 1; `views`: how many to take, `model`: which lens model counts."""
+
+    board: BoardOption | None = None
+    views: Annotated[int, Field(ge=3, le=200)] | None = None
+    model: Literal["five", "rational"] | None = None
+
+
+class MirrorsOptions(_Options):
+    """Stage 2: where, how many poses, how far, and whether to forget what was measured before."""
+
+    stations: Annotated[list[str], Field(min_length=1, max_length=16)] | None = None
+    nodes: tuple[Nodes, Nodes] | None = None
+    extent_ax_deg: Extent | None = None
+    extent_ay_deg: Extent | None = None
+    spacing: Literal["rim", "even"] | None = None
+    restart: bool = False
+
+
+class FitOptions(_Options):
+    """Stages 2 and 3 from what was measured; `order` of the mirrors' polynomial, null: chosen by scores."""
+
+    label: Label | None = None
+    order: Annotated[int, Field(ge=1, le=9)] | None = None
+    use_all_distances: bool = True
+
+
+class CheckOptions(_Options):
+    """How many poses outside the sweep are looked at."""
+
+    poses: Annotated[int, Field(ge=2, le=200)] | None = None
+
+
+class SettleOptions(_Options):
+    """The settle characterisation takes no options."""
+
+
+class AllOptions(_Options):
+    """Every step after the other; `activate`: put the result in force."""
+
+    wide: WideOptions = WideOptions()
+    mirrors: MirrorsOptions = MirrorsOptions()
+    fit: FitOptions = FitOptions()
+    check: CheckOptions = CheckOptions()
+    settle: bool = True
+    activate: bool = False
+
+
+class WideRun(_Options):
+    """Measure the wide camera, or add to what was measured."""
+
+    step: Literal["wide"]
+    options: WideOptions = WideOptions()
+
+
+class MirrorsRun(_Options):
+    """Sweep the mirrors, or go on with an interrupted sweep."""
+
+    step: Literal["mirrors"]
+    options: MirrorsOptions = MirrorsOptions()
+
+
+class FitRun(_Options):
+    """Fit a calibration to what was measured."""
+
+    step: Literal["fit"]
+    options: FitOptions = FitOptions()
+
+
+class CheckRun(_Options):
+    """Look at poses that no sweep visited, with the fitted calibration."""
+
+    step: Literal["check"]
+    options: CheckOptions = CheckOptions()
+
+
+class SettleRun(_Options):
+    """Measure how the mirrors settle."""
+
+    step: Literal["settle"]
+    options: SettleOptions = SettleOptions()
+
+
+class AllRun(_Options):
+    """Calibrate from nothing."""
+
+    step: Literal["all"]
+    options: AllOptions = AllOptions()
+
+
+Run = Annotated[WideRun | MirrorsRun | FitRun | CheckRun | SettleRun | AllRun, Field(discriminator="step")]
+STEPS = ("wide", "mirrors", "fit", "check", "settle", "all")

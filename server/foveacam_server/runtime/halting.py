@@ -1,0 +1,25 @@
+"""Bringing everything that moves to rest, from any thread: what the stop does to the devices."""
+
+import logging
+from collections.abc import Callable
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.runtime.ports import Rig
+
+_log = logging.getLogger(__name__)
+
+
+def bring_to_rest(rig: Rig) -> bool:
+    """Hold the pan-tilt and park the mirrors; tell whether the mirrors took it."""
+    if rig.pan_tilt is not None:
+        _tried("the pan-tilt could not be held", rig.pan_tilt.hold)
+    return _tried("the mirrors could not be parked", rig.mirrors.park)
+
+
+def _tried(trouble: str, move: Callable[[], object]) -> bool:
+    try:
+        move()
+    except FoveaError as error:
+        _log.warning("stop: %s: %s", trouble, error)
+        return False
+    return True

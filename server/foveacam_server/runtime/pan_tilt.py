@@ -1,0 +1,158 @@
+"""The pan-tilt behind the hardware thread: for REST, and for a job that has the rig to itself."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from foveacam_hardware.contract import (
+    Cancelled,
+    DeviceInfo,
+    InvalidInput,
+    NotConnected,
+    PanTilt,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
+    Station,
+)
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.rig_status import PanTiltStatus
+
+
+class PanTiltDesk:
+    """Takes wishes of where the rig shall point; moves are refused while stopped or while a job works."""
+
+    def __init__(self, hardware: HardwareThread) -> None:
+        self._hardware = hardware
+
+    @property
+    def status(self) -> PanTiltStatus | None:
+        """The pan-tilt as last seen; None when there is none."""
+        return self._hardware.status.pan_tilt
+
+    @property
+    def stations(self) -> tuple[Station, ...]:
+        """The places that the rig knows to look at."""
+        return self._hardware.status.stations
+
+    def station(self, name: str) -> Station:
+        """Return one by its name or raise `InvalidInput` that lists them."""
+        for station in self.stations:
+            if station.name == name:
+                return station
+        known = ", ".join(repr(station.name) for station in self.stations) or "none"
+        raise InvalidInput(
+            f"there is no station {name!r}; this rig has {known}; choose one, or name them in the rig's file",
+            asked=f"station {name!r}",
+            found=f"the stations are {known}",
+            remedy="choose one, or name them in the rig's file",
+        )
+
+    def move(self, pose: PanTiltPose) -> "Future[None]":
+        """Begin to move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
+        self._check_free("turn the rig")
+        return self._hardware.submit(lambda rig: begin_move(rig, pose, halted=lambda: self._hardware.halted))
+
+    def home(self) -> "Future[None]":
+        """Begin to look for the reference switches."""
+        self._check_free("home the pan-tilt")
+        return self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
+
+    def hold(self) -> None:
+        """Stop moving now, past the queue."""
+        self._hardware.hold_pan_tilt()
+
+    def seen_now(self) -> "Future[PanTiltState]":
+        """Ask the device itself."""
+        return self._hardware.submit(lambda rig: _of(rig).state)
+
+    def _check_free(self, asked: str) -> None:
+        if self._hardware.halted:
+            raise refusals.stopped()
+        if self._hardware.busy_with is not None:
+            raise refusals.in_use(asked, self._hardware.busy_with)
+
+
+class ExclusivePanTilt:
+    """Implements `PanTilt` for one job; `connect` and `close` are the hardware thread's affair."""
+
+    def __init__(
+        self, hardware: HardwareThread, status: PanTiltStatus, *, cancelled: Callable[[], bool]
+    ) -> None:
+        self._hardware = hardware
+        self._cancelled = cancelled
+        self.info: DeviceInfo = status.info
+        self.limits: PanTiltLimits = status.limits
+        self.moves_itself: bool = status.moves_itself
+
+    @property
+    def state(self) -> PanTiltState:
+        """Connected, moving, where."""
+        self._check()
+        return answer_of(self._hardware.submit(lambda rig: _of(rig).state), asked="the pan-tilt's place")
+
+    def connect(self) -> None:
+        """Leave it connected."""
+
+    def close(self) -> None:
+        """Leave it connected."""
+
+    def home(self) -> None:
+        """Begin to look for the reference switches."""
+        self._check()
+        begun = self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
+        answer_of(begun, asked="a homing")
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        """Begin to move."""
+        self._check()
+        begun = self._hardware.submit(lambda rig: begin_move(rig, pose, halted=lambda: self._hardware.halted))
+        answer_of(begun, asked="a turn of the rig")
+
+    def hold(self) -> None:
+        """Stop moving now, past the queue; a cancelled job may still do so."""
+        self._hardware.hold_pan_tilt()
+
+    def _check(self) -> None:
+        if self._cancelled():
+            self.hold()
+            raise Cancelled("the job was cancelled while it turned the rig")
+
+
+def exclusive_pan_tilt(hardware: HardwareThread, *, cancelled: Callable[[], bool]) -> PanTilt | None:
+    """Return the pan-tilt for a job that has the rig; None when the rig has none."""
+    status = hardware.status.pan_tilt
+    return None if status is None else ExclusivePanTilt(hardware, status, cancelled=cancelled)
+
+
+def begin_move(rig: Rig, pose: PanTiltPose, *, halted: Callable[[], bool]) -> None:
+    """Begin a move in the hardware thread; one that a stop overtakes is held again."""
+    _begin(rig, lambda pan_tilt: pan_tilt.move_to(pose), halted=halted)
+
+
+def begin_homing(rig: Rig, *, halted: Callable[[], bool]) -> None:
+    """Begin a homing in the hardware thread; one that a stop overtakes is held again."""
+    _begin(rig, lambda pan_tilt: pan_tilt.home(), halted=halted)
+
+
+def _begin(rig: Rig, move: Callable[[PanTilt], None], *, halted: Callable[[], bool]) -> None:
+    pan_tilt = _of(rig)
+    if halted():
+        raise refusals.stopped()
+    move(pan_tilt)
+    if halted():  # the stop came between the check and the command on the wire
+        pan_tilt.hold()
+        raise refusals.stopped()
+
+
+def _of(rig: Rig) -> PanTilt:
+    if rig.pan_tilt is None:
+        raise NotConnected(
+            "this rig has no pan-tilt; name one in the rig's file ([pan_tilt], kind grbl or manual)",
+            asked="turn the rig",
+            found="no pan-tilt",
+            remedy="name one in the rig's file ([pan_tilt], kind grbl or manual)",
+        )
+    return rig.pan_tilt
