@@ -1,0 +1,211 @@
+"""How far two calibrations of one rig differ, over the field that both cover.
+
+The first one steers; the second one says where that looks. Everything is in pixels that an operator sees.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput, Role, StereoVolts
+from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.verging import eye_angles, point_from_direction
+from foveacam_pipeline.models.calibration import Calibration, eye_volts
+from foveacam_pipeline.models.footprint import fovea_points_rays
+
+NODES = 13
+"""Directions along each side of the common field."""
+_MARGIN_RAD = math.radians(0.05)
+_WIDE_NODES = 25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """Root mean square and largest value of a difference, px."""
+
+    rms_px: float
+    max_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Comparison:
+    """Calibration b against a, at one distance.
+
+    `field_rad`: ax min, ax max, ay min, ay max of the common field. `directions_rad`: (n, 2) where both were
+    asked. `gaze_left_px`, `gaze_right_px`: (n, 2) where b says the eye looks, minus where a does, fovea px.
+    `epipolar_px`: (n,) row mismatch that b sees where a sees none, root mean square within an image.
+    `disparity_px`: (n,) disparity that b measures beyond the one
+    it should at the depth that a says. `wide_at_px`, `wide_px`: (m, 2) raw wide pixels and
+    how far from them b sees the directions that a sees there. `baseline_m`: of b minus of a.
+    """
+
+    a: str
+    b: str
+    distance_m: float
+    field_rad: tuple[float, float, float, float]
+    directions_rad: NDArray[np.float64]
+    gaze_left_px: NDArray[np.float64]
+    gaze_right_px: NDArray[np.float64]
+    epipolar_px: NDArray[np.float64]
+    disparity_px: NDArray[np.float64]
+    wide_at_px: NDArray[np.float64]
+    wide_px: NDArray[np.float64]
+    baseline_m: float
+
+    @property
+    def pointing(self) -> Spread:
+        """Difference of the gaze, both eyes, fovea px."""
+        return _spread(np.linalg.norm(np.vstack([self.gaze_left_px, self.gaze_right_px]), axis=1))
+
+    @property
+    def epipolar(self) -> Spread:
+        """Row mismatch between the eyes, fovea px."""
+        return _spread(self.epipolar_px)
+
+    @property
+    def disparity(self) -> Spread:
+        """Difference of the total disparity, fovea px."""
+        return _spread(np.abs(self.disparity_px))
+
+    @property
+    def wide(self) -> Spread:
+        """Difference of the wide camera, wide px."""
+        return _spread(np.linalg.norm(self.wide_px, axis=1))
+
+
+def compare(a: Calibration, b: Calibration, *, distance_m: float = 5.0, nodes: int = NODES) -> Comparison:
+    """Compare two calibrations of one rig; raise InvalidInput when they have no field in common."""
+    _check_same_rig(a, b)
+    field = _common_field(a, b)
+    rows = [
+        _at(a, b, (float(ax), float(ay)), distance_m)
+        for ay in np.linspace(field[2], field[3], nodes)
+        for ax in np.linspace(field[0], field[1], nodes)
+        if _covered(a, b, (float(ax), float(ay)), distance_m)
+    ]
+    if not rows:
+        raise InvalidInput(
+            f"calibrations {a.id} and {b.id} share no direction at {distance_m:g} m; compare at a larger "
+            "distance, or calibrate over the same field"
+        )
+    table = np.array(rows)
+    wide_at, wide = _wide_difference(a, b)
+    return Comparison(
+        a=a.id,
+        b=b.id,
+        distance_m=distance_m,
+        field_rad=field,
+        directions_rad=table[:, 0:2],
+        gaze_left_px=table[:, 2:4],
+        gaze_right_px=table[:, 4:6],
+        epipolar_px=table[:, 6],
+        disparity_px=table[:, 7],
+        wide_at_px=wide_at,
+        wide_px=wide,
+        baseline_m=b.baseline_m - a.baseline_m,
+    )
+
+
+def _spread(values: NDArray[np.float64]) -> Spread:
+    return Spread(rms_px=float(np.sqrt(np.mean(values**2))), max_px=float(np.max(values)))
+
+
+def _check_same_rig(a: Calibration, b: Calibration) -> None:
+    sizes = [(c.rig_id, c.wide.width, c.wide.height, c.fovea_width, c.fovea_height) for c in (a, b)]
+    if sizes[0] != sizes[1]:
+        raise InvalidInput(
+            f"calibrations {a.id} of rig {a.rig_id!r} and {b.id} of rig {b.rig_id!r} differ in rig or in "
+            "image size; compare calibrations of one rig"
+        )
+
+
+def _common_field(a: Calibration, b: Calibration) -> tuple[float, float, float, float]:
+    first, second = a.reach_rad(), b.reach_rad()
+    field = (
+        max(first[0], second[0]) + _MARGIN_RAD,
+        min(first[1], second[1]) - _MARGIN_RAD,
+        max(first[2], second[2]) + _MARGIN_RAD,
+        min(first[3], second[3]) - _MARGIN_RAD,
+    )
+    if field[0] >= field[1] or field[2] >= field[3]:
+        raise InvalidInput(f"calibrations {a.id} and {b.id} cover different fields; compare others")
+    return field
+
+
+def _covered(a: Calibration, b: Calibration, direction: tuple[float, float], distance_m: float) -> bool:
+    point = point_from_direction(*direction, distance_m)
+    return all(
+        calibration.eye(role).mirror.contains(*eye_angles(point, calibration.pivot_rig_m(role)))
+        for calibration in (a, b)
+        for role in (Role.LEFT, Role.RIGHT)
+    )
+
+
+def _at(a: Calibration, b: Calibration, direction: tuple[float, float], distance_m: float) -> list[float]:
+    """Return ax, ay, gaze differences (left x, y, right x, y), row mismatch and difference of disparity."""
+    volts = a.steer(*direction, distance_m=distance_m)
+    depth_m = float(point_from_direction(*direction, distance_m)[2])
+    gazes: list[float] = []
+    for role in (Role.LEFT, Role.RIGHT):
+        centre = _raw_grid_px(a, nodes=1)
+        seen = [_points_m(c, role, volts, raw_px=centre, depth_m=depth_m)[0] for c in (a, b)]
+        gazes += (b.fovea_f_px / depth_m * (seen[1] - seen[0])[:2]).tolist()
+    left_px = _raw_grid_px(a, nodes=3)
+    points = _points_m(a, Role.LEFT, volts, raw_px=left_px, depth_m=depth_m)
+    right_px = _raw_px(a, Role.RIGHT, volts, points_m=points, depth_m=depth_m)
+    left = fovea_points_rays(b, Role.LEFT, volts.left, raw_px=left_px, depth_m=depth_m)
+    right = fovea_points_rays(b, Role.RIGHT, volts.right, raw_px=right_px, depth_m=depth_m)
+    columns_px, rows_px, _ = (b.fovea_f_px * (left - right)).T
+    disparity_px = float(np.mean(columns_px)) - b.fovea_f_px * b.baseline_m / depth_m
+    return [*direction, *gazes, float(np.sqrt(np.mean(rows_px**2))), disparity_px]
+
+
+def _raw_grid_px(calibration: Calibration, *, nodes: int) -> NDArray[np.float64]:
+    """Return (nodes², 2) raw px evenly over the middle four fifths of a fovea image; one is its centre."""
+    width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
+    side = np.linspace(0.1, 0.9, nodes) if nodes > 1 else np.array([0.5])
+    return np.array([(width * x, height * y) for y in side for x in side])
+
+
+def _points_m(
+    calibration: Calibration,
+    role: Role,
+    volts: StereoVolts,
+    *,
+    raw_px: NDArray[np.float64],
+    depth_m: float,
+) -> NDArray[np.float64]:
+    """Return the (n, 3) points, m, rig frame, at Z = `depth_m` that raw px (n, 2) of an eye show."""
+    rays = fovea_points_rays(calibration, role, eye_volts(volts, role), raw_px=raw_px, depth_m=depth_m)
+    points: NDArray[np.float64] = calibration.reference_rig_m(role) + depth_m * rays
+    return points
+
+
+def _raw_px(
+    calibration: Calibration,
+    role: Role,
+    volts: StereoVolts,
+    *,
+    points_m: NDArray[np.float64],
+    depth_m: float,
+) -> NDArray[np.float64]:
+    """Return the (n, 2) raw px of an eye that show points (n, 3) at Z = `depth_m`."""
+    gaze = calibration.eye(role).mirror.angles_rad(eye_volts(volts, role))
+    tangents = (points_m - calibration.reference_rig_m(role))[:, :2] / depth_m - np.tan(gaze)
+    plane_from_raw = calibration.rectification(role, *gaze, depth_m=depth_m)
+    raw_from_plane: NDArray[np.float64] = np.asarray(np.linalg.inv(plane_from_raw), np.float64)
+    return homography_apply(raw_from_plane, calibration.fovea_f_px * tangents)
+
+
+def _wide_difference(a: Calibration, b: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (m, 2) raw wide px over the image, and where b sees what a sees there, minus the pixel."""
+    at = np.array(
+        [
+            (x, y)
+            for y in np.linspace(0.0, a.wide.height - 1.0, _WIDE_NODES)
+            for x in np.linspace(0.0, a.wide.width - 1.0, _WIDE_NODES)
+        ]
+    )
+    return at, b.wide.pixels(a.wide.angles_rad(at)) - at
