@@ -17,7 +17,9 @@ from foveacam_hardware.contract import (
     MirrorLimits,
     Mirrors,
     MonotonicClock,
+    PanTilt,
     Role,
+    Station,
 )
 from foveacam_hardware.drivers.absent_camera import AbsentCamera
 from foveacam_hardware.drivers.controller import ControllerMirrors
@@ -61,7 +63,7 @@ class Closing(Protocol):
 
 
 class Rig:
-    """Three cameras, a pair of mirrors, and the head that they make; one thread owns it.
+    """Three cameras, a pair of mirrors, the head that they make, and what turns it; one thread owns it.
 
     `connect` may be called again at any time: it opens what is not open yet.
     """
@@ -84,6 +86,10 @@ class Rig:
         self.mirrors = mirrors
         self.wide, self.left, self.right = cameras
         self.head = head
+        self.pan_tilt: PanTilt | None = None
+        """What turns the whole rig; None when nothing does."""
+        self.stations: tuple[Station, ...] = ()
+        """Where the pan-tilt must point to calibrate here; may be empty."""
         self.truth: Truth | None = None
         self.problems: tuple[Problem, ...] = ()
         self._owned: list[Closing] = []
@@ -114,12 +120,18 @@ class Rig:
                 camera.start()
             except FoveaError as error:
                 problems.append(Problem(device=str(camera.role), detail=str(error)))
+        if self.pan_tilt is not None:
+            try:
+                self.pan_tilt.connect()
+            except FoveaError as error:
+                problems.append(Problem(device="pan_tilt", detail=str(error)))
         self.problems = tuple(problems)
         return self.problems
 
     def close(self) -> None:
-        """Release everything, last opened first: cameras, then the mirrors (parked), then what bears them."""
-        devices: list[tuple[str, Closing]] = [(str(camera.role), camera) for camera in reversed(self.cameras)]
+        """Release everything, last opened first; the pan-tilt is held, the mirrors are parked."""
+        devices: list[tuple[str, Closing]] = [] if self.pan_tilt is None else [("pan_tilt", self.pan_tilt)]
+        devices.extend((str(camera.role), camera) for camera in reversed(self.cameras))
         devices.append(("mirrors", self.mirrors))
         devices.extend(("resource", owned) for owned in reversed(self._owned))
         self._owned.clear()

@@ -149,7 +149,7 @@ def test_a_stuck_mirror_shows_the_same_picture_wherever_it_is_sent(rig: Rig) -> 
 def test_a_knock_to_the_mount_moves_the_picture(rig: Rig) -> None:
     world = world_of(rig)
     before = world.projection(Role.LEFT, rig.clock.now_ns())
-    world.faults.drift_step_rad = (0.0, 1e-4)
+    world.faults.drift_step_rad = {Role.LEFT: (0.0, 1e-4, 0.0)}
     after = world.projection(Role.LEFT, rig.clock.now_ns())
     far = np.array([[-0.1, 0.0, 100.0]])
 

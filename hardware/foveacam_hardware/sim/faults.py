@@ -12,7 +12,8 @@ class WorldFaults:
     `frozen`: cameras that go on counting frames but repeat the last picture. `unplugged`: cameras off the
     bus. `no_strobe`: cameras whose strobe cable is off (the exposure still happens). `no_trigger`: cameras
     whose trigger cable is off. `stuck`: mirrors that stay where they are.
-    `drift_step_rad`: a knock to the mount: turn of both eyes about x and y, on top of the thermal drift.
+    `drift_step_rad`: a knock to an eye's mount: its turn about the rig's x, y and z (roll), on top of the
+    thermal drift.
     """
 
     frozen: set[Role] = field(default_factory=set)
@@ -20,4 +21,4 @@ class WorldFaults:
     no_strobe: set[Role] = field(default_factory=set)
     no_trigger: set[Role] = field(default_factory=set)
     stuck: set[Role] = field(default_factory=set)
-    drift_step_rad: tuple[float, float] = (0.0, 0.0)
+    drift_step_rad: dict[Role, tuple[float, float, float]] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.direct_pan_tilt import DirectPanTilt
 from foveacam_hardware.sim.loopback import LoopbackLink
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
 from foveacam_hardware.sim.presets import find_preset
@@ -65,6 +66,8 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         scene=stage.name,
     )
     rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    rig.pan_tilt = DirectPanTilt(world, clock)
+    rig.stations = tuple(table.station() for table in stage.file.stations)
     rig.truth = Truth(world, controller)
     rig.own([stage] if isinstance(controller, ControllerFarEnd) else [stage, controller])
     return rig

@@ -16,6 +16,7 @@ from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import Object
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_path
 from foveacam_hardware.sim.scenes.motion import pose
+from foveacam_hardware.sim.turned import Bearing, in_world, straight_ahead, swept_px
 
 CACHED_FRAMES = 4
 """One for each camera and one to spare; a colour frame with its depth holds 31 MB."""
@@ -35,7 +36,10 @@ class _Mover:
 
 
 class Stage:
-    """One scene and its renderer; one thread at a time draws."""
+    """One scene and its renderer; one thread at a time draws.
+
+    Projections are those of the rig's frame; `bearing` says how the rig stands in the scene.
+    """
 
     def __init__(self, name_or_file: str | Path, *, threads: int = 2) -> None:
         path = scene_path(name_or_file)
@@ -50,6 +54,7 @@ class Stage:
             if thing.motion is not None
         ]
         self._lock = threading.Lock()
+        self.bearing: Bearing = straight_ahead
 
     @property
     def moves(self) -> bool:
@@ -60,13 +65,14 @@ class Stage:
         """Return what a camera receives `t_s` after the beginning, (h, w) or (h, w, 3) float32, 0..1."""
         with self._lock:
             self._set(t_s)
-            return self._renderer.radiance(projection, channels=channels).radiance
+            seen = in_world(projection, self.bearing(t_s))
+            return self._renderer.radiance(seen, channels=channels).radiance
 
     def probe(self, projection: Projection, t_s: float, *, roi: Roi | None = None) -> Radiance:
         """Return depth and identity (truth); the cameras' cached pictures stay as they are."""
         with self._lock:
             self._set(t_s)
-            return self._prober.radiance(projection, roi=roi)
+            return self._prober.radiance(in_world(projection, self.bearing(t_s)), roi=roi)
 
     def close(self) -> None:
         """End the renderer's threads."""
@@ -74,11 +80,13 @@ class Stage:
         self._prober.close()
 
     def motion_px(self, projection: Projection, from_s: float, to_s: float) -> float:
-        """Return how far the fastest object in view moves in the picture between two moments."""
-        fastest_px = 0.0
+        """Return how far the fastest thing in view moves in the picture between two moments."""
+        before, after = self.bearing(from_s), self.bearing(to_s)
+        fastest_px = swept_px(projection, before, after)
+        seen = in_world(projection, before)
         for mover in self._movers:
             ends = np.stack([pose(mover.thing, from_s), pose(mover.thing, to_s)])
-            fastest_px = max(fastest_px, _moved_px(projection, ends, mover.corners_m))
+            fastest_px = max(fastest_px, _moved_px(seen, ends, mover.corners_m))
         return fastest_px
 
     def textured(self, number: int) -> bool:

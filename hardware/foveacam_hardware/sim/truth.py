@@ -61,6 +61,10 @@ class Truth:
         """Return the centre of a mirror, (3,) metres, rig frame."""
         return self.world.eyes[role].pivot_m.copy()
 
+    def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
+        """Return where the rig stands in its scene at a moment, (4, 4): the identity at pan 0, tilt 0."""
+        return self.world.rig_from_world(t_ns)
+
     def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the unit rays (n, 3) of raw wide pixels (n, 2), rig frame."""
         straight = self.world.lens.undistorted_px(np.asarray(pixels, dtype=np.float64))

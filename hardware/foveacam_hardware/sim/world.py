@@ -25,6 +25,7 @@ from foveacam_hardware.sim.optics import (
     View,
     built_assembly,
 )
+from foveacam_hardware.sim.pan_tilt import Pedestal, Turning, TurningHistory
 from foveacam_hardware.sim.presets import Preset
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.stage import Stage
@@ -88,6 +89,9 @@ class World:
         self.t0_ns = clock.now_ns()
         self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
+        self.pedestal = Pedestal(seed=seed)
+        self._turnings = TurningHistory()
+        stage.bearing = self._bearing
         self._shutters: dict[Role, Shutter] = {}
         self._mirror_lock = threading.Lock()
         self._wide = Projection(
@@ -128,6 +132,10 @@ class World:
         shutter = self._shutters.get(role)
         return None if shutter is None or role in broken else shutter.strobe_us()
 
+    def turn(self, turning: Turning) -> None:
+        """Take what the pan-tilt's motors do from `turning.t_ns` on."""
+        self._turnings.turn(turning)
+
     def wire(self, role: Role, shutter: Shutter) -> None:
         """Plug a camera's trigger and strobe cables in."""
         self._shutters[role] = shutter
@@ -163,6 +171,18 @@ class World:
         """Return an eye as it sees when its mirror has come to rest, without drift (truth)."""
         return self.eyes[role].view(*self.mirrors.rest_tilt_rad(role, volts))
 
+    def bearing_deg(self, t_ns: int) -> tuple[float, float]:
+        """Return how far the pan-tilt has turned the rig, (pan, tilt), degrees."""
+        return self._turnings.bearing_deg(t_ns)
+
+    def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
+        """Return where the rig stands in its scene, (4, 4): the identity while the pan-tilt is at 0/0."""
+        return self.pedestal.rig_from_world(*self._turnings.bearing_deg(t_ns))
+
+    def _bearing(self, t_s: float) -> NDArray[np.float64] | None:
+        t_ns = self.t0_ns + round(t_s * 1e9)
+        return None if self._turnings.bearing_deg(t_ns) == (0.0, 0.0) else self.rig_from_world(t_ns)
+
     def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         with self._mirror_lock:
             self.mirrors.stuck = self.faults.stuck
@@ -170,8 +190,9 @@ class World:
         return _told(tilt_x_rad), _told(tilt_y_rad)
 
     def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> View:
-        turn_rad = self.drift.turn_rad(role, self.scene_s(t_ns)) + np.array(self.faults.drift_step_rad)
-        mount_rad = np.array([_told(turn_rad[0]), _told(turn_rad[1]), 0.0])
+        turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
+        turn_rad[:2] += self.drift.turn_rad(role, self.scene_s(t_ns))
+        mount_rad = np.array([_told(angle_rad) for angle_rad in turn_rad])
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
 
     def _steps(self, role: Role, interval: Interval) -> int:

@@ -14,24 +14,28 @@ from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, sphere
 from foveacam_hardware.sim.scenes.figure import cone_stump, figurine
 from foveacam_hardware.sim.scenes.format import (
     BoxThing,
-    CheckerboardMaterial,
     ColumnThing,
-    MarkerMaterial,
-    Material,
-    NoiseMaterial,
     Object,
-    PictureMaterial,
-    PlainMaterial,
-    PrintMaterial,
     QuadThing,
     SceneFile,
     SphereThing,
 )
 from foveacam_hardware.sim.scenes.motion import pose
+from foveacam_hardware.sim.scenes.paint import (
+    CharucoMaterial,
+    CheckerboardMaterial,
+    MarkerMaterial,
+    Material,
+    NoiseMaterial,
+    PictureMaterial,
+    PlainMaterial,
+    PrintMaterial,
+)
 
 PRINT_TEXELS = 1024  # of the longer side; about 1 mm on a poster
 PRINT_GRAIN = 0.05
 MARKER_CELLS = 8  # 4 x 4 bits, a black ring, and one cell of white border
+DICTIONARY = cv2.aruco.DICT_4X4_50
 
 
 def build_scene(file: SceneFile, *, folder: Path) -> Scene:
@@ -81,6 +85,8 @@ def _material(name: str, given: Material, folder: Path) -> RenderMaterial:
     if isinstance(given, CheckerboardMaterial):
         dark = np.indices((given.rows, given.columns)).sum(axis=0) % 2 == 0
         return _cells(~dark, given.square_m, given.color, given.accent)
+    if isinstance(given, CharucoMaterial):
+        return _cells(_charuco(given), given.square_m / MARKER_CELLS, given.color, given.accent)
     if isinstance(given, MarkerMaterial):
         return _cells(_marker(given.id), given.side_m / (MARKER_CELLS - 2), given.color, given.accent)
     if isinstance(given, PrintMaterial):
@@ -97,9 +103,18 @@ def _cells(
 
 def _marker(number: int) -> NDArray[np.bool_]:
     """Return the cells of an ArUco marker with its border, true = white."""
-    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
     picture = cv2.aruco.generateImageMarker(dictionary, number, MARKER_CELLS - 2)
     return np.pad(np.asarray(picture) > 127, 1, constant_values=True)
+
+
+def _charuco(given: CharucoMaterial) -> NDArray[np.bool_]:
+    """Return the cells of a ChArUco board, eight along a square, true = white; its first square is dark."""
+    cells = np.zeros((given.rows * MARKER_CELLS, given.columns * MARKER_CELLS), bool)
+    light = np.argwhere(np.indices((given.rows, given.columns)).sum(axis=0) % 2 == 1) * MARKER_CELLS
+    for number, (down, across) in enumerate(light):
+        cells[down : down + MARKER_CELLS, across : across + MARKER_CELLS] = _marker(number)
+    return cells
 
 
 def _print(given: PrintMaterial) -> NDArray[np.uint8]:

@@ -1,118 +1,15 @@
 """The scene file format, version 1: what a TOML file may say. Described in `hardware/README.md`.
 
 Axes are the rig's: +x right, +y down, +z forward, metres; the wide camera is the origin.
-Reading files and their errors is in `loader`; making renderable objects of it is in `build`.
+Materials are in `paint`, reading files and their errors in `loader`, making renderable objects in `build`.
 """
 
-import re
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import Field, Strict, model_validator
 
-HEX_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
-
-
-def _color(value: object) -> object:
-    """Turn "#rrggbb" into three numbers, and leave anything else to the field's own check."""
-    if isinstance(value, str):
-        if not HEX_COLOR.fullmatch(value):
-            raise ValueError(f'colour {value!r} is not "#rrggbb"; write six hexadecimal digits')
-        return tuple(int(value[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
-    return value
-
-
-Unit: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
-Color: TypeAlias = Annotated[tuple[Unit, Unit, Unit], BeforeValidator(_color)]
-"""RGB, 0..1, written "#rrggbb" or as three numbers."""
-Metres: TypeAlias = Annotated[float, Strict(), Field(gt=0.0, le=1000.0)]
-Real: TypeAlias = Annotated[float, Strict()]
-"""A number written as one: "1" is none."""
-Position: TypeAlias = tuple[Real, Real, Real]
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are refused, infinities and NaN too."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class NoiseMaterial(Table):
-    """Natural texture: noise of many octaves between two colours, with detail down to `finest_m`."""
-
-    kind: Literal["noise"]
-    color: Color
-    accent: Color
-    contrast: Annotated[float, Strict(), Field(ge=0.05, le=5.0)] = 1.0
-    """1 looks like stone or cloth; 0.3 is faint, 2.5 bold."""
-    coarsest_m: Metres = 0.5
-    """Size of the largest blotches."""
-    finest_m: Metres = 0.0001
-    stretch: Annotated[float, Strict(), Field(ge=1.0, le=50.0)] = 1.0
-    """Draws the pattern out sideways, as in wood."""
-    seed: int = Field(strict=True, default=0, ge=0)
-
-    @model_validator(mode="after")
-    def _leave_room_between(self) -> "NoiseMaterial":
-        if self.finest_m >= self.coarsest_m:
-            raise ValueError(f"finest_m {self.finest_m} must be below coarsest_m {self.coarsest_m}")
-        return self
-
-
-class PlainMaterial(Table):
-    """One colour and no texture at all: nothing to verge on."""
-
-    kind: Literal["plain"]
-    color: Color
-
-
-class CheckerboardMaterial(Table):
-    """Squares of two colours."""
-
-    kind: Literal["checkerboard"]
-    columns: int = Field(strict=True, ge=2, le=64)
-    rows: int = Field(strict=True, ge=2, le=64)
-    square_m: Metres
-    color: Color = (0.92, 0.92, 0.9)
-    accent: Color = (0.06, 0.06, 0.07)
-
-
-class MarkerMaterial(Table):
-    """An ArUco marker of the dictionary 4X4_50 with its white border."""
-
-    kind: Literal["aruco"]
-    id: int = Field(strict=True, ge=0, le=49)
-    side_m: Metres = 0.06
-    """Side of the black square."""
-    color: Color = (0.92, 0.92, 0.9)
-    accent: Color = (0.06, 0.06, 0.07)
-
-
-class PrintMaterial(Table):
-    """Lines of text on coloured stock, stretched over the face: signs, book spines, posters."""
-
-    kind: Literal["print"]
-    text: str = Field(max_length=120)
-    """Lines are separated by a line feed."""
-    width_m: Metres
-    height_m: Metres
-    color: Color
-    accent: Color
-    upright: bool = False
-    """Write from top to bottom, as on a book's spine."""
-
-
-class PictureMaterial(Table):
-    """An image file beside the scene file (PNG or JPEG)."""
-
-    kind: Literal["picture"]
-    file: str
-    width_m: Metres
-
-
-Material: TypeAlias = Annotated[
-    NoiseMaterial | PlainMaterial | CheckerboardMaterial | MarkerMaterial | PrintMaterial | PictureMaterial,
-    Field(discriminator="kind"),
-]
+from foveacam_hardware.sim.scenes.paint import Color, Material, Metres, Position, Real, Table, Unit
+from foveacam_hardware.stations import StationTable, check_station_names
 
 
 class PathMotion(Table):
@@ -144,7 +41,28 @@ class SpinMotion(Table):
     start_s: Real = 0.0
 
 
-Motion: TypeAlias = Annotated[PathMotion | SwayMotion | SpinMotion, Field(discriminator="kind")]
+class ShownPose(Table):
+    """How somebody holds the thing for a while, seen from the object's own place."""
+
+    at_m: Position
+    turn_deg: Position = (0.0, 0.0, 0.0)
+    """About x, then y, then z."""
+
+
+class ShowMotion(Table):
+    """Hold the thing in one pose after the other, around and around, as one shows a board to a camera.
+
+    The poses are counted from the object's position and rotation: that is where the camera stands.
+    """
+
+    kind: Literal["show"]
+    poses: Annotated[list[ShownPose], Field(min_length=1)]
+    hold_s: Annotated[float, Strict(), Field(gt=0.0, le=600.0)] = 0.6
+    move_s: Annotated[float, Strict(), Field(ge=0.0, le=600.0)] = 0.4
+    start_s: Real = 0.0
+
+
+Motion: TypeAlias = Annotated[PathMotion | SwayMotion | SpinMotion | ShowMotion, Field(discriminator="kind")]
 
 
 class Thing(Table):
@@ -222,6 +140,8 @@ class SceneFile(Table):
     light: LightTable = LightTable()
     materials: dict[str, Material]
     objects: Annotated[list[Object], Field(min_length=1)]
+    stations: tuple[StationTable, ...] = ()
+    """Where the pan-tilt must point to calibrate here; scenes to look at have none."""
 
     @model_validator(mode="after")
     def _refer_to_what_is_there(self) -> "SceneFile":
@@ -235,4 +155,5 @@ class SceneFile(Table):
             if thing.name in seen:
                 raise ValueError(f"object {thing.name!r} appears twice; give every object a name of its own")
             seen.add(thing.name)
+        check_station_names(self.stations)
         return self

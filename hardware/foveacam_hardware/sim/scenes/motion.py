@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.scenes.format import Motion, PathMotion, SwayMotion, Thing
+from foveacam_hardware.sim.scenes.format import Motion, PathMotion, ShowMotion, SwayMotion, Thing
 
 
 def pose(thing: Thing, t_s: float) -> NDArray[np.float64]:
@@ -27,6 +27,9 @@ def _moved(
     if isinstance(motion, SwayMotion):
         swing = np.sin(2.0 * np.pi * t_s / motion.period_s)
         return place + swing * np.array(motion.amplitude_m), turned
+    if isinstance(motion, ShowMotion):
+        at_m, turn = _shown(motion, t_s)
+        return place + turned @ at_m, turned @ turn
     return place, _about_y(360.0 * t_s / motion.period_s) @ turned
 
 
@@ -45,6 +48,21 @@ def _along(motion: PathMotion, t_s: float) -> NDArray[np.float64]:
     else:  # there and back
         walked_m = length_m - abs(walked_m % (2.0 * length_m) - length_m)
     return np.array([np.interp(walked_m, marks_m, points[:, axis]) for axis in range(3)])
+
+
+def _shown(motion: ShowMotion, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return position (3,) and rotation (3, 3) in the object's place; exactly still while it is held."""
+    each_s = motion.hold_s + motion.move_s
+    number, spent_s = divmod(t_s, each_s)
+    now = motion.poses[int(number) % len(motion.poses)]
+    following = motion.poses[(int(number) + 1) % len(motion.poses)]
+    if spent_s <= motion.hold_s:
+        return np.array(now.at_m), _rotation(now.turn_deg)
+    share = (spent_s - motion.hold_s) / motion.move_s
+    share *= share * (3.0 - 2.0 * share)  # starts and stops gently
+    at_m = (1.0 - share) * np.array(now.at_m) + share * np.array(following.at_m)
+    x, y, z = ((1.0 - share) * np.array(now.turn_deg) + share * np.array(following.turn_deg)).tolist()
+    return at_m, _rotation((x, y, z))
 
 
 def _rotation(rotation_deg: tuple[float, float, float]) -> NDArray[np.float64]:

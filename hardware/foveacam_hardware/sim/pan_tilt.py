@@ -1,0 +1,125 @@
+"""The simulated pan-tilt: what its motors have done, and where the rig stands because of it.
+
+The world stands still and the rig turns. The pan axis stands upright, the tilt axis rides on it; both pass
+a few centimetres below and behind the wide camera, and a seed builds the workshop's errors.
+"""
+
+import threading
+from bisect import bisect_right
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.sim.optics import rotation
+
+Matrix: TypeAlias = NDArray[np.float64]
+"""(4, 4) float64, a rigid motion, metres."""
+
+PIVOT_M = (0.0, 0.055, -0.035)  # deduced: a rig's plate on a motorised head
+KEPT_NS = 30_000_000_000
+"""How long ago a bearing can be asked for."""
+NS_PER_S = 1e9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turning:
+    """Even acceleration of both motors from `t_ns` on: (pan, tilt) in degrees, as the motors count.
+
+    Pan > 0 turns the rig to the right, tilt > 0 down.
+    """
+
+    t_ns: int
+    place_deg: tuple[float, float]
+    speed_deg_s: tuple[float, float] = (0.0, 0.0)
+    acceleration_deg_s2: tuple[float, float] = (0.0, 0.0)
+
+    def place_at(self, t_ns: int) -> tuple[float, float]:
+        """Return the bearing (pan, tilt), degrees, at a moment of this turning; exact while at rest."""
+        t_s = (t_ns - self.t_ns) / NS_PER_S
+        pan, tilt = (
+            place + t_s * (speed + 0.5 * t_s * acceleration)
+            for place, speed, acceleration in zip(
+                self.place_deg, self.speed_deg_s, self.acceleration_deg_s2, strict=True
+            )
+        )
+        return pan, tilt
+
+    def speed_at(self, t_ns: int) -> tuple[float, float]:
+        """Return the speed (pan, tilt), degrees a second, at a moment of this turning."""
+        t_s = (t_ns - self.t_ns) / NS_PER_S
+        pan, tilt = (
+            speed + t_s * acceleration
+            for speed, acceleration in zip(self.speed_deg_s, self.acceleration_deg_s2, strict=True)
+        )
+        return pan, tilt
+
+
+class PanTiltCables(Protocol):
+    """The shafts between the pan-tilt's motors and the rig; calls come in the order of their times."""
+
+    def turn(self, turning: Turning) -> None:
+        """Take what the motors do from `turning.t_ns` on."""
+        ...
+
+
+class TurningHistory:
+    """What both motors have done: bearings at any moment of the last half minute, and of all rest before."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._turnings = [Turning(t_ns=0, place_deg=(0.0, 0.0))]
+
+    def turn(self, turning: Turning) -> None:
+        """Go on with `turning`; what was planned after its beginning is void."""
+        with self._lock:
+            keep = bisect_right(self._turnings, turning.t_ns, key=_t_ns)
+            first = max(0, bisect_right(self._turnings, turning.t_ns - KEPT_NS, key=_t_ns) - 1)
+            self._turnings = [*self._turnings[first:keep], turning]
+
+    def bearing_deg(self, t_ns: int) -> tuple[float, float]:
+        """Return (pan, tilt), degrees, at a moment."""
+        with self._lock:
+            at = max(0, bisect_right(self._turnings, t_ns, key=_t_ns) - 1)
+            turning = self._turnings[at]
+        return turning.place_at(max(t_ns, turning.t_ns))
+
+
+def _t_ns(turning: Turning) -> int:
+    return turning.t_ns
+
+
+class Pedestal:
+    """The two axes, as built: where each stands in the rig when both are at zero."""
+
+    def __init__(self, *, seed: int) -> None:
+        rng = np.random.default_rng([seed, 0x9A47])
+        pan_lean, tilt_lean = np.deg2rad(rng.uniform(-0.2, 0.2, (2, 2)))
+        self._pan_axis = _unit(pan_lean[0], 1.0, pan_lean[1])  # turns +z towards +x
+        self._tilt_axis = -_unit(1.0, tilt_lean[0], tilt_lean[1])  # turns +z towards +y
+        pivots_m = np.array(PIVOT_M) + rng.uniform(-2e-3, 2e-3, (2, 3))
+        self._pan_m, self._tilt_m = pivots_m
+
+    def rig_from_world(self, pan_deg: float, tilt_deg: float) -> Matrix:
+        """Return the rigid motion (4, 4) from the world, where the rig stands at 0/0, to the turned rig."""
+        pan = _about(self._pan_axis, self._pan_m, np.deg2rad(pan_deg))
+        tilt = _about(self._tilt_axis, self._tilt_m, np.deg2rad(tilt_deg))
+        world_from_rig = pan @ tilt
+        back = np.eye(4)
+        back[:3, :3] = world_from_rig[:3, :3].T
+        back[:3, 3] = -world_from_rig[:3, :3].T @ world_from_rig[:3, 3]
+        return back
+
+
+def _unit(x: float, y: float, z: float) -> NDArray[np.float64]:
+    vector = np.array([x, y, z])
+    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)
+
+
+def _about(axis: NDArray[np.float64], through_m: NDArray[np.float64], angle_rad: float) -> Matrix:
+    """Return the rotation (4, 4) by an angle about an axis through a point."""
+    turned = np.eye(4)
+    turned[:3, :3] = rotation(axis * angle_rad)
+    turned[:3, 3] = through_m - turned[:3, :3] @ through_m
+    return turned
