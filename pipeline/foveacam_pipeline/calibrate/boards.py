@@ -1,0 +1,160 @@
+"""Calibration boards: what is printed on them, how they are drawn, and how plain values name them.
+
+Finding them in images is `board_detector`'s.
+"""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+
+DICTIONARIES = {
+    "4X4_50": cv2.aruco.DICT_4X4_50,
+    "4X4_100": cv2.aruco.DICT_4X4_100,
+    "4X4_250": cv2.aruco.DICT_4X4_250,
+    "5X5_50": cv2.aruco.DICT_5X5_50,
+    "5X5_100": cv2.aruco.DICT_5X5_100,
+    "6X6_250": cv2.aruco.DICT_6X6_250,
+}
+LEAST_CORNERS = 3
+"""Inner corners along either side below which no detector works."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checkerboard:
+    """A plain checkerboard; `columns`, `rows` count the inner corners, so it has one square more each way.
+
+    It is found only when seen whole.
+    """
+
+    columns: int = 9
+    rows: int = 6
+    square_m: float = 0.025
+
+    def __post_init__(self) -> None:
+        _check_lattice(self.columns, self.rows, self.square_m)
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of board."""
+        return "checkerboard"
+
+    @property
+    def corners(self) -> int:
+        """How many inner corners it has."""
+        return self.columns * self.rows
+
+    def places_m(self) -> NDArray[np.float64]:
+        """Return (corners, 2) places of the inner corners on the board, row by row; the first is (0, 0)."""
+        return _lattice_m(self.columns, self.rows, self.square_m)
+
+    def __str__(self) -> str:
+        return f"checkerboard of {self.columns} x {self.rows} inner corners"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Charuco:
+    """A checkerboard with an ArUco marker in each white square, so that parts of it can be told apart.
+
+    `columns`, `rows` count the inner corners, as for a checkerboard. Drawn as OpenCV draws it since 4.6:
+    the first square is black, markers are numbered row by row.
+    """
+
+    columns: int = 9
+    rows: int = 6
+    square_m: float = 0.03
+    marker_m: float = 0.022
+    dictionary: str = "4X4_50"
+
+    def __post_init__(self) -> None:
+        _check_lattice(self.columns, self.rows, self.square_m)
+        if not 0.0 < self.marker_m < self.square_m:
+            raise InvalidInput(
+                f"board: a marker side between 0 and the square's {self.square_m * 1e3:g} mm is needed, "
+                f"{self.marker_m * 1e3:g} mm was given; measure the printed board"
+            )
+        if self.dictionary not in DICTIONARIES:
+            raise InvalidInput(
+                f"board: dictionary {self.dictionary!r} is not known; use one of {', '.join(DICTIONARIES)}"
+            )
+        there = int(cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary]).bytesList.shape[0])
+        if self.markers > there:
+            raise InvalidInput(
+                f"board: {self} needs {self.markers} markers, dictionary {self.dictionary} has {there}; "
+                "take a smaller board or a larger dictionary"
+            )
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of board."""
+        return "charuco"
+
+    @property
+    def corners(self) -> int:
+        """How many inner corners it has."""
+        return self.columns * self.rows
+
+    @property
+    def markers(self) -> int:
+        """How many markers it has: one in each white square."""
+        return (self.columns + 1) * (self.rows + 1) // 2
+
+    def places_m(self) -> NDArray[np.float64]:
+        """Return (corners, 2) places of the inner corners on the board, row by row; the first is (0, 0)."""
+        return _lattice_m(self.columns, self.rows, self.square_m)
+
+    def printed(self) -> cv2.aruco.CharucoBoard:
+        """Return the same board as OpenCV describes it."""
+        words = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
+        return cv2.aruco.CharucoBoard((self.columns + 1, self.rows + 1), self.square_m, self.marker_m, words)
+
+    def __str__(self) -> str:
+        return f"ChArUco board of {self.columns} x {self.rows} inner corners"
+
+
+Board: TypeAlias = Checkerboard | Charuco
+
+
+def draw_board(board: Board, *, square_px: int = 100, margin_px: int | None = None) -> NDArray[np.uint8]:
+    """Return (h, w) uint8: the board for printing, with a white margin (one square unless told)."""
+    margin_px = square_px if margin_px is None else margin_px
+    size = ((board.columns + 1) * square_px, (board.rows + 1) * square_px)
+    if isinstance(board, Charuco):
+        inside = np.asarray(board.printed().generateImage(size, marginSize=0), dtype=np.uint8)
+    else:
+        odd = np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2
+        inside = np.kron(odd * 255, np.ones((square_px, square_px))).astype(np.uint8)
+    return np.pad(inside, margin_px, constant_values=255)
+
+
+def board_from(
+    kind: str, *, columns: int, rows: int, square_m: float, marker_m: float | None = None
+) -> Board:
+    """Return the board that plain values (a request, a file, a command line) name."""
+    if kind == "checkerboard":
+        return Checkerboard(columns=columns, rows=rows, square_m=square_m)
+    if kind == "charuco":
+        marker_m = 0.75 * square_m if marker_m is None else marker_m
+        return Charuco(columns=columns, rows=rows, square_m=square_m, marker_m=marker_m)
+    raise InvalidInput(f"board: kind {kind!r} is not known; use 'checkerboard' or 'charuco'")
+
+
+def _check_lattice(columns: int, rows: int, square_m: float) -> None:
+    if min(columns, rows) < LEAST_CORNERS:
+        raise InvalidInput(
+            f"board: at least {LEAST_CORNERS} x {LEAST_CORNERS} inner corners are needed, {columns} x {rows} "
+            "were given; count the corners where four squares meet"
+        )
+    if not 0.0 < square_m < np.inf:
+        raise InvalidInput(
+            f"board: a square's side above 0 mm is needed, {square_m * 1e3:g} mm was given; measure the board"
+        )
+
+
+def _lattice_m(columns: int, rows: int, square_m: float) -> NDArray[np.float64]:
+    y, x = np.mgrid[:rows, :columns]
+    return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64) * square_m

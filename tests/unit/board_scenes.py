@@ -1,0 +1,98 @@
+"""Pictures of calibration boards through a lens, drawn by the tests themselves."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.calibrate.boards import Board, draw_board
+
+WIDTH, HEIGHT = 1440, 1080
+SQUARE_PX = 60
+MARGIN_PX = 60
+OVERSAMPLING = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class DivisionLens:
+    """A lens of the kind that no calibration model contains: straight = bent / (1 + bend bent²)."""
+
+    focal_px: float = 3155.0
+    centre_px: tuple[float, float] = (722.9, 537.4)
+    bend: float = -0.06
+
+    def straight(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        offset = (pixels - np.array(self.centre_px)) / self.focal_px
+        radius2 = np.sum(offset**2, axis=-1, keepdims=True)
+        return np.asarray(offset / (1.0 + self.bend * radius2))
+
+    def pixels(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        tangents = points_m[..., :2] / points_m[..., 2:]
+        radius2 = np.sum(tangents**2, axis=-1, keepdims=True)
+        bent = tangents * 2.0 / (1.0 + np.sqrt(1.0 - 4.0 * self.bend * radius2))
+        return np.asarray(bent * self.focal_px + np.array(self.centre_px))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """Where the middle of a board is, m, and its rotation vector, rad."""
+
+    place_m: tuple[float, float, float]
+    turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        return np.asarray(cv2.Rodrigues(np.array(self.turn_rad))[0], dtype=np.float64)
+
+
+def many_poses(count: int, rng: np.random.Generator, *, max_tilt_rad: float = 0.6) -> list[Pose]:
+    """Poses spread over the field, tilted to all sides, near enough to be seen whole."""
+    poses = []
+    for _ in range(count):
+        depth_m = float(rng.uniform(1.0, 1.7))
+        room_m = np.array([0.228 * depth_m - 0.11, 0.171 * depth_m - 0.09])
+        x, y = (rng.uniform(-1.0, 1.0, 2) * room_m).tolist()
+        turn = rng.uniform(-max_tilt_rad, max_tilt_rad, 3) * np.array([1.0, 1.0, 0.5])
+        poses.append(Pose(place_m=(x, y, depth_m), turn_rad=(turn[0], turn[1], turn[2])))
+    return poses
+
+
+def board_points_m(board: Board, places_m: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
+    """Return (n, 3) points in the camera's frame of places on a board whose middle is at the pose."""
+    middle = board.places_m().mean(axis=0)
+    flat = np.column_stack([places_m - middle, np.zeros(len(places_m))])
+    return np.asarray(flat @ pose.rotation.T + np.array(pose.place_m))
+
+
+def board_picture(
+    board: Board,
+    pose: Pose,
+    *,
+    lens: DivisionLens | None = None,
+    noise: float = 2.0,
+    seed: int = 0,
+    blur_px: float = 0.6,
+) -> NDArray[np.uint8]:
+    """Return (1080, 1440) uint8: the board before a grey wall, blurred, with noise."""
+    lens = lens or DivisionLens()
+    step = 1.0 / OVERSAMPLING
+    x = np.arange(WIDTH * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    y = np.arange(HEIGHT * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    tangents = lens.straight(np.stack(np.meshgrid(x, y), axis=-1))
+    rotation, place = pose.rotation, np.array(pose.place_m)
+    plane_from_ray = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], place]))
+    rays = np.concatenate([tangents, np.ones((*tangents.shape[:2], 1))], axis=-1)
+    plane = rays @ plane_from_ray.T
+    places = plane[..., :2] / plane[..., 2:] + board.places_m().mean(axis=0)
+    sheet = draw_board(board, square_px=SQUARE_PX, margin_px=MARGIN_PX)
+    # draw_board puts the place (0, 0), a corner between pixels, at margin + square from the sheet's edge
+    maps = (places / board.square_m * SQUARE_PX + SQUARE_PX + MARGIN_PX - 0.5).astype(np.float32)
+    light = sheet.astype(np.float32) * 0.7 + 30.0
+    fine = cv2.remap(
+        light, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=110.0
+    )
+    fine = cv2.GaussianBlur(fine, (0, 0), blur_px * OVERSAMPLING)
+    picture = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    picture = picture + noise * np.random.default_rng(seed).standard_normal(picture.shape)
+    return np.asarray(np.clip(np.rint(picture), 0, 255), dtype=np.uint8)
