@@ -1,0 +1,288 @@
+"""How a printed square marker looks through a blurring lens, and the fit of that to an image.
+
+Corners that are looked for one by one are drawn inwards by the blur (at an outer corner by some tenths of its
+sigma). Here all pixels decide together: a homography, the blur, black, and white that may slope.
+"""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from foveacam_pipeline.geometry.polynomial import least_squares
+
+Rows: TypeAlias = NDArray[np.float64]
+
+CELLS = 6
+"""Across a marker of the dictionary 4X4_50: four of code, one of border on both sides."""
+HALF = CELLS / 2
+MARGIN_CELLS = 0.6
+"""How much of the white around it is looked at."""
+LARGEST_SAMPLE = 6_000
+LARGEST_CANDIDATES = 40_000
+FLAT_SHARE = 0.1
+"""Of the pixels that show no edge, so many are looked at, for the light."""
+MOST_STEPS = 25
+CLOSED_PX = 2e-3
+HUBER = 2.5
+HUBER_SHARE = 0.06
+"""Misfits below this share of the contrast are never doubted: at an edge the sensor's noise is larger."""
+WORSE = 1.0005
+MOVED = 8
+"""The first parameters are the homography's, then the blur, then the light."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkerFit:
+    """A fitted marker.
+
+    `cells_from_px`: (3, 3) from pixels to cells from its middle, -3 to 3. `blur_px`: sigma. `contrast`: white
+    less black, `white` and `noise`: grey levels; `noise` is what the fit leaves. `sigma_px`: standard error
+    of a corner. `pixels_px`, `misfit`: (n, 2) and (n,), where it was compared and what was left, grey levels.
+    """
+
+    cells_from_px: Rows
+    blur_px: float
+    contrast: float
+    white: float
+    noise: float
+    sigma_px: float
+    pixels_px: Rows
+    misfit: Rows
+
+    def pixels_of(self, cells: Rows) -> Rows:
+        """Return where places on the marker appear: (n, 2) cells from its middle to (n, 2) px."""
+        rows = np.column_stack([cells, np.ones(len(cells))]) @ np.linalg.inv(self.cells_from_px).T
+        return np.asarray(rows[:, :2] / rows[:, 2:], dtype=np.float64)
+
+
+def outer_corners() -> Rows:
+    """Return the corners of the black square, (4, 2) cells, clockwise from the upper left."""
+    return HALF * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def black_cells(marker_id: int) -> Rows:
+    """Return which cells are black, (6, 6) float64 of 0 and 1, rows from the top."""
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    printed = cv2.aruco.generateImageMarker(dictionary, marker_id, CELLS)
+    return np.asarray(printed == 0, dtype=np.float64)
+
+
+def cell_corners(black: Rows) -> Rows:
+    """Return the corners inside a marker where edges meet, (k, 2) cells from its middle."""
+    corners = []
+    for row in range(1, CELLS):
+        for column in range(1, CELLS):
+            around = black[row - 1 : row + 1, column - 1 : column + 1]
+            straight = (around[0] == around[1]).all() or (around[:, 0] == around[:, 1]).all()
+            if not straight:
+                corners.append((column - HALF, row - HALF))
+    return np.array(corners, dtype=np.float64).reshape(-1, 2)
+
+
+def fit_marker(
+    gray: NDArray[np.generic], corners_px: Rows, black: Rows, *, blur_px: float = 1.0
+) -> MarkerFit:
+    """Fit a marker to an image, (h, w), from its outer corners, (4, 2) px, known to about a blur's width.
+
+    Raise ValueError when the fit leaves the marker, which only happens where there is none.
+    """
+    problem = _Problem(gray, corners_px, black, blur_px=blur_px)
+    state = problem.start(blur_px)
+    damping = 1e-3
+    residual, jacobian = problem.linearised(state)
+    for _ in range(MOST_STEPS):
+        weights = np.sqrt(_huber(residual, state[10]))
+        step = _damped_step(jacobian * weights[:, None], residual * weights, damping)
+        candidate = state + step
+        candidate[MOVED] = max(candidate[MOVED], 0.2 * state[MOVED])
+        found, slopes = problem.linearised(candidate)
+        if _cost(found) <= _cost(residual) * WORSE:
+            moved_px = problem.moved_px(state, candidate)
+            state, residual, jacobian, damping = candidate, found, slopes, max(damping / 10.0, 1e-9)
+            if moved_px < CLOSED_PX:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e3:
+                break
+    return problem.finished(state, residual, jacobian)
+
+
+class _Problem:
+    """The pixels about one marker; the state is 8 of the homography, blur px, black, white and its slopes."""
+
+    def __init__(self, gray: NDArray[np.generic], corners_px: Rows, black: Rows, *, blur_px: float) -> None:
+        self._black = black
+        self._corners_px = corners_px
+        self._middle_px = corners_px.mean(axis=0)
+        self._unit_px = float(np.linalg.norm(corners_px - self._middle_px, axis=1).mean())
+        self._guess = _homography(self._scaled(corners_px), outer_corners())
+        self.pixels_px = self._sample(gray.shape, blur_px)
+        columns = self.pixels_px.astype(np.intp)
+        self._values = np.asarray(gray[columns[:, 1], columns[:, 0]], dtype=np.float64)
+        self._xy = self._scaled(self.pixels_px)
+
+    def _scaled(self, pixels_px: Rows) -> Rows:
+        return np.asarray((pixels_px - self._middle_px) / self._unit_px, dtype=np.float64)
+
+    def _sample(self, shape: tuple[int, ...], blur_px: float) -> Rows:
+        """Return pixels on and around the marker: those near edges, and a few of the others."""
+        reach = 1.0 + 2.0 * MARGIN_CELLS / CELLS
+        edge = self._middle_px + reach * (self._corners_px - self._middle_px)
+        x0, y0 = np.maximum(np.floor(edge.min(axis=0)), 0.0)
+        x1, y1 = np.minimum(np.ceil(edge.max(axis=0)), np.array([shape[1], shape[0]]) - 1.0)
+        pixels = _candidates(int(x0), int(y0), int(x1), int(y1))
+        cells = _mapped(self._guess, self._scaled(pixels))
+        inside = (np.abs(cells) <= HALF + MARGIN_CELLS).all(axis=1)
+        pixels, cells = pixels[inside], cells[inside]
+        cell_px = np.sqrt(2.0) * self._unit_px / CELLS
+        near = (np.abs(cells - np.rint(cells)).min(axis=1)) * cell_px <= 3.0 * blur_px + 1.5
+        share = np.where(near, min(1.0, LARGEST_SAMPLE / max(int(near.sum()), 1)), 0.0)
+        share[~near] = FLAT_SHARE * share.max(initial=0.0)
+        # A seeded choice: a grid of its own would beat with the cells.
+        chosen = np.random.default_rng(len(pixels)).random(len(pixels)) < share
+        return np.asarray(pixels[chosen], dtype=np.float64)
+
+    def start(self, blur_px: float) -> Rows:
+        if len(self._values) < 200:
+            raise ValueError(f"{len(self._values)} pixels are too few for a marker")
+        dark, light = np.percentile(self._values, [10.0, 90.0])
+        return np.array(
+            [*(self._guess.ravel()[:8] / self._guess[2, 2]), blur_px, dark, light - dark, 0.0, 0.0]
+        )
+
+    def linearised(self, state: Rows) -> tuple[Rows, Rows]:
+        """Return image less model, (n,), and the model's derivatives, (n, 13)."""
+        x, y = self._xy[:, 0], self._xy[:, 1]
+        g = state[:8]
+        below = 1.0 / (g[6] * x + g[7] * y + 1.0)
+        u = (g[0] * x + g[1] * y + g[2]) * below
+        v = (g[3] * x + g[4] * y + g[5]) * below
+        slope_u = np.hypot(g[0] - u * g[6], g[1] - u * g[7]) * np.abs(below) / self._unit_px
+        slope_v = np.hypot(g[3] - v * g[6], g[4] - v * g[7]) * np.abs(below) / self._unit_px
+        across, across_du, across_ds = _cover(u, slope_u * state[MOVED])
+        down, down_dv, down_ds = _cover(v, slope_v * state[MOVED])
+        rows = down @ self._black
+        white = 1.0 - np.einsum("nj,nj->n", rows, across)
+        light = state[10] + (state[11] * u + state[12] * v) / HALF
+        by_u = -light * np.einsum("nj,nj->n", rows, across_du) + white * state[11] / HALF
+        by_v = -light * np.einsum("nj,nj->n", down_dv @ self._black, across) + white * state[12] / HALF
+        by_blur = -light * (
+            np.einsum("nj,nj->n", rows, across_ds) * slope_u
+            + np.einsum("nj,nj->n", down_ds @ self._black, across) * slope_v
+        )
+        by_below = -(by_u * u + by_v * v)
+        jacobian = np.empty((len(x), len(state)))
+        for column, factor in ((0, by_u), (3, by_v), (6, by_below)):
+            jacobian[:, column] = factor * x * below
+            jacobian[:, column + 1] = factor * y * below
+            if column < 6:
+                jacobian[:, column + 2] = factor * below
+        jacobian[:, 8] = by_blur
+        jacobian[:, 9] = 1.0
+        jacobian[:, 10] = white
+        jacobian[:, 11] = white * u / HALF
+        jacobian[:, 12] = white * v / HALF
+        return self._values - state[9] - light * white, jacobian
+
+    def moved_px(self, before: Rows, after: Rows) -> float:
+        """Return how far the farthest outer corner moves between two states."""
+        moved = self._outer_px(after) - self._outer_px(before)
+        return float(np.abs(moved).max())
+
+    def _outer_px(self, state: Rows) -> Rows:
+        back = np.linalg.inv(np.append(state[:8], 1.0).reshape(3, 3))
+        outer_px = _mapped(back, outer_corners()) * self._unit_px + self._middle_px
+        return np.asarray(outer_px, dtype=np.float64)
+
+    def finished(self, state: Rows, residual: Rows, jacobian: Rows) -> MarkerFit:
+        start_px = self._corners_px
+        if not np.isfinite(state).all() or self.moved_px_from(start_px, state) > 0.5 * self._unit_px:
+            raise ValueError("the fit left the marker")
+        noise = 1.4826 * float(np.median(np.abs(residual)))
+        to_scaled = np.array(
+            [
+                [1.0 / self._unit_px, 0.0, -self._middle_px[0] / self._unit_px],
+                [0.0, 1.0 / self._unit_px, -self._middle_px[1] / self._unit_px],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+        return MarkerFit(
+            cells_from_px=np.append(state[:8], 1.0).reshape(3, 3) @ to_scaled,
+            blur_px=float(state[MOVED]),
+            contrast=float(state[10]),
+            white=float(state[9] + state[10]),
+            noise=noise,
+            sigma_px=self._sigma_px(state, jacobian, noise),
+            pixels_px=self.pixels_px,
+            misfit=residual,
+        )
+
+    def moved_px_from(self, corners_px: Rows, state: Rows) -> float:
+        return float(np.abs(self._outer_px(state) - corners_px).max())
+
+    def _sigma_px(self, state: Rows, jacobian: Rows, noise: float) -> float:
+        """Return the rms standard error of the outer corners' coordinates."""
+        scale = np.linalg.norm(jacobian, axis=0)
+        scale[scale == 0.0] = 1.0
+        normal = (jacobian / scale).T @ (jacobian / scale)
+        covariance = np.linalg.pinv(normal, hermitian=True)[:MOVED, :MOVED] / np.outer(
+            scale[:MOVED], scale[:MOVED]
+        )
+        at = self._outer_px(state).ravel()
+        moved = np.empty((len(at), MOVED))
+        for k in range(MOVED):
+            nudged = state.copy()
+            nudged[k] += 1e-6
+            moved[:, k] = (self._outer_px(nudged).ravel() - at) / 1e-6
+        return noise * float(np.sqrt(np.mean(np.einsum("ik,kl,il->i", moved, covariance, moved))))
+
+
+def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
+    """Return how much of each cell of a row lies under a blurred point, (n, 6), and its slopes by both."""
+    offset = (place[:, None] - np.arange(-HALF, HALF + 1.0)) / blur[:, None]
+    step = ndtr(offset)
+    bell = np.exp(-0.5 * offset**2) * (1.0 / np.sqrt(2.0 * np.pi)) / blur[:, None]
+    by_blur = -bell * offset
+    return -np.diff(step, axis=1), -np.diff(bell, axis=1), -np.diff(by_blur, axis=1)
+
+
+def _candidates(x0: int, y0: int, x1: int, y1: int) -> Rows:
+    """Return the pixels of a rectangle, or of a large one a seeded choice, (n, 2)."""
+    width, count = x1 - x0 + 1, max(0, (x1 - x0 + 1) * (y1 - y0 + 1))
+    index = np.arange(count)
+    if count > LARGEST_CANDIDATES:
+        index = np.unique(np.random.default_rng(count).integers(0, count, LARGEST_CANDIDATES))
+    return np.column_stack([x0 + index % width, y0 + index // width]).astype(np.float64)
+
+
+def _huber(residual: Rows, contrast: float) -> Rows:
+    limit = max(HUBER * 1.4826 * float(np.median(np.abs(residual))), HUBER_SHARE * abs(contrast), 1e-6)
+    return np.minimum(1.0, limit / np.maximum(np.abs(residual), 1e-12))
+
+
+def _cost(residual: Rows) -> float:
+    """Return the sum of magnitudes, which no single covered corner can rule."""
+    return float(np.abs(residual).sum())
+
+
+def _damped_step(jacobian: Rows, residual: Rows, damping: float) -> Rows:
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    scaled = jacobian / scale
+    normal = scaled.T @ scaled + damping * np.eye(len(scale))
+    return np.asarray(least_squares(normal, scaled.T @ residual) / scale, dtype=np.float64)
+
+
+def _homography(source: Rows, target: Rows) -> Rows:
+    found = cv2.getPerspectiveTransform(source.astype(np.float32), target.astype(np.float32))
+    return np.asarray(found, dtype=np.float64)
+
+
+def _mapped(matrix: Rows, points: Rows) -> Rows:
+    rows = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    return np.asarray(rows[:, :2] / rows[:, 2:], dtype=np.float64)
