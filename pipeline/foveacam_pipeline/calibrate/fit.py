@@ -1,34 +1,34 @@
-"""From the samples of a sweep to the calibration of a rig; polynomial orders are chosen by leave-one-out."""
+"""From the samples of a sweep to the calibration of a rig; models are elected by leave-one-out."""
 
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
-from foveacam_pipeline.calibrate.fit_homography import fit_homography
-from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
-from foveacam_pipeline.geometry.polynomial import (
-    BivariatePolynomial,
-    PolynomialFit,
-    exponents,
-    fit_best_order,
-    fit_polynomial,
-    least_squares,
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.fit_homography import ORDERS as FIELD_ORDERS
+from foveacam_pipeline.calibrate.fit_homography import FieldFit, apply_field, fit_fields
+from foveacam_pipeline.calibrate.mirror_models import (
+    ORDERS,
+    SPRING_ORDERS,
+    MirrorFit,
+    fit_mirror,
+    fit_mirror_models,
 )
+from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
+from foveacam_pipeline.geometry.polynomial import fit_best_order, least_squares
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
-from foveacam_pipeline.models.mirror import MirrorModel
 
-ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
+__all__ = ["PIVOT_TOLERANCE_M", "FitChoice", "PivotFit", "RigFit", "fit_calibration", "fit_mirror", "fit_rig"]
+
 PIVOT_TOLERANCE_M = 0.4e-3
 """Assembly tolerance of the point from which a gaze leaves, assumed (deduced: tenths of a millimetre in the
 mount and in the lens) where a sweep at one depth cannot measure it."""
-_DOMAIN_MARGIN_RAD = math.radians(0.05)
-_INVERSE_ORDER = 7
 _PUPIL_STEPS_M = (10e-3, 1e-3)
+_PUPIL_ORDER = 3
 
 logger = logging.getLogger(__name__)
 
@@ -41,48 +41,85 @@ class PivotFit:
     sigma_m: float = PIVOT_TOLERANCE_M
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitChoice:
+    """Which models may stand for election.
+
+    `mirror_orders`, `spring_orders`, `field_orders`: of the polynomials; one alone leaves no choice.
+    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does.
+    """
+
+    mirror_orders: tuple[int, ...] = ORDERS
+    spring_orders: tuple[int, ...] = SPRING_ORDERS
+    field_orders: tuple[int, ...] = FIELD_ORDERS
+    pose_by_pose: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RigFit:
+    """A calibration and how it was reached: for each eye the tables of models and what they leave.
+
+    `sweeps`: the measurements as they were fitted, the gazes counted from the eyes' reference points.
+    """
+
+    calibration: Calibration
+    mirrors: dict[Role, MirrorFit]
+    fields: dict[Role, FieldFit]
+    sweeps: dict[Role, EyeSweep]
+
+
 def fit_calibration(sweep: RigSweep) -> Calibration:
     """Fit both eyes; sweeps over two depths also measure baseline, pivots and pupil."""
-    pivots = {"left": fit_pivot(sweep.left), "right": fit_pivot(sweep.right)}
-    left_x, right_x = pivots["left"].offset_m[0], pivots["right"].offset_m[0]
-    pupil_m = _fit_pupil(sweep)
-    widened = (right_x - left_x) / 2.0
-    return Calibration(
+    return fit_rig(sweep).calibration
+
+
+def fit_rig(sweep: RigSweep, choice: FitChoice | None = None) -> RigFit:
+    """Fit both eyes, keep every candidate's score.
+
+    The rectification found first says what the image centre sees from all corners of a pose, also where the
+    marker stood aside; then everything is fitted once more.
+    """
+    choice = choice or FitChoice()
+    first_pupil_m = _fit_pupil(sweep)
+    sharper = replace(
+        sweep,
+        left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
+        right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
+    )
+    return _fit_eyes(sharper, choice, pupil_m=_fit_pupil(sharper))
+
+
+def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
+    eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
+    pivots = {role: fit_pivot(eye) for role, eye in eyes.items()}
+    widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
+    mirrors, fields, fitted = {}, {}, {}
+    for role, eye in eyes.items():
+        mirrors[role] = fit_mirror_models(
+            eye.volts_v,
+            _gaze_from_pivot(eye, pivots[role]),
+            orders=choice.mirror_orders,
+            spring_orders=choice.spring_orders,
+        )
+        gaze = mirrors[role].model.forward(eye.volts_v)
+        fields[role] = _fit_fields(sweep, eye, gaze, pupil_m=pupil_m, choice=choice)
+        shift = -widened if role is Role.LEFT else widened
+        fitted[role] = _eye(eye, mirrors[role], fields[role].field, pivots[role], reference_shift_m=shift)
+    calibration = Calibration(
         rig_id=sweep.rig_id,
         created_utc=sweep.created_utc,
         origin=sweep.origin,
         label=sweep.label,
         wide=sweep.wide,
-        left=_fit_eye(sweep, sweep.left, pivots["left"], pupil_m=pupil_m, reference_shift_m=-widened),
-        right=_fit_eye(sweep, sweep.right, pivots["right"], pupil_m=pupil_m, reference_shift_m=widened),
+        left=fitted[Role.LEFT],
+        right=fitted[Role.RIGHT],
         baseline_m=sweep.baseline_m + 2.0 * widened,
         fovea_f_px=sweep.fovea_f_px,
         fovea_width=sweep.fovea_width,
         fovea_height=sweep.fovea_height,
         pupil_m=pupil_m,
     )
-
-
-def fit_mirror(
-    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], *, orders: tuple[int, ...] = ORDERS
-) -> MirrorModel:
-    """Fit a mirror to (n, 2) volts and the (n, 2) gaze angles, rad, measured under them."""
-    fit = fit_best_order(volts_v, angles_rad, orders=orders)
-    forward = fit.polynomial
-    max_v = np.abs(volts_v).max(axis=0)
-    sigma, loo = _model_sigma(fit, volts_v, angles_rad), fit.loo_rms
-    logger.info(
-        "mirror of order %d, left out %.4f and %.4f deg", forward.order, *(math.degrees(v) for v in loo)
-    )
-    return MirrorModel(
-        forward=forward,
-        inverse=_fit_inverse(forward, max_v),
-        hull_rad=_hull(forward(volts_v)),
-        margin_rad=_DOMAIN_MARGIN_RAD,
-        max_v=(float(max_v[0]), float(max_v[1])),
-        sigma_rad=(float(sigma[0]), float(sigma[1])),
-        loo_rad=(float(loo[0]), float(loo[1])),
-    )
+    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, sweeps=eyes)
 
 
 def fit_pivot(sweep: EyeSweep) -> PivotFit:
@@ -119,16 +156,12 @@ def fit_pivot(sweep: EyeSweep) -> PivotFit:
     return PivotFit(offset_m=(x_m, y_m, z_m), sigma_m=sigma_m)
 
 
-def _fit_eye(
-    sweep: RigSweep, eye: EyeSweep, pivot: PivotFit, *, pupil_m: float, reference_shift_m: float
+def _eye(
+    eye: EyeSweep, mirror: MirrorFit, field: HomographyField, pivot: PivotFit, *, reference_shift_m: float
 ) -> EyeCalibration:
     x_m, y_m, z_m = pivot.offset_m
-    gaze = _gaze_from_pivot(eye, pivot)
-    mirror = fit_mirror(eye.volts_v, gaze)
-    field = _fit_field(sweep, eye, mirror.forward(eye.volts_v), pupil_m=pupil_m)
-    logger.info("homographies of order %d, left out %.3f px", field.polynomial.order, field.loo_px)
     return EyeCalibration(
-        mirror=mirror,
+        mirror=mirror.model,
         homography=field,
         pivot_offset_m=(x_m - reference_shift_m, y_m, z_m),
         pivot_sigma_m=pivot.sigma_m,
@@ -144,24 +177,33 @@ def _gaze_from_pivot(eye: EyeSweep, pivot: PivotFit) -> NDArray[np.float64]:
     return gaze
 
 
-def _fit_field(
-    sweep: RigSweep,
-    eye: EyeSweep,
-    gaze: NDArray[np.float64],
-    *,
-    pupil_m: float,
-    orders: tuple[int, ...] | None = None,
-) -> HomographyField:
-    forward = 1.0 / np.sqrt(1.0 + np.sum(np.tan(gaze) ** 2, axis=1))
-    widening = 1.0 + pupil_m * forward / eye.depth_m
-    keywords = {} if orders is None else {"orders": orders}
-    return fit_homography(
+def _sharpened(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSweep:
+    """Return the sweep of an eye with its gazes measured by all corners through a first rectification."""
+    choice = FitChoice(field_orders=(_PUPIL_ORDER,))
+    field = _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
+    places = apply_field(field, eye.angles_rad, eye.raw_px) * _widening(eye, pupil_m)[:, None, None]
+    shift_px = np.nanmedian(eye.plane_px - places, axis=1)
+    angles = np.arctan(np.tan(eye.angles_rad) + shift_px / sweep.fovea_f_px)
+    return replace(eye, angles_rad=angles, plane_px=eye.plane_px - shift_px[:, None, :])
+
+
+def _widening(eye: EyeSweep, pupil_m: float) -> NDArray[np.float64]:
+    """Return (n,) how much wider than from the pivot a pupil behind it sees the targets."""
+    forward = 1.0 / np.sqrt(1.0 + np.sum(np.tan(eye.angles_rad) ** 2, axis=1))
+    return np.asarray(1.0 + pupil_m * forward / eye.depth_m, dtype=np.float64)
+
+
+def _fit_fields(
+    sweep: RigSweep, eye: EyeSweep, gaze: NDArray[np.float64], *, pupil_m: float, choice: FitChoice
+) -> FieldFit:
+    return fit_fields(
         gaze,
         eye.raw_px,
-        eye.plane_px / widening[:, None, None],
+        eye.plane_px / _widening(eye, pupil_m)[:, None, None],
         width=sweep.fovea_width,
         height=sweep.fovea_height,
-        **keywords,
+        orders=choice.field_orders,
+        pose_by_pose=choice.pose_by_pose,
     )
 
 
@@ -169,13 +211,14 @@ def _fit_pupil(sweep: RigSweep) -> float:
     """Return the pupil's distance behind the pivots for which near and far targets agree best, m."""
     if not (sweep.left.has_two_depths and sweep.right.has_two_depths):
         return sweep.pupil_m
+    choice = FitChoice(field_orders=(_PUPIL_ORDER,))
 
     def disagreement(pupil_m: float) -> float:
-        fields = [
-            _fit_field(sweep, eye, eye.angles_rad, pupil_m=pupil_m, orders=(3,))
+        fits = [
+            _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
             for eye in (sweep.left, sweep.right)
         ]
-        return fields[0].loo_px ** 2 + fields[1].loo_px ** 2
+        return fits[0].loo_px ** 2 + fits[1].loo_px ** 2
 
     pupil_m = sweep.pupil_m
     for step_m in _PUPIL_STEPS_M:  # squares of misfits: a parabola, the better the nearer
@@ -183,32 +226,3 @@ def _fit_pupil(sweep: RigSweep) -> float:
         pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
     logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)
     return pupil_m
-
-
-def _model_sigma(
-    fit: PolynomialFit, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the (2,) standard error of a predicted angle: of the coefficients, and of what the order lacks.
-
-    A fit two orders higher shows how much of the scatter is structure that the model leaves behind.
-    """
-    variance = fit.scatter**2
-    parameters = len(exponents(fit.polynomial.order)) / len(volts_v)
-    richer = fit.polynomial.order + 2
-    lack = np.zeros_like(variance)
-    if len(exponents(richer)) * 2 <= len(volts_v):
-        lack = np.maximum(0.0, variance - fit_polynomial(volts_v, angles_rad, richer).scatter ** 2)
-    sigma: NDArray[np.float64] = np.sqrt(variance * parameters + lack)
-    return sigma
-
-
-def _fit_inverse(forward: BivariatePolynomial, max_v: NDArray[np.float64]) -> BivariatePolynomial:
-    """Return the polynomial from angles to volts that starts the Newton iteration of the mirror model."""
-    line = np.linspace(-1.0, 1.0, 25)
-    grid = np.array([(x, y) for x in line for y in line]) * max_v
-    return fit_polynomial(forward(grid), grid, _INVERSE_ORDER, loss="square").polynomial
-
-
-def _hull(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (m, 2) corners of the convex hull of (n, 2) directions, anticlockwise in (ax, ay)."""
-    return np.asarray(angles[ConvexHull(angles).vertices], dtype=np.float64)

@@ -1,7 +1,7 @@
-"""Fit of a homography field to all corners of a sweep at once (Eq. 4).
+"""Fit of a homography field to the corners of a sweep (Eq. 4), all at once or pose by pose.
 
-One linear least-squares problem over every pose and corner: robust, leave-one-pose-out by blocks of the hat
-matrix. Fitting the poses one by one first would leave the perspective entries to the noise.
+All at once is one linear least-squares problem over every pose and corner: robust, leave-one-pose-out by
+blocks of the hat matrix. Pose by pose is the paper's way, and leaves the perspective entries to the noise.
 """
 
 import logging
@@ -16,7 +16,9 @@ from foveacam_pipeline.geometry.polynomial import (
     OUTLIER_WEIGHT,
     BivariatePolynomial,
     exponents,
+    fit_polynomial,
     huber_weights,
+    least_squares,
     monomials,
     scaling_of,
 )
@@ -27,6 +29,25 @@ _ROUNDS = 6
 _LOO_TOLERANCE = 0.02
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldScore:
+    """One rectification of one eye: how it was fitted, and its leave-one-pose-out distance, fovea px."""
+
+    name: str
+    order: int
+    terms: int
+    loo_px: float
+    chosen: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FieldFit:
+    """The elected field and the table of all orders that were tried."""
+
+    field: HomographyField
+    scores: tuple[FieldScore, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,25 +75,68 @@ def fit_homography(
     `angles_rad`: (n, 2) gazes. `raw_px`, `plane_px`: (n, m, 2), corners in the image (NaN: not seen) and on
     the virtual pinhole plane relative to the gaze. `width`, `height`: of the fovea image, px.
     """
+    return fit_fields(angles_rad, raw_px, plane_px, width=width, height=height, orders=orders).field
+
+
+def fit_fields(
+    angles_rad: NDArray[np.float64],
+    raw_px: NDArray[np.float64],
+    plane_px: NDArray[np.float64],
+    *,
+    width: int,
+    height: int,
+    orders: tuple[int, ...] = ORDERS,
+    pose_by_pose: bool = False,
+) -> FieldFit:
+    """Fit the fields of all orders with poses enough, and elect one; arguments as `fit_homography`'s."""
     centre = ((width - 1) / 2.0, (height - 1) / 2.0)
     scale = width / 2.0
-    seen: NDArray[np.bool_] = np.asarray(np.isfinite(raw_px + plane_px).all(axis=2))
-    raw = np.where(seen[:, :, None], (raw_px - np.array(centre)) / scale, 0.0)
-    plane = np.where(seen[:, :, None], plane_px / scale, 0.0)
-    corners = _Corners(
-        x=raw[..., 0], y=raw[..., 1], u=plane[..., 0], v=plane[..., 1], seen=seen.astype(np.float64)
-    )
+    corners = _scaled(raw_px, plane_px, centre=np.array(centre), scale=scale)
     feasible = [order for order in sorted(orders) if _enough(order, corners)]
     if not feasible:
         raise InvalidInput(
             f"homographies of order {min(orders)} need at least {2 * len(exponents(min(orders)))} poses "
             f"with four corners each, {len(angles_rad)} poses were given; add poses"
         )
-    fits = [_fit_order(angles_rad, corners, order) for order in feasible]
+    fit = _fit_entries if pose_by_pose else _fit_order
+    fits = [fit(angles_rad, corners, order) for order in feasible]
     limit = min(loo for _, loo in fits) * (1.0 + _LOO_TOLERANCE)
-    polynomial, loo = next(fit for fit in fits if fit[1] <= limit)
+    elected = next(k for k, (_, loo) in enumerate(fits) if loo <= limit)
+    polynomial, loo = fits[elected]
     logger.debug("homographies of order %d, left out %.3f px", polynomial.order, loo * scale)
-    return HomographyField(polynomial=polynomial, centre_px=centre, scale_px=scale, loo_px=loo * scale)
+    scores = tuple(
+        FieldScore(
+            name=f"order {order}, {'pose by pose' if pose_by_pose else 'all at once'}",
+            order=order,
+            terms=len(exponents(order)),
+            loo_px=error * scale,
+            chosen=k == elected,
+        )
+        for k, (order, (_, error)) in enumerate(zip(feasible, fits, strict=True))
+    )
+    field = HomographyField(polynomial=polynomial, centre_px=centre, scale_px=scale, loo_px=loo * scale)
+    return FieldFit(field=field, scores=scores)
+
+
+def apply_field(
+    field: HomographyField, angles_rad: NDArray[np.float64], raw_px: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (n, m, 2) plane px about the gazes (n, 2) of raw fovea px (n, m, 2), a set a pose."""
+    a, b, c, d, e, f = field.polynomial(angles_rad).T[:, :, None]
+    x, y = np.moveaxis((raw_px - np.array(field.centre_px)) / field.scale_px, -1, 0)
+    places = np.stack([a * x + b * y, c * x + d * y], axis=-1)
+    return np.asarray(places / (1.0 + e * x + f * y)[..., None], dtype=np.float64)
+
+
+def _scaled(
+    raw_px: NDArray[np.float64], plane_px: NDArray[np.float64], *, centre: NDArray[np.float64], scale: float
+) -> "_Corners":
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(raw_px + plane_px).all(axis=2))
+    raw = np.where(seen[:, :, None], (raw_px - centre) / scale, 0.0)
+    plane = np.where(seen[:, :, None], plane_px / scale, 0.0)
+    return _Corners(
+        x=raw[..., 0], y=raw[..., 1], u=plane[..., 0], v=plane[..., 1], seen=seen.astype(np.float64)
+    )
 
 
 def _enough(order: int, corners: _Corners) -> bool:
@@ -138,3 +202,32 @@ def _leave_pose_out(
     hat = blocks @ inverse_gram @ blocks.transpose(0, 2, 1)
     left_out = np.linalg.solve(np.eye(blocks.shape[1]) - hat, residuals.reshape(poses, -1, 1))
     return np.asarray(left_out[..., 0], dtype=np.float64)
+
+
+def _fit_entries(
+    angles: NDArray[np.float64], corners: _Corners, order: int
+) -> tuple[BivariatePolynomial, float]:
+    """Return the field through one homography for each pose, and its leave-one-pose-out error.
+
+    The image centre is the gaze, so that each pose has six entries of its own.
+    """
+    several = corners.seen.sum(axis=1) >= 4
+    entries = np.array([_entries_of(corners, pose) for pose in np.flatnonzero(several).tolist()])
+    fit = fit_polynomial(angles[several], entries, order)
+    guessed = entries - fit.loo_residuals
+    x, y, u, v, seen = (part[several] for part in (corners.x, corners.y, corners.u, corners.v, corners.seen))
+    a, b, c, d, e, f = guessed.T[:, :, None]
+    below = 1.0 + e * x + f * y
+    misses = np.hypot((a * x + b * y) / below - u, (c * x + d * y) / below - v)
+    kept = (seen > 0.0) & (huber_weights(misses) > OUTLIER_WEIGHT)
+    return fit.polynomial, float(np.sqrt(np.mean(misses[kept] ** 2)))
+
+
+def _entries_of(corners: _Corners, pose: int) -> NDArray[np.float64]:
+    """Return the (6,) entries of the homography that fits the corners of one pose best."""
+    seen = corners.seen[pose] > 0.0
+    x, y, u, v = (part[pose][seen] for part in (corners.x, corners.y, corners.u, corners.v))
+    zero = np.zeros_like(x)
+    across = np.stack([x, y, zero, zero, -u * x, -u * y], axis=1)
+    down = np.stack([zero, zero, x, y, -v * x, -v * y], axis=1)
+    return least_squares(np.concatenate([across, down]), np.concatenate([u, v]))

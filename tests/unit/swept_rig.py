@@ -1,0 +1,215 @@
+"""Sweeps of a simulated rig as the procedures would measure them: its truth, with noise on the corners."""
+
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MirrorVolts, PanTiltPose, Role, Station, StationTarget
+from foveacam_hardware.sim.lens import WideLens
+from foveacam_hardware.sim.mirror import built_law
+from foveacam_hardware.sim.optics import FoldedEye, View, built_assembly, rotation
+from foveacam_pipeline.calibrate.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep import EyePose, Sweep, SweepHeader, SweepPose
+from foveacam_pipeline.calibrate.sweep_plan import SweepPlan
+from foveacam_pipeline.models import Intrinsics
+from foveacam_pipeline.models.mirror import DAC_STEP_V
+
+WIDTH, HEIGHT = 1440, 1080
+CENTRE_PX = np.array([719.5, 539.5])
+MAX_V = 170.0
+EYES = (Role.LEFT, Role.RIGHT)
+CELLS = [(x, y) for x in (-0.01, 0.0, 0.01, 0.02) for y in (-0.02, 0.0, 0.01)]
+PLACES_M = np.array([(-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03), *CELLS])
+PIVOT_M = np.array([0.002, 0.03, -0.02])
+"""Where the pan-tilt turns the rig about, rig frame."""
+
+
+class SweptRig:
+    """The truth of one seed's rig: what each camera would show of points in the rig frame."""
+
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
+        self._eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
+        self._laws = {role: built_law(role, seed=seed) for role in EYES}
+        self._lens = WideLens()
+
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+        """Return an eye's projection at rest; there is no drift, whatever `t_ns`."""
+        del t_ns
+        tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
+        return self._eyes[role].view(float(tilt[0]), float(tilt[1]))
+
+    def pivot_m(self, role: Role) -> NDArray[np.float64]:
+        """Return the centre of a mirror."""
+        return self._eyes[role].pivot_m
+
+    def wide_pixels(self, points_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return raw wide pixels (n, 2) of points (n, 3)."""
+        ideal = points_rig_m[:, :2] / points_rig_m[:, 2:] * self._lens.focal_px
+        ideal = ideal + np.array([self._lens.centre_x_px, self._lens.centre_y_px])
+        return self._lens.distorted_px(np.asarray(ideal, dtype=np.float64))
+
+    def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the rays (n, 3) of raw wide pixels."""
+        rays = np.column_stack([self._lens.undistorted_px(pixels), np.ones(len(pixels))])
+        rays = rays @ np.linalg.inv(self._lens.matrix()).T
+        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+    def steered(
+        self,
+        role: Role,
+        point_rig_m: NDArray[np.float64],
+        target_px: NDArray[np.float64],
+        start_v: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Return the volts, within the limits and in steps of the DAC, that bring a point onto a pixel."""
+        volts = start_v.copy()
+
+        def miss(at_v: NDArray[np.float64]) -> NDArray[np.float64]:
+            view = self.static_projection(role, MirrorVolts(x_v=float(at_v[0]), y_v=float(at_v[1])))
+            return view.pixels(point_rig_m[None])[0] - target_px
+
+        for _ in range(8):
+            now = miss(volts)
+            slope = np.column_stack([miss(volts + step) - now for step in (np.array([1.0, 0]), [0, 1.0])])
+            volts = np.clip(volts - np.linalg.solve(slope, now), -MAX_V, MAX_V)
+        return np.asarray(np.round(volts / DAC_STEP_V) * DAC_STEP_V)
+
+
+def wide_lens(rig: SweptRig, *, noise_px: float = 0.05, views: int = 40) -> Intrinsics:
+    """Return the wide camera as a chequerboard of 9 x 6 corners held at many attitudes calibrates it."""
+    rng = np.random.default_rng([rig.seed, 7])
+    columns, rows = np.meshgrid(np.arange(9), np.arange(6))
+    board = np.column_stack([columns.ravel(), rows.ravel(), np.zeros(columns.size)]) * 0.05
+    board -= board.mean(axis=0)
+    objects: list[NDArray[np.float32]] = []
+    images: list[NDArray[np.float32]] = []
+    while len(objects) < views:
+        turn = rotation(rng.uniform([-0.6, -0.6, -0.3], [0.6, 0.6, 0.3]))
+        depth_m = rng.uniform(0.9, 2.0)
+        place = np.array([*(rng.uniform([-0.16, -0.12], [0.16, 0.12]) * depth_m), depth_m])
+        pixels = rig.wide_pixels(board @ turn.T + place)
+        pixels += noise_px * rng.standard_normal(pixels.shape)
+        seen = ((pixels > 0.0) & (pixels < np.array([WIDTH - 1, HEIGHT - 1]))).all(axis=1)
+        if seen.sum() >= 27:
+            objects.append(board[seen].astype(np.float32))
+            images.append(pixels[seen].astype(np.float32))
+    guess = np.array([[3000.0, 0.0, 719.5], [0.0, 3000.0, 539.5], [0.0, 0.0, 1.0]])
+    _, matrix, bend, _, _ = cv2.calibrateCamera(
+        objects, images, (WIDTH, HEIGHT), guess, np.zeros(5), flags=cv2.CALIB_USE_INTRINSIC_GUESS
+    )
+    fx, fy, cx, cy = (float(matrix[i]) for i in ((0, 0), (1, 1), (0, 2), (1, 2)))
+    return Intrinsics(
+        width=WIDTH,
+        height=HEIGHT,
+        fx_px=fx,
+        fy_px=fy,
+        cx_px=cx,
+        cy_px=cy,
+        distortion=tuple(float(c) for c in np.ravel(bend)[:5]),
+    )
+
+
+def markers_in_rig(
+    pan_tilt: PanTiltPose, *, distance_m: float, turn: NDArray[np.float64]
+) -> dict[Role, NDArray[np.float64]]:
+    """Return the corners (k, 3) of each camera's marker, rig frame, when the base points at `pan_tilt`."""
+    rig_from_world = rotation(np.array([pan_tilt.tilt_rad, 0.0, 0.0])) @ rotation(
+        np.array([0.0, -pan_tilt.pan_rad, 0.0])
+    )
+    corners = {}
+    for role in (Role.WIDE, *EYES):
+        flat = np.column_stack([PLACES_M + MarkerLayout().middle_m(role), np.zeros(len(PLACES_M))])
+        world = flat @ turn.T + np.array([0.0, 0.0, distance_m])
+        corners[role] = (world - PIVOT_M) @ rig_from_world.T + PIVOT_M
+    return corners
+
+
+@cache
+def swept(
+    seed: int, distance_m: float, *, wide_noise_px: float = 0.05, fovea_noise_px: float = 0.1, side: int = 9
+) -> Sweep:
+    """Return the sweep of a seed's rig over the target at a distance."""
+    rig = SweptRig(seed)
+    rng = np.random.default_rng([seed, round(1e3 * distance_m)])
+    plan = SweepPlan(columns=side, rows=side)
+    volts = {role: np.zeros(2) for role in EYES}
+    turn = rotation(np.array([0.01, 0.02, 0.005]))
+    poses = []
+    for index, node in enumerate(plan.nodes_rad().tolist()):
+        bearing = PanTiltPose(pan_rad=-node[0] + 1e-3 * rng.standard_normal(), tilt_rad=-node[1])
+        corners = markers_in_rig(bearing, distance_m=distance_m, turn=turn)
+        wide = {
+            MarkerLayout().id_of(role): _view(
+                MarkerLayout().id_of(role), rig.wide_pixels(points), wide_noise_px, rng
+            )
+            for role, points in corners.items()
+        }
+        eyes: dict[Role, EyePose | None] = {}
+        for role in EYES:
+            target = CENTRE_PX + rng.uniform(-3.0, 3.0, 2)
+            volts[role] = rig.steered(role, corners[role][:4].mean(axis=0), target, volts[role])
+            drive = MirrorVolts(x_v=float(volts[role][0]), y_v=float(volts[role][1]))
+            pixels = rig.static_projection(role, drive).pixels(corners[role])
+            eyes[role] = _eye_pose(MarkerLayout().id_of(role), drive, pixels, fovea_noise_px, rng)
+        poses.append(
+            SweepPose(
+                index=index,
+                node_rad=(node[0], node[1]),
+                pan_tilt=bearing,
+                t_ns=index * 1_000_000_000,
+                wide=wide,
+                left=eyes[Role.LEFT],
+                right=eyes[Role.RIGHT],
+                left_refusal=None if eyes[Role.LEFT] else "the marker was cut by the edge",
+                right_refusal=None if eyes[Role.RIGHT] else "the marker was cut by the edge",
+            )
+        )
+    return Sweep(header=header(seed, distance_m, plan), poses=tuple(poses))
+
+
+def header(seed: int, distance_m: float, plan: SweepPlan) -> SweepHeader:
+    """Return what a sweep says of itself."""
+    return SweepHeader(
+        rig_id=f"sim-{seed}",
+        created_utc="2026-01-31T12:00:00+00:00",
+        station=Station(
+            name=f"markers at {distance_m:g} m",
+            target=StationTarget.MARKERS,
+            pose=PanTiltPose(pan_rad=0.0, tilt_rad=0.0),
+            distance_m=distance_m,
+        ),
+        layout=MarkerLayout(),
+        plan=plan,
+        wide_size=(WIDTH, HEIGHT),
+        fovea_size=(WIDTH, HEIGHT),
+        max_v=MAX_V,
+    )
+
+
+def _view(marker: int, pixels: NDArray[np.float64], noise_px: float, rng: np.random.Generator) -> MarkerView:
+    noisy = pixels + noise_px * rng.standard_normal(pixels.shape)
+    return MarkerView(
+        id=marker, corners_px=noisy, places_m=PLACES_M, sharpness=0.7, complete=True, sigma_px=noise_px
+    )
+
+
+def _eye_pose(
+    marker: int,
+    drive: MirrorVolts,
+    pixels: NDArray[np.float64],
+    noise_px: float,
+    rng: np.random.Generator,
+) -> EyePose | None:
+    if not ((pixels > 0.0) & (pixels < np.array([WIDTH - 1, HEIGHT - 1]))).all():
+        return None
+    off_px = float(np.abs(pixels[:4].mean(axis=0) - CENTRE_PX).max())
+    return EyePose(
+        volts_v=(drive.x_v, drive.y_v),
+        corners=_view(marker, pixels, noise_px, rng),
+        centred=off_px < 6.0,
+        rim=off_px >= 6.0,
+        looks=3,
+    )
