@@ -82,7 +82,7 @@ export class Commands {
   async #post(path, body, shown = body ?? null) {
     this.#fixations.sending(shown);
     try {
-      const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.#leaseHeader() }));
+      const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.leaseHeader() }));
       this.#fixations.follow(job, shown, true);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
@@ -113,7 +113,7 @@ export class Commands {
       const body = { direction: this.#steer_next, distance_m: this.#store.state.steer_distance_m };
       this.#steer_next = null;
       const pause = new Promise((resolve) => setTimeout(resolve, STEER_INTERVAL_MS));
-      const answer = await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.#leaseHeader() }));
+      const answer = await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.leaseHeader() }));
       if (answer === null) this.#steer_next = null; // one message for a refused drag, not twenty a second
       await pause;
     }
@@ -206,7 +206,7 @@ export class Commands {
   }
 
   async giveLease() {
-    await this.attempt(() => request("DELETE", "/lease", { headers: this.#leaseHeader() }));
+    await this.attempt(() => request("DELETE", "/lease", { headers: this.leaseHeader() }));
     this.#keepToken(null, { holder: null, expires_in_s: null });
   }
 
@@ -214,7 +214,7 @@ export class Commands {
   async renewLease() {
     if (!this.#store.state.lease_token) return;
     try {
-      await request("PUT", "/lease", { headers: this.#leaseHeader() });
+      await request("PUT", "/lease", { headers: this.leaseHeader() });
     } catch (error) {
       if (!(error instanceof Problem) || error.slug === "offline") return;
       this.#keepToken(null, null);
@@ -239,8 +239,11 @@ export class Commands {
     });
   }
 
-  /** @returns {Record<string, string>} */
-  #leaseHeader() {
+  /**
+   * What an order that moves something carries.
+   * @returns {Record<string, string>}
+   */
+  leaseHeader() {
     const token = this.#store.state.lease_token;
     return token ? { "X-Lease": token } : {};
   }

@@ -85,6 +85,40 @@ export function fill(element, ...children) {
 }
 
 /**
+ * Show values in an element, which is rebuilt only when the value differs from the last one: focus, scrolling and
+ * pictures are left alone. What had the focus has it again afterwards, by its `data-keep`.
+ * @template T
+ * @param {HTMLElement} element
+ * @param {(value: T) => Child[]} build
+ * @returns {(value: T) => void}
+ */
+export function changing(element, build) {
+  let last = "";
+  return (value) => {
+    const now = JSON.stringify(value) ?? "undefined";
+    if (now === last) return;
+    last = now;
+    const focused = document.activeElement;
+    const inside = focused instanceof HTMLElement && element.contains(focused);
+    const keep = inside ? focused.dataset["keep"] : undefined;
+    fill(element, ...build(value));
+    if (!inside) return;
+    const again = keep === undefined ? null : element.querySelector(`[data-keep="${CSS.escape(keep)}"]`);
+    if (again instanceof HTMLElement) again.focus();
+    else focusOn(element);
+  };
+}
+
+/**
+ * Give the focus to an element that takes none by itself, so that the keyboard goes on from there.
+ * @param {HTMLElement} element
+ */
+export function focusOn(element) {
+  if (!element.hasAttribute("tabindex")) element.tabIndex = -1;
+  element.focus({ preventScroll: true });
+}
+
+/**
  * Write text only when it differs, so that screen readers and layout are left alone.
  * @param {Element} element
  * @param {string} text

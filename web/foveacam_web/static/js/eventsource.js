@@ -12,6 +12,7 @@ const KINDS = [
   "message", "rig.state", "fixation.step", "fixation.done", "cloud.created", "target.created", "target.updated",
   "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
   "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
+  "calibration.progress", "calibration.sample", "calibration.pose", "calibration.fitted", "calibration.health",
 ];
 
 /**

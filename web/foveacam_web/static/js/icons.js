@@ -22,6 +22,13 @@ const PATHS = Object.freeze({
   check: "M3 8.5l3.5 3.5L13 5",
   hand: "M4 8V5a1 1 0 0 1 2 0V3.5a1 1 0 0 1 2 0V3a1 1 0 0 1 2 0v1.5a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4c-2 0-3-1-4-3L2.6 8.8a1 1 0 0 1 1.7-1z",
   down: "M8 2v8 M4.5 7L8 10.5L11.5 7 M3 13.5h10",
+  up: "M8 13V3 M4 7l4-4l4 4",
+  low: "M8 3v10 M4 9l4 4l4-4",
+  back: "M13 8H3 M7 4L3 8l4 4",
+  on: "M3 8h10 M9 4l4 4l-4 4",
+  scope: "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11z M8 6a2 2 0 1 0 0 4a2 2 0 1 0 0-4z M8 .8v1.7 M8 13.5v1.7 M.8 8h1.7 M13.5 8h1.7",
+  file: "M4 1.8h5l3 3v9.4H4z M9 1.8v3h3",
+  scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });
 
 /** @typedef {keyof typeof PATHS} IconName */

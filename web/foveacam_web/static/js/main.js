@@ -1,5 +1,10 @@
 // The console: builds every part and joins them.
 
+import { CalibrationOrders } from "./calibration/orders.js";
+import { mountWizard } from "./calibration/page.js";
+import { CalibrationReader } from "./calibration/reader.js";
+import { addressOf, followAddress } from "./calibration/route.js";
+import { WorkFollower } from "./calibration/work.js";
 import { Commands } from "./commands.js";
 import { fill, h, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
@@ -26,7 +31,10 @@ const store = createStore();
 const toasts = new Toasts();
 const fixations = new Fixations(store);
 const commands = new Commands({ store, toasts, fixations });
-const sync = new Sync({ store, fixations });
+const work = new WorkFollower(store);
+const reader = new CalibrationReader({ store, work });
+const orders = new CalibrationOrders({ store, commands, reader, work });
+const sync = new Sync({ store, fixations, others: [reader] });
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
 const help = makeHelp();
 const settings = makeSettings(store);
@@ -37,8 +45,8 @@ const keyboard = new Keyboard({
   escape,
   letters: () => store.state.settings.single_keys,
   keys: {
-    "?": () => help.showModal(), i: () => flip("readout"), f: () => flip("footprints"), d: () => void views.wide.probe(),
-    "+": () => views.wide.zoom(1.5), "=": () => views.wide.zoom(1.5), "-": () => views.wide.zoom(1 / 1.5), 0: () => views.wide.fit(),
+    "?": () => help.showModal(), i: () => flip("readout"), f: () => flip("footprints"), d: onWide(() => void views.wide.probe()),
+    "+": onWide(() => views.wide.zoom(1.5)), "=": onWide(() => views.wide.zoom(1.5)), "-": onWide(() => views.wide.zoom(1 / 1.5)), 0: onWide(() => views.wide.fit()),
   },
 });
 
@@ -55,6 +63,8 @@ mountTargets(need("targets"), { store, commands, select: (target) => choose(targ
 views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
+mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
+followAddress(store);
 mountTools();
 mountTabs();
 store.on(["settings"], ({ settings: { theme } }) => {
@@ -72,9 +82,19 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll()) return;
+  if (views.shrinkAll() || store.state.wizard) return; // a sweep is not thrown away by a key
   views.wide.abandon();
   void commands.cancel();
+}
+
+/**
+ * A key that is for the wide view of the console alone.
+ * @param {() => void} act
+ */
+function onWide(act) {
+  return () => {
+    if (!store.state.wizard) act();
+  };
 }
 
 /** @param {"readout" | "footprints"} key */
@@ -85,7 +105,8 @@ function flip(key) {
 function mountTools() {
   const tool = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {() => void} */ act) =>
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
-  fill(need("tools"), tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
+  const calibrate = h("a", { class: "tool", href: addressOf("overview"), "aria-label": "Calibration", title: "Calibration" }, icon("scope"));
+  fill(need("tools"), calibrate, tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));
 }
 

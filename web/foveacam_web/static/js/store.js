@@ -106,6 +106,14 @@ export function createStore() {
     lease_token: sessionStorage.getItem("foveacam.lease"),
     steer_distance_m: null,
     settings: loadSettings(),
+    wizard: null,
+    records: null,
+    health: null,
+    sessions: null,
+    session: null,
+    pan_tilt: null,
+    drift_checks: null,
+    work: null,
   });
 }
 

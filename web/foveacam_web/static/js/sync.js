@@ -1,8 +1,9 @@
 // Keeps the page's state equal to the server's: everything once at each (re)connection, then by events.
 
-import { Problem, request } from "./api.js";
+import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
 import { withEvent } from "./panels/eventlog.js";
+import { QuietReads } from "./quiet.js";
 
 /**
  * @typedef {import("./store.js").Store} Store
@@ -13,6 +14,7 @@ import { withEvent } from "./panels/eventlog.js";
  * @typedef {import("./types.js").RigEvent} RigEvent
  * @typedef {import("./types.js").StopDocument} StopDocument
  * @typedef {import("./types.js").TargetDocument} TargetDocument
+ * @typedef {{readAll(): Promise<unknown>, hear(event: RigEvent): void}} Reader reads what is its own
  */
 
 const RIG_EVERY_MS = 2000;
@@ -21,12 +23,14 @@ const RIG_EVERY_MS = 2000;
 export class Sync {
   #store;
   #fixations;
-  #busy = new Set();
+  #reads = new QuietReads();
+  #others;
 
-  /** @param {{store: Store, fixations: Fixations}} context */
-  constructor({ store, fixations }) {
+  /** @param {{store: Store, fixations: Fixations, others?: Reader[]}} context */
+  constructor({ store, fixations, others = [] }) {
     this.#store = store;
     this.#fixations = fixations;
+    this.#others = others;
     setInterval(() => document.hidden || store.state.stream !== "open" || void this.readRig(), RIG_EVERY_MS);
   }
 
@@ -44,12 +48,13 @@ export class Sync {
   async readAll() {
     await Promise.all([
       this.readRig(), this.#readTargets(), this.#readClouds(), this.#readStop(), this.#readLease(), this.#readLog(),
-      this.#quietly("resume", () => this.#fixations.resume()),
+      this.#reads.read("resume", () => this.#fixations.resume()),
+      ...this.#others.map((other) => other.readAll()),
     ]);
   }
 
   readRig() {
-    return this.#quietly("rig", async () => {
+    return this.#reads.read("rig", async () => {
       const rig = /** @type {RigDocument} */ (await request("GET", "/rig"));
       const known = this.#store.state.rig?.calibration?.id;
       this.#store.set({ rig });
@@ -58,33 +63,33 @@ export class Sync {
   }
 
   #readTargets() {
-    return this.#quietly("targets", async () => {
+    return this.#reads.read("targets", async () => {
       const targets = /** @type {TargetDocument[]} */ (await request("GET", "/targets"));
       this.#store.set({ targets: targets.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
     });
   }
 
   #readClouds() {
-    return this.#quietly("clouds", async () => {
+    return this.#reads.read("clouds", async () => {
       const clouds = /** @type {CloudDocument[]} */ (await request("GET", "/clouds"));
       this.#store.set({ clouds: clouds.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
     });
   }
 
   #readStop() {
-    return this.#quietly("stop", async () => {
+    return this.#reads.read("stop", async () => {
       this.#store.set({ stop: /** @type {StopDocument} */ (await request("GET", "/stop")) });
     });
   }
 
   #readLease() {
-    return this.#quietly("lease", async () => {
+    return this.#reads.read("lease", async () => {
       this.#store.set({ lease: /** @type {LeaseDocument} */ (await request("GET", "/lease")) });
     });
   }
 
   #readLog() {
-    return this.#quietly("log", async () => {
+    return this.#reads.read("log", async () => {
       const events = /** @type {RigEvent[]} */ (await request("GET", "/events/recent?limit=100"));
       let log = this.#store.state.log;
       for (const event of events) log = withEvent(log, event);
@@ -96,36 +101,12 @@ export class Sync {
   #hear(event) {
     this.#store.set({ log: withEvent(this.#store.state.log, event) });
     this.#fixations.hear(event);
+    for (const other of this.#others) other.hear(event);
     const subject = event.kind.split(".")[0];
     if (subject === "target") void this.#readTargets();
     else if (subject === "cloud") void this.#readClouds();
     else if (subject === "stop") void Promise.all([this.#readStop(), this.readRig()]);
     else if (subject === "lease") void this.#readLease();
     else if (subject === "rig" || subject === "device") void this.readRig();
-  }
-
-  /**
-   * Read something; when it is asked for again meanwhile, read it once more after. A failure is left to the next try:
-   * the banner says that the server is away, and each panel says what it lacks.
-   * @param {string} what
-   * @param {() => Promise<void>} read
-   */
-  async #quietly(what, read) {
-    if (this.#busy.has(what)) {
-      this.#busy.add(`${what} again`);
-      return;
-    }
-    this.#busy.add(what);
-    try {
-      do {
-        this.#busy.delete(`${what} again`);
-        await read();
-      } while (this.#busy.has(`${what} again`));
-    } catch (error) {
-      if (!(error instanceof Problem)) throw error;
-    } finally {
-      this.#busy.delete(what);
-      this.#busy.delete(`${what} again`);
-    }
   }
 }

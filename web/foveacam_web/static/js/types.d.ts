@@ -1,7 +1,11 @@
 // The documents that the server speaks and the state that the page keeps. Types only: no browser loads this file.
+// Those of calibrating are in calibration/documents.d.ts.
+
+import type { CalibrationState } from "./calibration/documents.js";
 
 export type Role = "wide" | "left" | "right";
-export type ViewName = "wide" | "left" | "right" | "anaglyph" | "difference" | "depth";
+export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
+export type ViewName = Role | "anaglyph" | "difference" | "depth" | AnnotatedName;
 export type Point = { x: number; y: number };
 export type Direction = { ax_deg: number; ay_deg: number };
 export type PixelRequest = { pixel: { x_px: number; y_px: number } };
@@ -245,7 +249,7 @@ export type CurrentFixation = {
 
 export type LinkState = "connecting" | "open" | "down";
 
-export type ConsoleState = {
+export type ConsoleState = CalibrationState & {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;

@@ -50,7 +50,7 @@ const SETTINGS = [
  * @param {string} title
  * @param {...Node} content
  */
-function sheet(title, ...content) {
+export function sheet(title, ...content) {
   const dialog = h("dialog", { class: "sheet", "aria-label": title });
   const close = h("button", { type: "button", class: "tool", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"));
   dialog.append(h("header", {}, h("h2", { text: title }), close), ...content);

@@ -10,7 +10,9 @@ import { icon } from "../icons.js";
  */
 
 const MOST = 200;
-const NOISE = new Set(["fixation.step", "mirrors.steered", "job.updated"]); // shown where they belong, not here
+const NOISE = new Set([
+  "fixation.step", "mirrors.steered", "job.updated", "calibration.progress", "calibration.sample", "calibration.pose",
+]); // shown where they belong, not here
 
 /**
  * @param {HTMLElement} place

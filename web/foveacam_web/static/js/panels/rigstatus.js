@@ -1,5 +1,7 @@
 // The state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
+import { addressOf } from "../calibration/route.js";
+import { healthReason, healthWord } from "../calibration/verdict.js";
 import { fill, h } from "../dom.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
@@ -16,7 +18,7 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
  * @param {Store} store
  */
 export function mountRigStatus(place, store) {
-  store.on(["rig", "server_stats", "overlay"], (state) => {
+  store.on(["rig", "server_stats", "overlay", "health"], (state) => {
     if (place.hidden) return;
     if (!state.rig) fill(place, h("p", { class: "empty", text: "Loading …" }));
     else fill(place, ...tables(state, state.rig));
@@ -33,7 +35,7 @@ function tables(state, rig) {
       head(["", "Camera", "Rate", "Age", "Dropped"]), h("tbody", {}, rig.cameras.map(cameraRow))),
     h("table", { class: "status" }, h("caption", { text: "Views" }), head(["", "Served", "Shown", "Age"]), h("tbody", {}, viewRows(state))),
     pairs("Mirrors", mirrorRows(rig.mirrors, state)),
-    pairs("Calibration", calibrationRows(rig)),
+    pairs("Calibration", calibrationRows(rig, state.health)),
     pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id ?? MISSING})`], ["Scene", rig.scene ?? MISSING], ["Baseline", baseline(rig.baseline_m)]]),
   ];
 }
@@ -93,20 +95,29 @@ function mirrorRows(mirrors, { overlay }) {
 
 /**
  * @param {RigDocument} rig
- * @returns {[string, string][]}
+ * @param {ConsoleState["health"]} health
+ * @returns {[string, string | Node][]}
  */
-function calibrationRows({ calibration, calibration_problem, steering }) {
-  if (!calibration) return [["State", calibration_problem ?? "none"]];
+function calibrationRows({ calibration, calibration_problem, steering }, health) {
+  const calibrate = h("a", { href: addressOf("overview"), text: "Calibrate, check, records" });
+  if (!calibration) return [["State", calibration_problem ?? "none"], ["", calibrate]];
   const field = steering
     ? `${number(steering.ax_min_deg, 1)}° … ${number(steering.ax_max_deg, 1)}° × ${number(steering.ay_min_deg, 1)}° … ${number(steering.ay_max_deg, 1)}°`
     : MISSING;
   return [
     ["Name", calibration.label || calibration.origin], ["Origin", calibration.origin], ["Id", calibration.id.slice(0, 16)],
-    ["Age", span(calibration.age_s)],
+    ["Age", span(calibration.age_s)], ["Health", healthOf(health)],
     ["Mirror σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
     ["Rectification σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
-    ["Steerable", field],
+    ["Steerable", field], ["", calibrate],
   ];
+}
+
+/** @param {ConsoleState["health"]} health */
+function healthOf(health) {
+  const word = healthWord(health);
+  const tone = health?.verdict === "good" ? "good" : health?.verdict === "recalibrate" ? "warn" : "";
+  return h("span", {}, h("span", { class: `lamp ${tone}` }), health ? `${word}: ${healthReason(health)}` : word);
 }
 
 /**

@@ -1,7 +1,9 @@
 // The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
 
+import { addressOf } from "../calibration/route.js";
+import { verdictOf } from "../calibration/verdict.js";
 import { fill, h, say } from "../dom.js";
-import { baseline, clockTime, number, sentence, span } from "../format.js";
+import { baseline, clockTime, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
@@ -9,8 +11,6 @@ import { icon } from "../icons.js";
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("../types.js").ConsoleState} ConsoleState
  */
-
-const OLD_CALIBRATION_S = 30 * 86400;
 
 const STATES = Object.freeze(/** @type {Record<string, {text: string, tone: string}>} */ ({
   opening: { text: "Opening", tone: "warn" },
@@ -28,7 +28,7 @@ export function mountBadges(place, { store, openLease }) {
   const rig = h("span", { class: "rig-name" });
   const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
   const state = h("span", { class: "badge", role: "status" });
-  const calibration = h("span", { class: "badge plain" });
+  const calibration = h("a", { class: "badge plain button", href: addressOf("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   fill(place, rig, simulated, state, calibration, lease);
   store.on(["rig", "stream", "stop"], (now) => {
@@ -37,8 +37,8 @@ export function mountBadges(place, { store, openLease }) {
     simulated.hidden = !now.rig?.simulated;
     simulated.title = now.rig?.scene ? `Scene “${now.rig.scene}”` : "";
     showState(state, now);
-    showCalibration(calibration, now);
   });
+  store.on(["rig", "health"], (now) => showCalibration(calibration, now));
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
@@ -59,18 +59,12 @@ function showState(badge, { rig, stream, stop }) {
  * @param {HTMLElement} badge
  * @param {ConsoleState} now
  */
-function showCalibration(badge, { rig }) {
-  badge.hidden = !rig;
-  const calibration = rig?.calibration;
-  badge.classList.toggle("warn", Boolean(rig) && (!calibration || calibration.age_s > OLD_CALIBRATION_S));
-  if (!calibration) {
-    say(badge, "Not calibrated");
-    badge.title = rig?.calibration_problem ?? "Without a calibration no pixel can be fixated.";
-    return;
-  }
-  say(badge, `Calibrated ${span(calibration.age_s)} ago`);
-  const sigma = calibration.mirror_sigma_deg === null ? "" : `, mirrors ± ${number(calibration.mirror_sigma_deg, 4)}°`;
-  badge.title = `${calibration.label} (${calibration.origin}), ${calibration.id}${sigma}`;
+function showCalibration(badge, now) {
+  badge.hidden = !now.rig;
+  const { tone, text, reason } = verdictOf(now);
+  badge.className = `badge button ${tone}`;
+  say(badge, text);
+  badge.title = reason;
 }
 
 /**

@@ -7,6 +7,7 @@ import { Viewport } from "./viewport.js";
 
 /**
  * @typedef {import("../types.js").ViewName} ViewName
+ * @typedef {import("../types.js").AnnotatedName} AnnotatedName
  * @typedef {import("../types.js").ConsoleState} ConsoleState
  * @typedef {import("../types.js").ShownView} ShownView
  */
@@ -19,10 +20,17 @@ export const VIEWS = Object.freeze({
   anaglyph: { title: "Anaglyph", needs: ["left", "right"] },
   difference: { title: "Difference", needs: ["left", "right"] },
   depth: { title: "Depth", needs: ["left", "right"] },
+  calibration_wide: { title: "Wide, annotated", needs: ["wide"] },
+  calibration_left: { title: "Left fovea, annotated", needs: ["left"] },
+  calibration_right: { title: "Right fovea, annotated", needs: ["right"] },
 });
 
+/** What procedures show of their work: there while one runs. */
+export const ANNOTATED = Object.freeze(/** @type {AnnotatedName[]} */ (["calibration_wide", "calibration_left", "calibration_right"]));
+
 const SILENT_MS = 2500;
-const STILL = new Set(["anaglyph", "difference", "depth"]); // made when the eyes have looked, not with each frame
+/** @type {Set<ViewName>} made when the eyes have looked, not with each frame */
+const STILL = new Set(["anaglyph", "difference", "depth", ...ANNOTATED]);
 const FLOWING_FPS = 1;
 
 /** The surface of one view; `wide.js` adds its gestures. */
@@ -153,6 +161,7 @@ export class Pane {
     if (missing.length > 0) return { ...missingCamera(state, missing.map((camera) => camera.role)), empty };
     if (!empty) return null;
     if (this.name === "depth") return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
+    if (this.name.startsWith("calibration_")) return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
     if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {
       return { ...missingMirrors(state), empty };
     }

@@ -2,7 +2,7 @@
 
 import { h } from "../dom.js";
 import { openStream } from "./link.js";
-import { Pane, VIEWS } from "./pane.js";
+import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { WideView } from "./wide.js";
 
 /**
@@ -13,6 +13,8 @@ import { WideView } from "./wide.js";
  * @typedef {import("../types.js").Subscription} Subscription
  */
 
+/** @type {Set<ViewName>} */
+const LATER = new Set(ANNOTATED);
 /** @type {ViewName[]} */
 const DERIVED = ["anaglyph", "difference", "depth"];
 
@@ -32,7 +34,9 @@ export class Views {
   constructor({ store, commands, onBoot }) {
     this.#store = store;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
-    for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) this.#addPane(name);
+    for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
+      if (!LATER.has(name)) this.#addPane(name);
+    }
     this.wide = new WideView(this.pane("wide"), { store, commands, stream: this.#stream });
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
@@ -42,10 +46,12 @@ export class Views {
   }
 
   /**
+   * The pane of a view; those that not every page has are made when they are asked for.
    * @param {ViewName} name
    * @returns {Pane}
    */
   pane(name) {
+    if (!this.#panes.has(name)) this.#addPane(name);
     return /** @type {Pane} */ (this.#panes.get(name)); // one of each was made
   }
 
@@ -104,6 +110,7 @@ export class Views {
     if (report.type === "hello") {
       for (const info of report.hello.views) this.#panes.get(info.name)?.describe(info);
       store.set({ stream: "open", views: report.hello.views, boot_id: report.hello.server });
+      this.#subscribe();
       onBoot(report.hello.server);
     } else if (report.type === "down") store.set({ stream: "down" });
     else if (report.type === "overlay") store.set({ overlay: report.overlay });
@@ -117,13 +124,21 @@ export class Views {
     const views = {};
     if (!document.hidden) {
       for (const [name, pane] of this.#panes) {
-        if (pane.visible) views[name] = { scale: this.#scale(pane) };
+        if (pane.visible && this.#served(name)) views[name] = { scale: this.#scale(pane) };
       }
     }
     const asked = JSON.stringify(views);
     if (asked === this.#asked) return;
     this.#asked = asked;
     this.#stream.subscribe(views);
+  }
+
+  /**
+   * Whether it may be asked for: the server refuses views that it does not have.
+   * @param {ViewName} name
+   */
+  #served(name) {
+    return !LATER.has(name) || this.#store.state.views.some((view) => view.name === name);
   }
 
   /**

@@ -1,0 +1,64 @@
+// Step 4: the proof, at poses that the fit has not seen. The fovea laid over the wide picture, and the rows of both eyes.
+
+import { changing, h } from "../dom.js";
+import { number } from "../format.js";
+import { badge, nothing, panel, starter } from "./parts.js";
+import { figure, picturesOf } from "./pictures.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").CheckResult} CheckResult
+ * @typedef {import("./documents.js").Picture} Picture
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
+
+/** @type {{key: "epipolar_rms_px" | "epipolar_p95_px" | "pointing_rms_px", name: string, goal: number, what: string}[]} */
+const GOALS = [
+  { key: "epipolar_rms_px", name: "Rows apart, RMS", goal: 0.3, what: "How far the same point lies apart vertically in both rectified eyes: stereo needs it on one row." },
+  { key: "epipolar_p95_px", name: "Rows apart, 95 %", goal: 0.8, what: "95 of 100 places in the field are better than this." },
+  { key: "pointing_rms_px", name: "Pointing, RMS", goal: 2, what: "How far from the middle of the fovea lies what it was told to look at." },
+];
+
+/** @param {WizardContext} context */
+export function makeCheckStep({ store, orders }) {
+  const live = h("div", { class: "live-slot" });
+  const result = h("div", {});
+  const diagrams = h("div", { class: "diagrams" });
+  const showResult = changing(result, resultOf);
+  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The overlay and the map of the field appear with the first check.")]);
+  store.on(["session"], ({ session }) => {
+    showResult(session?.check ?? null);
+    showDiagrams(picturesOf(session, ["overlay", "epipolar"]));
+  });
+  const start = starter({ label: "Check", store, act: () => orders.run("check"), primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.check ? "Check again" : "Check") });
+  const element = h("div", { class: "step step-check" },
+    h("div", { class: "seeing" },
+      panel("Check", h("p", { class: "lead", text: "The eyes look at places that were not in the sweep, and what the fitted model predicts is held against what they see." }), h("p", { class: "actions" }, start), result), live),
+    panel("Diagrams", diagrams));
+  return { element, live };
+}
+
+/** @param {ConsoleState} state */
+function against({ session }) {
+  return session?.fit ? null : "First step 3: there is no fit to check yet.";
+}
+
+/** @param {CheckResult | null} check */
+function resultOf(check) {
+  if (!check) return [nothing("Not checked yet.")];
+  return [
+    h("dl", { class: "goals" }, GOALS.flatMap(({ key, name, goal, what }) => {
+      const value = check[key];
+      const met = value !== null && value <= goal;
+      return [h("dt", { text: name, title: what }), h("dd", {}, h("span", { class: "number", text: value === null ? "not measured" : `${number(value, 3)} px` }),
+        value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`))];
+    })),
+    h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
+  ];
+}
+
+/** @param {ConsoleState} state */
+export function checkProgress({ session }) {
+  const rms_px = session?.check?.epipolar_rms_px;
+  return rms_px === null || rms_px === undefined ? null : { tone: rms_px <= 0.3 ? "good" : "warn", text: `${number(rms_px, 2)} px` };
+}

@@ -1,0 +1,65 @@
+// Reads figures whose names carry their units as rows of words and values. For documents of which the page knows only the style.
+
+import { MISSING, number } from "../format.js";
+
+/** @type {[string, string, number][]} ending of the name, unit to write, decimals */
+const UNITS = [
+  ["_deg", "°", 4], ["_px", " px", 3], ["_mm", " mm", 2], ["_ms", " ms", 2], ["_hz", " Hz", 1],
+  ["_utc", "", 0], ["_m", " m", 4], ["_s", " s", 2], ["_v", " V", 3], ["_rel", "", 5], ["_lsb", " LSB", 2],
+];
+
+/**
+ * @param {Record<string, unknown>} document
+ * @param {string[]} [without] names to leave out
+ * @returns {[string, string][]}
+ */
+export function facts(document, without = []) {
+  return Object.entries(document)
+    .filter(([name, value]) => !without.includes(name) && value !== null && value !== undefined && !name.endsWith("_url"))
+    .map(([name, value]) => [title(name), valueText(value, name)]);
+}
+
+/**
+ * The sentences that a document holds.
+ * @param {Record<string, unknown>} document
+ */
+export function sentences(document) {
+  return Object.values(document).filter((value) => typeof value === "string" && value.includes(" ")).map(String);
+}
+
+/**
+ * The names of those sentences, which need no row of their own.
+ * @param {Record<string, unknown>} document
+ */
+export function sentenceNames(document) {
+  return Object.keys(document).filter((name) => typeof document[name] === "string" && String(document[name]).includes(" "));
+}
+
+/** @param {string} name */
+function title(name) {
+  const [ending] = UNITS.find(([each]) => name.endsWith(each)) ?? [""];
+  const words = (ending ? name.slice(0, -ending.length) : name).replaceAll("_", " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/**
+ * @param {unknown} value
+ * @param {string} name
+ * @returns {string}
+ */
+function valueText(value, name) {
+  const [, unit, decimals] = UNITS.find(([each]) => name.endsWith(each)) ?? ["", "", 3];
+  if (typeof value === "number") return number(value, Number.isInteger(value) ? 0 : decimals) + unit;
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  if (typeof value === "string") return value;
+  if (Array.isArray(value)) return value.map((each) => valueText(each, name)).join(", ");
+  if (value && typeof value === "object") {
+    return Object.entries(value).map(([part, each]) => `${part.replaceAll("_", " ")} ${valueText(each, hasUnit(part) ? part : name)}`).join(", ");
+  }
+  return MISSING;
+}
+
+/** @param {string} name */
+function hasUnit(name) {
+  return UNITS.some(([each]) => name.endsWith(each));
+}

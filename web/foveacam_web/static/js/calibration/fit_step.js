@@ -1,0 +1,110 @@
+// Step 3: the models. Volts to angle and the rectification, chosen by cross-validation and shown beside the paper's.
+
+import { changing, h } from "../dom.js";
+import { MISSING, number } from "../format.js";
+import { facts, sentenceNames, sentences } from "./facts.js";
+import { badge, choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
+import { beforeAfter, figure, picturesOf } from "./pictures.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").FitResult} FitResult
+ * @typedef {import("./documents.js").ModelScore} ModelScore
+ * @typedef {import("./documents.js").Picture} Picture
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
+
+const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "warp_left", "warp_right"];
+const PAIR = ["anaglyph_before", "anaglyph_after"];
+
+/** @param {WizardContext} context */
+export function makeFitStep(context) {
+  const { store } = context;
+  const models = h("div", {});
+  const paper = h("div", {});
+  const parallax = h("div", {});
+  const pair = h("div", {});
+  const diagrams = h("div", { class: "diagrams" });
+  const showModels = changing(models, modelsOf);
+  const showPaper = changing(paper, paperOf);
+  const showParallax = changing(parallax, parallaxOf);
+  const showPair = changing(pair, pairOf);
+  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear with the first fit.")]);
+  store.on(["session"], ({ session }) => {
+    showModels(session?.fit ?? null);
+    showPaper(session?.fit ?? null);
+    showParallax(session?.fit ?? null);
+    showPair(picturesOf(session, PAIR));
+    showDiagrams(picturesOf(session, DIAGRAMS));
+  });
+  const element = h("div", { class: "step step-fit" },
+    h("div", { class: "seeing" }, panel("Fit", runForm(context)), panel("Parallax of the markers", parallax)),
+    panel("Models, by the error on poses left out", models, paper), panel("Both eyes, before and after", pair), panel("Diagrams", diagrams));
+  return { element, live: null };
+}
+
+/** @param {WizardContext} context */
+function runForm({ store, orders }) {
+  const label = h("input", { type: "text", id: "fit-label", maxlength: 80, placeholder: "as the measurement", autocomplete: "off" });
+  const order = choiceField("Order", [["", "by cross-validation"], ...["2", "3", "4", "5", "6", "7", "8", "9"].map((each) => /** @type {[string, string]} */ ([each, each]))]);
+  const all = tickField("Use every marker distance: finds the pupils' walk and the baseline", true);
+  const act = () => orders.run("fit", { label: label.value.trim() || null, order: order.value() ? Number(order.value()) : null, use_all_distances: all.value() });
+  const start = starter({ label: "Fit", store, act, primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.fit ? "Fit again" : "Fit") });
+  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", { class: "lead", text: "What was measured stays as it is: fit as often as you like, with another order or with one distance alone. Each fit is a record of its own." }),
+    h("div", { class: "fields" }, h("div", { class: "field" }, h("label", { for: "fit-label", text: "Label" }), label), order.element, all.element),
+    h("p", { class: "actions" }, start));
+}
+
+/** @param {ConsoleState} state */
+function against({ session }) {
+  if (!session?.wide?.fit) return "First step 1: without the wide lens no marker's direction is known.";
+  return session.sweeps.some(({ done }) => done > 0) ? null : "First step 2: there is nothing to fit yet.";
+}
+
+/** @param {FitResult | null} fit */
+function modelsOf(fit) {
+  if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
+  const best = Math.max(...fit.models.flatMap(({ loo_deg }) => loo_deg));
+  const rows = fit.models.map((model) => h("tr", { class: model.chosen ? "chosen" : "" },
+    h("th", { scope: "row" }, model.name, model.chosen && badge("good", "taken")),
+    h("td", { text: model.order === null ? MISSING : String(model.order) }), h("td", { class: `eye-${model.eye}`, text: model.eye }),
+    ...model.loo_deg.map((loo) => h("td", {}, meter(loo / best), `${number(loo, 4)}°`))));
+  return [h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Models" }, h("table", { class: "compare" },
+    h("thead", {}, h("tr", {}, ["Model", "Order", "Eye", "Left out, x", "Left out, y"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, rows)))];
+}
+
+/** @param {number} share */
+function meter(share) {
+  const part = h("span", { class: "part" });
+  part.style.inlineSize = `${Math.min(1, share) * 100}%`;
+  return h("span", { class: "bar", "aria-hidden": "true" }, part);
+}
+
+/** @param {FitResult | null} fit */
+function paperOf(fit) {
+  if (!fit?.paper) return [];
+  const chosen = fit.models.filter((model) => model.chosen);
+  const ours = chosen.map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join("; ");
+  return [h("h4", { text: "Beside the paper’s plain model" }),
+    ...sentences(fit.paper).map((text) => h("p", { class: "lead", text })),
+    figures([...facts(fit.paper, sentenceNames(fit.paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value])), ["Ours: left out", ours]])];
+}
+
+/** @param {FitResult | null} fit */
+function parallaxOf(fit) {
+  if (!fit?.parallax) return [nothing("The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.")];
+  return [...sentences(fit.parallax).map((text) => h("p", { class: "lead", text })), figures(facts(fit.parallax, sentenceNames(fit.parallax)))];
+}
+
+/** @param {Picture[]} pictures */
+function pairOf(pictures) {
+  const [before, after] = pictures;
+  if (before && after) return [beforeAfter(before, after)];
+  return pictures.length ? pictures.map(figure) : [nothing("The anaglyph of both foveae appears here, raw and rectified.")];
+}
+
+/** @param {ConsoleState} state */
+export function fitProgress({ session }) {
+  return session?.fit ? { tone: "good", text: "fitted" } : null;
+}

@@ -1,0 +1,41 @@
+// The calibration that is in use: name, age, how far to trust it, and its health with the reason.
+
+import { changing, h } from "../dom.js";
+import { baseline, MISSING, number, span } from "../format.js";
+import { icon } from "../icons.js";
+import { figures } from "./parts.js";
+import { verdictOf } from "./verdict.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("../store.js").Store} Store
+ */
+
+/**
+ * @param {HTMLElement} place
+ * @param {Store} store
+ */
+export function mountInUse(place, store) {
+  const show = changing(place, inUse);
+  store.on(["rig", "health"], ({ rig, health }) => show({
+    verdict: verdictOf({ rig, health }), calibration: rig?.calibration ? { ...rig.calibration, age_s: 0 } : null,
+    age: span(rig?.calibration?.age_s), loading: rig === null,
+  }));
+}
+
+/**
+ * @param {{verdict: ReturnType<typeof verdictOf>, calibration: NonNullable<ConsoleState["rig"]>["calibration"], age: string, loading: boolean}} now
+ */
+function inUse({ verdict, calibration, age, loading }) {
+  if (loading) return [h("p", { class: "empty", text: "Loading …" })];
+  const tone = verdict.tone === "plain" ? "" : verdict.tone;
+  const title = h("p", { class: `state ${tone}` }, icon(verdict.tone === "good" ? "check" : verdict.tone === "warn" ? "warn" : "info"), verdict.text.replace(/ · .*/, ""));
+  const reason = h("p", { class: "lead", text: verdict.reason });
+  if (!calibration) return [title, reason, h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." })];
+  return [title, reason, figures([
+    ["Name", calibration.label || MISSING], ["Id", calibration.id.slice(0, 16)], ["Origin", calibration.origin], ["Age", age],
+    ["Mirror σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
+    ["Rectification σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
+    ["Baseline", baseline(/** @type {{baseline_m?: number}} */ (calibration).baseline_m ?? null)],
+  ])];
+}

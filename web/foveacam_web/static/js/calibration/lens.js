@@ -1,0 +1,32 @@
+// Both models of the wide lens beside each other: what they fit, what they see, how sure a pixel's direction is.
+
+import { h } from "../dom.js";
+import { MISSING, number } from "../format.js";
+import { nothing } from "./parts.js";
+
+/**
+ * @typedef {import("./documents.js").LensFit} LensFit
+ * @typedef {import("./documents.js").WideState} WideState
+ */
+
+const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({ five: "Five coefficients", rational: "Rational" }));
+
+/** @type {[string, (fit: LensFit) => string][]} */
+const ROWS = [
+  ["RMS", ({ rms_px }) => `${number(rms_px, 3)} px`],
+  ["Pixel ↔ angle", ({ accuracy_deg }) => (accuracy_deg === null ? MISSING : `± ${number(accuracy_deg, 4)}°`)],
+  ["Field of view", ({ fov_x_deg, fov_y_deg }) => `${number(fov_x_deg, 2)}° × ${number(fov_y_deg, 2)}°`],
+  ["Focal length", ({ fx_px, fy_px }) => `${number(fx_px, 1)}, ${number(fy_px, 1)} px`],
+  ["Principal point", ({ cx_px, cy_px }) => `${number(cx_px, 1)}, ${number(cy_px, 1)} px`],
+  ["Distortion", ({ distortion }) => distortion.map((each) => number(each, 4)).join("  ")],
+];
+
+/** @param {WideState | null} wide */
+export function lensTable(wide) {
+  if (!wide?.fit) return [nothing("Not fitted yet: that takes views from all over the picture, some of them tilted.")];
+  const fits = wide.other_model ? [wide.fit, wide.other_model] : [wide.fit];
+  return [h("table", { class: "compare" },
+    h("thead", {}, h("tr", {}, h("td", {}), fits.map((fit, index) =>
+      h("th", { scope: "col" }, NAMES[fit.model] ?? fit.model, index === 0 && h("span", { class: "badge good", text: "in use" }))))),
+    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { text: of(fit) }))))))];
+}

@@ -1,0 +1,134 @@
+// Step 2: the mirrors. The rig turns so that its markers pass through the whole field; each eye centres its own.
+
+import { changing, h } from "../dom.js";
+import { number } from "../format.js";
+import { NodeGrid } from "./nodegrid.js";
+import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "./parts.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
+ * @typedef {import("./documents.js").Station} Station
+ * @typedef {import("./documents.js").Sweep} Sweep
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
+
+/** @param {WizardContext} context */
+export function makeMirrorsStep(context) {
+  const { store } = context;
+  const live = h("div", { class: "live-slot" });
+  const grid = new NodeGrid();
+  const stations = h("div", { class: "station-choice", role: "group", "aria-label": "Station" });
+  const state = { station: "" };
+  const empty = h("div", {});
+  const showStations = changing(stations, (/** @type {Place[]} */ places) => places.map((place) => stationButton(place, () => choose(place.name))));
+  const showEmpty = changing(empty, (/** @type {string} */ text) => (text ? [nothing(text)] : []));
+  const update = () => {
+    const places = placesOf(store.state);
+    if (!places.some(({ name }) => name === state.station)) state.station = places.find(({ running }) => running)?.name ?? places[0]?.name ?? "";
+    showStations(places.map((place) => ({ ...place, chosen: place.name === state.station })));
+    const sweep = store.state.session?.sweeps.find((each) => each.station === state.station) ?? null;
+    grid.update(sweep);
+    grid.element.hidden = !sweep?.poses.length;
+    showEmpty(sweep?.poses.length ? "" : places.length ? "Nothing measured at this station yet." : "No station with markers is set up. Name one in the rig's file: where to point, and how far away the markers are.");
+  };
+  const choose = (/** @type {string} */ name) => {
+    state.station = name;
+    update();
+  };
+  store.on(["session", "pan_tilt", "work"], update);
+  const element = h("div", { class: "step step-mirrors" },
+    h("div", { class: "seeing" }, panel("Sweep", stations, empty, grid.element),
+      h("div", { class: "stack" }, live, panel("Measure", runForm(context, () => state.station)))));
+  return { element, live };
+}
+
+/** @typedef {{name: string, distance_m: number | null, done: number, nodes: number, refused: number, running: boolean, chosen: boolean}} Place */
+
+/**
+ * The stations with markers, whether set up now or measured once.
+ * @param {ConsoleState} state
+ * @returns {Place[]}
+ */
+function placesOf({ session, pan_tilt, work }) {
+  const sweeps = session?.sweeps ?? [];
+  const known = (pan_tilt?.stations ?? []).filter(({ target }) => target === "markers");
+  const names = [...new Set([...known.map(({ name }) => name), ...sweeps.map(({ station }) => station)])];
+  return names.map((name) => {
+    const sweep = sweeps.find((each) => each.station === name);
+    return {
+      name, distance_m: sweep?.distance_m ?? known.find((each) => each.name === name)?.distance_m ?? null,
+      done: sweep?.done ?? 0, nodes: sweep?.nodes ?? 0, refused: refusals(sweep),
+      running: Boolean(work?.note.includes(`${name} `) || work?.note.endsWith(name)), chosen: false,
+    };
+  });
+}
+
+/** @param {Sweep | undefined} sweep */
+function refusals(sweep) {
+  return (sweep?.poses ?? []).filter(({ left, right }) => left === "refused" || right === "refused").length;
+}
+
+/**
+ * @param {Place} place
+ * @param {() => void} choose
+ */
+function stationButton({ name, distance_m, done, nodes, refused, chosen }, choose) {
+  const far = distance_m === null ? "distance not measured" : `${number(distance_m, 2)} m`;
+  const measured = nodes ? `${done} of ${nodes}${refused ? `, ${refused} with a refusal` : ""}` : "not measured";
+  return h("button", { type: "button", class: "station", "aria-pressed": String(chosen), data: { keep: `station-${name}` }, on: { click: choose } },
+    h("strong", { text: name }), h("span", { text: far }), h("span", { class: "number", text: measured }));
+}
+
+/**
+ * @param {WizardContext} context
+ * @param {() => string} station that is chosen
+ */
+function runForm({ store, orders }, station) {
+  const where = choiceField("Measure at", [["", "every station with markers"], ["one", "the chosen station"]]);
+  const across = numberField("Nodes across", { min: 3, max: 21, hint: "9" });
+  const down = numberField("Nodes down", { min: 3, max: 21, hint: "9" });
+  const ax = numberField("Up to ±", { min: 0.5, max: 15, step: "any", unit: "° ax", hint: "as the rig" });
+  const ay = numberField("Up to ±", { min: 0.5, max: 15, step: "any", unit: "° ay", hint: "as the rig" });
+  const spacing = choiceField("Spacing", [["", "as usual"], ["rim", "denser near the rim"], ["even", "even"]]);
+  const again = tickField("Start over: forget what was measured", false);
+  const act = () => {
+    if (!allHold(across, down, ax, ay)) return undefined;
+    const [columns, rows] = [across.value(), down.value()];
+    return orders.run("mirrors", {
+      stations: where.value() === "one" && station() ? [station()] : null,
+      nodes: columns === null && rows === null ? null : [columns ?? rows, rows ?? columns],
+      extent_ax_deg: ax.value(), extent_ay_deg: ay.value(), spacing: spacing.value() || null, restart: again.value() || null,
+    });
+  };
+  const start = starter({ label: "Measure", store, act, primary: true, keys: ["session", "pan_tilt"], why: against, named: startWords });
+  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", { class: "lead", text: "The rig turns from node to node. At each one the wide camera measures where the markers are, and each eye steers until its own marker is in the middle." }),
+    h("details", { class: "options" }, h("summary", { text: "Grid and options" }),
+      h("div", { class: "fields" }, [where, across, down, ax, ay, spacing, again].map(({ element }) => element))),
+    h("p", { class: "actions" }, start));
+}
+
+/** @param {ConsoleState} state */
+function against({ session, pan_tilt }) {
+  if (!session?.wide?.fit) return "First step 1: without the wide lens no marker's direction is known.";
+  if (pan_tilt && !pan_tilt.present) return "This rig has no pan-tilt; see on the right how to set one up.";
+  if (pan_tilt?.fault) return "The pan-tilt is not usable now.";
+  return null;
+}
+
+/** @param {ConsoleState} state */
+function startWords({ session }) {
+  const begun = session?.sweeps.filter(({ done }) => done > 0) ?? [];
+  if (begun.length === 0) return "Measure";
+  return begun.some(({ done, nodes }) => done < nodes) ? "Go on measuring" : "Measure what is missing";
+}
+
+/** @param {ConsoleState} state */
+export function mirrorsProgress({ session }) {
+  const sweeps = session?.sweeps ?? [];
+  const done = sweeps.reduce((sum, each) => sum + each.done, 0);
+  const nodes = sweeps.reduce((sum, each) => sum + each.nodes, 0);
+  if (nodes === 0) return null;
+  return { tone: done >= nodes ? "good" : "plain", text: `${done}/${nodes}` };
+}

@@ -1,0 +1,163 @@
+// What the operator can order while calibrating. A refusal is shown with its remedy, and says null.
+
+import { request } from "../api.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
+ * @typedef {import("./documents.js").Comparison} Comparison
+ * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
+ * @typedef {import("./documents.js").RunStep} RunStep
+ * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("./reader.js").CalibrationReader} CalibrationReader
+ * @typedef {import("./work.js").WorkFollower} WorkFollower
+ */
+
+const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes the server a while
+
+/** The orders of one page. */
+export class CalibrationOrders {
+  #store;
+  #commands;
+  #reader;
+  #work;
+
+  /** @param {{store: Store, commands: Commands, reader: CalibrationReader, work: WorkFollower}} context */
+  constructor({ store, commands, reader, work }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.#reader = reader;
+    this.#work = work;
+  }
+
+  /**
+   * Begin a session: everything measured for one calibration.
+   * @param {string} [label]
+   * @returns {Promise<SessionDocument | null>}
+   */
+  async newSession(label = "") {
+    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
+      request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })));
+    if (session) this.#store.set({ session });
+    if (session) await this.#reader.readSessions();
+    return session;
+  }
+
+  /** @param {string} id */
+  async deleteSession(id) {
+    await this.#attempt(() => request("DELETE", `/calibration_sessions/${id}`));
+    await this.#reader.readSessions();
+  }
+
+  /**
+   * Run a step in the open session; without one, in a new session.
+   * @param {RunStep} step
+   * @param {Record<string, unknown>} [options]
+   */
+  async run(step, options = {}) {
+    const session = this.#store.state.session ?? (await this.newSession());
+    if (!session) return;
+    const given = Object.fromEntries(Object.entries(options).filter(([, value]) => value !== null && value !== undefined));
+    const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (
+      this.#post(`/calibration_sessions/${session.id}/runs`, { step, options: given })));
+    if (job) this.#work.follow(job, { step, session_id: session.id });
+  }
+
+  /** End the procedure that runs; what it has measured is kept. */
+  cancel() {
+    const id = this.#store.state.work?.job_id;
+    return id ? this.#attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
+  }
+
+  /** @param {string} sample_id */
+  async removeSample(sample_id) {
+    const id = this.#store.state.session?.id;
+    if (!id) return;
+    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
+      request("DELETE", `/calibration_sessions/${id}/wide_samples/${sample_id}`, { patience_ms: SLOW_MS })));
+    if (session) this.#store.set({ session });
+  }
+
+  /** @param {string} id */
+  async activate(id) {
+    const answer = await this.#attempt(() => request("POST", `/calibrations/${id}/activate`).then(() => true));
+    if (answer) await this.#reader.readAll();
+  }
+
+  /**
+   * @param {string} a
+   * @param {string} b
+   */
+  compare(a, b) {
+    const query = new URLSearchParams({ a, b });
+    return this.#attempt(() => /** @type {Promise<Comparison>} */ (
+      request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS })));
+  }
+
+  /**
+   * @param {unknown} document of a calibration file
+   * @returns {Promise<CalibrationRecord | null>}
+   */
+  async importRecord(document) {
+    const record = await this.#attempt(() => /** @type {Promise<CalibrationRecord>} */ (
+      request("POST", "/calibrations/import", { body: document })));
+    if (record) await this.#reader.readRecords();
+    return record;
+  }
+
+  /**
+   * Look once into the scene and find how far the eyes have drifted.
+   * @param {{distance_m: number | null, apply: boolean}} body
+   */
+  async checkDrift(body) {
+    const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (this.#post("/drift_checks", body)));
+    if (job) this.#work.follow(job, { step: "drift", session_id: null });
+  }
+
+  /** @param {{station: string} | {pan_deg: number, tilt_deg: number}} body */
+  turn(body) {
+    return this.#panTilt("/pan_tilt/moves", body);
+  }
+
+  /** Stop turning, now. */
+  hold() {
+    return this.#panTilt("/pan_tilt/holds", undefined);
+  }
+
+  home() {
+    return this.#panTilt("/pan_tilt/homings", undefined);
+  }
+
+  /**
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  async #panTilt(path, body) {
+    const pan_tilt = await this.#attempt(() => /** @type {Promise<PanTiltDocument>} */ (this.#post(path, body)));
+    if (pan_tilt) this.#store.set({ pan_tilt });
+    await this.#reader.readPanTilt();
+  }
+
+  /**
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  #post(path, body) {
+    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
+  }
+
+  /**
+   * @template T
+   * @param {() => Promise<T>} act
+   */
+  #attempt(act) {
+    return this.#commands.attempt(act);
+  }
+
+  #usualLabel() {
+    const when = new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
+    return `${this.#store.state.rig?.name ?? "Rig"}, ${when}`;
+  }
+}

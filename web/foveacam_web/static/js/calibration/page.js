@@ -1,0 +1,133 @@
+// The wizard: its head with the session, its steps, what runs now, and the pan-tilt beside them.
+
+import { changing, fill, focusOn, h, need } from "../dom.js";
+import { icon } from "../icons.js";
+import { makeCheckStep, checkProgress } from "./check_step.js";
+import { mountDrift } from "./drift.js";
+import { makeEverything } from "./everything.js";
+import { fitProgress, makeFitStep } from "./fit_step.js";
+import { mountInUse } from "./in_use.js";
+import { mountJobBar } from "./jobbar.js";
+import { Live } from "./live.js";
+import { makeMirrorsStep, mirrorsProgress } from "./mirrors_step.js";
+import { mountPanTilt } from "./pantilt.js";
+import { badge, panel } from "./parts.js";
+import { mountRecords } from "./records.js";
+import { addressOf, PAGES } from "./route.js";
+import { makeSessionChoice, mountSessions } from "./sessions.js";
+import { makeSettleStep, settleProgress } from "./settle_step.js";
+import { makeWideStep, wideProgress } from "./wide_step.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").WizardPage} WizardPage
+ * @typedef {{
+ *   store: import("../store.js").Store, orders: import("./orders.js").CalibrationOrders, reader: import("./reader.js").CalibrationReader,
+ *   work: import("./work.js").WorkFollower, toasts: import("../toasts.js").Toasts, views: import("../video/views.js").Views
+ * }} WizardContext
+ * @typedef {{element: HTMLElement, live: HTMLElement | null}} Step `live`: where the live pictures go
+ * @typedef {(state: ConsoleState) => {tone: string, text: string} | null} Progress
+ */
+
+/** @type {Readonly<Partial<Record<WizardPage, Progress>>>} */
+const PROGRESS = Object.freeze({ wide: wideProgress, mirrors: mirrorsProgress, fit: fitProgress, check: checkProgress, settle: settleProgress });
+
+/**
+ * @param {HTMLElement} place
+ * @param {WizardContext} context
+ */
+export function mountWizard(place, context) {
+  const { store } = context;
+  const live = new Live({ ...context, homes: { wide: need("wide"), left: need("eyes"), right: need("eyes") } });
+  const steps = makeSteps(context);
+  const bar = h("div", { class: "jobbar" });
+  const turner = h("div", { class: "inside" });
+  mountJobBar(bar, context);
+  mountPanTilt(turner, context);
+  fill(place, head(context), makeTabs(context), bar,
+    h("div", { class: "wizard-body" },
+      h("div", { class: "wizard-step" }, [...steps.values()].map(({ element }) => element)),
+      h("aside", { class: "wizard-side" }, h("section", { class: "panel", "aria-label": "Pan-tilt" }, h("header", {}, h("h3", { text: "Pan-tilt" })), turner))));
+  store.on(["wizard"], ({ wizard }) => {
+    for (const [page, { element, live: slot }] of steps) {
+      element.hidden = page !== wizard;
+      if (page === wizard && slot) slot.append(live.element);
+    }
+    turnPage(place, wizard);
+  });
+}
+
+/**
+ * @param {WizardContext} context
+ * @returns {Map<WizardPage, Step>}
+ */
+function makeSteps(context) {
+  return new Map(/** @type {[WizardPage, Step][]} */ ([
+    ["overview", makeOverview(context)], ["wide", makeWideStep(context)], ["mirrors", makeMirrorsStep(context)],
+    ["fit", makeFitStep(context)], ["check", makeCheckStep(context)], ["settle", makeSettleStep(context)],
+  ]).map(([page, step]) => {
+    Object.assign(step.element, { id: `step-${page}`, tabIndex: -1 });
+    step.element.setAttribute("role", "region");
+    step.element.setAttribute("aria-labelledby", `to-${page}`);
+    return [page, step];
+  }));
+}
+
+/**
+ * @param {WizardContext} context
+ * @returns {Step}
+ */
+function makeOverview(context) {
+  const records = h("div", {});
+  const drift = h("div", {});
+  const inUse = h("div", {});
+  const sessions = h("div", {});
+  mountRecords(records, context);
+  mountDrift(drift, context);
+  mountInUse(inUse, context.store);
+  mountSessions(sessions, context);
+  const element = h("div", { class: "step step-overview" }, panel("In use", inUse), panel("Records", records), panel("Drift", drift), panel("Measurements", sessions));
+  return { element, live: null };
+}
+
+/** @param {WizardContext} context */
+function head(context) {
+  const everything = makeEverything(context);
+  return h("div", { class: "wizard-head" },
+    h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }), makeSessionChoice(context),
+    h("button", { type: "button", class: "plain primary", on: { click: () => everything.showModal() } }, icon("scope"), "Calibrate everything"),
+    h("a", { class: "plain back", href: addressOf(null) }, icon("back"), "Console"));
+}
+
+/** @param {WizardContext} context */
+function makeTabs({ store }) {
+  const links = PAGES.map(({ page, title }) => ({ page, link: h("a", { href: addressOf(page), id: `to-${page}` }, h("span", { text: title })), mark: h("span", { class: "mark" }) }));
+  const shows = links.map(({ page, mark }) => ({ page, show: changing(mark, (/** @type {{tone: string, text: string} | null} */ now) => (now ? [badge(now.tone, now.text)] : [])) }));
+  for (const { link, mark } of links) link.append(mark);
+  store.on(["wizard"], ({ wizard }) => {
+    for (const { page, link } of links) {
+      if (page === wizard) link.setAttribute("aria-current", "step");
+      else link.removeAttribute("aria-current");
+      if (page === wizard) link.scrollIntoView({ block: "nearest", inline: "nearest" });
+    }
+  });
+  store.on(["session"], (state) => {
+    for (const { page, show } of shows) show(PROGRESS[page]?.(state) ?? null);
+  });
+  return h("nav", { class: "wizard-tabs", "aria-label": "Steps of calibrating" }, links.map(({ link }) => link));
+}
+
+/**
+ * Show the wizard or the console, and let the keyboard begin where the eyes do.
+ * @param {HTMLElement} place
+ * @param {WizardPage | null} wizard
+ */
+function turnPage(place, wizard) {
+  const open = wizard !== null;
+  if (open === !place.hidden) return;
+  place.hidden = !open;
+  need("console").hidden = open;
+  document.body.classList.toggle("calibrating", open);
+  window.scrollTo(0, 0);
+  focusOn(need(open ? "wizard-title" : "console"));
+}

@@ -1,0 +1,138 @@
+// Small parts of the wizard's pages: panels, fields, figures, and buttons that say why they cannot be pressed.
+
+import { fill, h, say } from "../dom.js";
+import { MISSING } from "../format.js";
+import { icon } from "../icons.js";
+import { isRunning } from "./work.js";
+
+/**
+ * @typedef {import("../dom.js").Child} Child
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../icons.js").IconName} IconName
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null}} NumberField
+ */
+
+/**
+ * A panel with its title.
+ * @param {string} title
+ * @param {...(Child | Child[])} children
+ */
+export function panel(title, ...children) {
+  return h("section", { class: "panel", "aria-label": title }, h("header", {}, h("h3", { text: title })), h("div", { class: "inside" }, ...children));
+}
+
+/**
+ * A button that starts something. While it cannot, it is off and the reason stands beside it.
+ * @param {{
+ *   label: string, store: Store, act: () => unknown, primary?: boolean, picture?: IconName,
+ *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string
+ * }} options `why`: what stands against it now, null when nothing does
+ */
+export function starter({ label, store, act, primary = false, picture, keys = [], why = () => null, named }) {
+  const words = h("span", { text: label });
+  const reason = h("span", { class: "why", role: "status" });
+  const button = h("button", { type: "button", class: primary ? "plain primary" : "plain", on: { click: () => void act() } }, picture && icon(picture), words);
+  store.on(["work", "stream", ...keys], (state) => {
+    const against = state.stream === "down" ? "No connection to the server." : why(state) ?? (isRunning(state.work) ? "Something runs already." : null);
+    button.disabled = against !== null;
+    say(reason, against !== null && !isRunning(state.work) ? against : "");
+    if (named) say(words, named(state));
+  });
+  return h("span", { class: "starter" }, button, reason);
+}
+
+let fields = 0;
+
+/**
+ * A number to type in; empty means that the rig decides, where that is allowed.
+ * @param {string} label
+ * @param {{value?: number | null, min?: number, max?: number, step?: number | "any", unit?: string, hint?: string}} [options]
+ * @returns {NumberField}
+ */
+export function numberField(label, { value = null, min, max, step = 1, unit = "", hint = "" } = {}) {
+  fields += 1;
+  const id = `field-${fields}`;
+  const input = h("input", { type: "number", id, value: value ?? "", min, max, step, placeholder: hint, inputmode: "decimal" });
+  const element = h("div", { class: "field" }, h("label", { for: id, text: label }), h("span", { class: "entry" }, input, unit && h("span", { class: "unit", text: unit })));
+  return { element, input, value: () => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null) };
+}
+
+/**
+ * @param {string} label
+ * @param {[string, string][]} choices value and words
+ * @param {(value: string) => void} [changed]
+ */
+export function choiceField(label, choices, changed = () => {}) {
+  fields += 1;
+  const id = `field-${fields}`;
+  const input = h("select", { id, on: { change: () => changed(input.value) } }, choices.map(([value, text]) => h("option", { value, text })));
+  return { element: h("div", { class: "field" }, h("label", { for: id, text: label }), input), input, value: () => input.value };
+}
+
+/**
+ * @param {string} label
+ * @param {boolean} checked
+ */
+export function tickField(label, checked) {
+  const input = h("input", { type: "checkbox", checked });
+  return { element: h("label", { class: "field tick" }, input, h("span", { text: label })), input, value: () => input.checked };
+}
+
+/**
+ * Whether all fields hold what they may; the browser shows the first that does not.
+ * @param {...NumberField} entries
+ */
+export function allHold(...entries) {
+  return entries.every(({ input }) => input.closest("[hidden]") !== null || input.reportValidity());
+}
+
+/**
+ * Names and values in two columns.
+ * @param {[string, Child][]} rows
+ */
+export function figures(rows) {
+  return h("dl", { class: "numbers" }, rows.flatMap(([name, value]) =>
+    [h("dt", { text: name }), h("dd", { class: "number" }, value === "" || value === null || value === undefined ? MISSING : value)]));
+}
+
+/**
+ * What to read where there is nothing yet.
+ * @param {string} text
+ */
+export function nothing(text) {
+  return h("p", { class: "empty", text });
+}
+
+/**
+ * A word with its tone: good, warn, bad or plain.
+ * @param {string} tone
+ * @param {string} text
+ * @param {string} [title]
+ */
+export function badge(tone, text, title) {
+  return h("span", { class: `badge ${tone}`, text, title });
+}
+
+/**
+ * Part of the whole as a bar that screen readers read as well.
+ * @param {string} label
+ * @param {{share: number | null, text: string}} how `share` in 0 … 1, null while it is unknown
+ */
+export function bar(label, { share, text }) {
+  const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
+  const part = h("span", { class: "part" });
+  part.style.inlineSize = `${value ?? 0}%`;
+  return h("div", { class: share === null ? "bar endless" : "bar", role: "progressbar", "aria-label": label, "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": value, "aria-valuetext": text }, part);
+}
+
+/**
+ * Show one of several elements, or none.
+ * @param {HTMLElement} place
+ * @param {Child | Child[]} children
+ */
+export function show(place, children) {
+  const list = [children].flat();
+  place.hidden = list.every((child) => !child);
+  fill(place, ...list);
+}

@@ -1,0 +1,149 @@
+// Keeps what the page knows of calibrating equal to the server's: health always, the rest while the wizard is open.
+
+import { request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
+ * @typedef {import("./documents.js").DriftCheck} DriftCheck
+ * @typedef {import("./documents.js").HealthDocument} HealthDocument
+ * @typedef {import("./documents.js").NodeState} NodeState
+ * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
+ * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("./documents.js").SessionSummary} SessionSummary
+ * @typedef {import("./work.js").WorkFollower} WorkFollower
+ */
+
+const MOVING_MS = 350;
+const RESTING_MS = 1500;
+const SESSION_MS = 1500; // events tell of each pose at once; the document with its figures may come a little later
+
+/** Reads for one page. */
+export class CalibrationReader {
+  #store;
+  #work;
+  #reads = new QuietReads();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #later;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_pan_tilt;
+
+  /** @param {{store: Store, work: WorkFollower}} context */
+  constructor({ store, work }) {
+    this.#store = store;
+    this.#work = work;
+    work.ended = () => void this.readAll();
+    let open = false;
+    store.on(["wizard"], ({ wizard }) => {
+      if (Boolean(wizard) === open) return;
+      open = Boolean(wizard);
+      if (open) void this.readAll();
+    });
+  }
+
+  async readAll() {
+    await this.readHealth();
+    if (!this.#store.state.wizard) return;
+    await Promise.all([this.readRecords(), this.readSessions(), this.readDrift(), this.readPanTilt()]);
+  }
+
+  readHealth() {
+    return this.#reads.read("health", async () => {
+      this.#store.set({ health: /** @type {HealthDocument} */ (await request("GET", "/calibrations/health")) });
+    });
+  }
+
+  readRecords() {
+    return this.#reads.read("records", async () => {
+      this.#store.set({ records: /** @type {CalibrationRecord[]} */ (await request("GET", "/calibrations")) });
+    });
+  }
+
+  readDrift() {
+    return this.#reads.read("drift", async () => {
+      const checks = /** @type {DriftCheck[]} */ (await request("GET", "/drift_checks"));
+      this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
+    });
+  }
+
+  /** Read which sessions there are, and the one that is open; without one, the newest. */
+  readSessions() {
+    return this.#reads.read("sessions", async () => {
+      const sessions = /** @type {SessionSummary[]} */ (await request("GET", "/calibration_sessions"));
+      this.#store.set({ sessions });
+      const open = this.#store.state.session?.id;
+      const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
+      if (id) await this.#load(id);
+      else this.#store.set({ session: null });
+      const running = sessions.find((each) => each.running);
+      if (running?.running) await this.#work.resume(running.running, running.id);
+    });
+  }
+
+  /** @param {string} id */
+  openSession(id) {
+    return this.#reads.read(`session ${id}`, () => this.#load(id));
+  }
+
+  /** @param {string} id */
+  async #load(id) {
+    this.#store.set({ session: /** @type {SessionDocument} */ (await request("GET", `/calibration_sessions/${id}`)) });
+  }
+
+  /** Read the pan-tilt now and, while the wizard is open, again and again: nothing else tells where it is. */
+  readPanTilt() {
+    clearTimeout(this.#next_pan_tilt);
+    return this.#reads.read("pan_tilt", async () => {
+      if (!document.hidden) this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
+    }).finally(() => {
+      const { wizard, pan_tilt } = this.#store.state;
+      clearTimeout(this.#next_pan_tilt);
+      if (wizard) this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
+    });
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    const data = event.data ?? {};
+    this.#work.hear(event);
+    if (event.kind === "calibration.health" || event.kind === "fixation.done") void this.readHealth();
+    if (event.kind === "rig.calibration") void this.readAll();
+    if (!this.#store.state.wizard) return;
+    if (event.kind === "calibration.pose") this.#pose(data);
+    if (event.kind === "calibration.fitted") void this.readAll();
+    if (data["session_id"] === this.#store.state.session?.id && /^calibration\.(pose|sample|progress)$/.test(event.kind)) {
+      this.#later ??= setTimeout(() => {
+        this.#later = undefined;
+        const id = this.#store.state.session?.id;
+        if (id) void this.openSession(id);
+      }, SESSION_MS);
+    }
+  }
+
+  /**
+   * Show at once how a pose ended; the reasons come with the document.
+   * @param {Record<string, unknown>} data
+   */
+  #pose(data) {
+    const { session } = this.#store.state;
+    if (!session || session.id !== data["session_id"]) return;
+    const sweeps = session.sweeps.map((sweep) => sweep.station !== data["station"] ? sweep : {
+      ...sweep,
+      poses: sweep.poses.map((pose) => pose.index !== data["index"] ? pose : {
+        ...pose, left: state(data["left"], pose.left), right: state(data["right"], pose.right),
+      }),
+    });
+    this.#store.set({ session: { ...session, sweeps } });
+  }
+}
+
+/**
+ * @param {unknown} word
+ * @param {NodeState} before
+ * @returns {NodeState}
+ */
+function state(word, before) {
+  return word === "centred" || word === "rim" || word === "refused" || word === "waiting" ? word : before;
+}

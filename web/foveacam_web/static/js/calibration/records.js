@@ -1,0 +1,112 @@
+// The records of this rig: which is in use, take another into use, report, export, import, compare two.
+
+import { changing, fill, h, say } from "../dom.js";
+import { MISSING, number, span } from "../format.js";
+import { icon } from "../icons.js";
+import { facts } from "./facts.js";
+import { badge, figures, nothing } from "./parts.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
+ * @typedef {import("./documents.js").Comparison} Comparison
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
+
+const ORIGINS = Object.freeze(/** @type {Record<string, string>} */ ({ factory: "factory", measured: "measured", corrected: "corrected for drift", imported: "imported" }));
+
+/**
+ * @param {HTMLElement} place
+ * @param {WizardContext} context
+ */
+export function mountRecords(place, context) {
+  const { store } = context;
+  /** @type {Set<string>} */
+  const picked = new Set();
+  const list = h("ul", { class: "records" });
+  const compared = h("div", { class: "compared", hidden: true });
+  const compare = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("scales"), "Compare");
+  const hint = h("span", { class: "why", role: "status" });
+  const act = async () => {
+    const [a, b] = [...picked];
+    if (!a || !b) return;
+    compare.disabled = true;
+    const found = await context.orders.compare(a, b);
+    choose();
+    if (!found) return;
+    fill(compared, ...comparisonOf(found, store.state.records ?? []));
+    compared.hidden = false;
+  };
+  const choose = () => {
+    compare.disabled = picked.size !== 2;
+    say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
+  };
+  const show = changing(list, (/** @type {CalibrationRecord[] | null} */ records) => (records ?? []).map((record) => row(record, { ...context, picked, choose })));
+  const empty = h("div", {});
+  store.on(["records"], ({ records }) => {
+    for (const id of picked) if (!records?.some((record) => record.id === id)) picked.delete(id);
+    show(records?.map((record) => ({ ...record, age_s: Math.floor(record.age_s / 60) * 60 })) ?? null);
+    fill(empty, records === null ? nothing("Loading …") : records.length === 0 ? nothing("No record yet. Calibrate everything, or import a file.") : null);
+    choose();
+  });
+  fill(place, empty, list, h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), importer(context)), compared);
+}
+
+/**
+ * @param {CalibrationRecord} record
+ * @param {WizardContext & {picked: Set<string>, choose: () => void}} context
+ */
+function row(record, { orders, picked, choose }) {
+  const name = record.label || record.origin;
+  const tick = h("input", { type: "checkbox", "aria-label": `Compare ${name}`, data: { keep: `tick-${record.id}` }, checked: picked.has(record.id), on: { change: () => {
+    if (tick.checked) picked.add(record.id);
+    else picked.delete(record.id);
+    choose();
+  } } });
+  const file = (/** @type {string} */ format) => `/api/v1/calibrations/${record.id}/file?format=${format}`;
+  return h("li", { class: record.current ? "current" : "" }, tick,
+    h("div", { class: "what" },
+      h("p", { class: "name" }, h("strong", { text: name, title: name }), record.current && badge("good", "in use"), record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail)),
+      h("p", { class: "legend" }, h("span", { text: ORIGINS[record.origin] ?? record.origin }), h("time", { datetime: record.created_utc, title: record.created_utc, text: `${span(record.age_s)} ago` }),
+        h("span", { class: "number", text: record.id.slice(0, 10), title: `${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}` }),
+        h("span", { class: "number", text: `mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}` }),
+        h("span", { class: "number", text: `rows ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}` }))),
+    h("div", { class: "links" },
+      !record.current && h("button", { type: "button", class: "plain", data: { keep: `use-${record.id}` }, "aria-label": `Use ${name}`, on: { click: () => void orders.activate(record.id) } }, "Use"),
+      h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),
+      h("a", { href: file("foveacam"), download: "", "aria-label": `Export ${name}` }, icon("down"), "Export"),
+      h("a", { href: file("authors"), download: "", title: "In the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` }, icon("down"), "Authors’")));
+}
+
+/** @param {WizardContext} context */
+function importer({ orders, toasts }) {
+  const input = h("input", { type: "file", accept: ".json,application/json", class: "unseen", "aria-label": "Import a calibration file", on: { change: () => void read() } });
+  const read = async () => {
+    const file = input.files?.[0];
+    input.value = "";
+    if (!file) return;
+    let document;
+    try {
+      document = JSON.parse(await file.text());
+    } catch {
+      toasts.show({ tone: "warn", title: "Not a calibration file", detail: `“${file.name}” is not JSON: it may be cut short, or another kind of file.`, remedy: "Export it again where it came from." });
+      return;
+    }
+    const record = await orders.importRecord(document);
+    if (record) toasts.show({ tone: "good", title: "Imported", detail: `“${record.label || record.id}” is in the list; it is not in use yet.` });
+  };
+  return h("label", { class: "plain file" }, icon("plus"), "Import a file", input);
+}
+
+/**
+ * @param {Comparison} found
+ * @param {CalibrationRecord[]} records
+ */
+function comparisonOf(found, records) {
+  const name = (/** @type {string} */ id) => records.find((record) => record.id === id)?.label || id.slice(0, 10);
+  return [
+    h("h4", { text: `${name(found.a)} beside ${name(found.b)}` }),
+    figures(facts(found, ["a", "b"])),
+    found.picture_url ? h("img", { src: found.picture_url, alt: "Where both differ, over the field" }) : null,
+  ];
+}

@@ -1,0 +1,52 @@
+// Which page of the wizard is open: the address's fragment says it, so that Back, reload and links work.
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").WizardPage} WizardPage
+ */
+
+/** @type {{page: WizardPage, title: string}[]} */
+export const PAGES = [
+  { page: "overview", title: "Overview" },
+  { page: "wide", title: "1 Wide camera" },
+  { page: "mirrors", title: "2 Mirrors" },
+  { page: "fit", title: "3 Rectify" },
+  { page: "check", title: "4 Check" },
+  { page: "settle", title: "Settle" },
+];
+
+/**
+ * The address of a page of the wizard; without one, that of the console.
+ * @param {WizardPage | null} page
+ */
+export function addressOf(page) {
+  return page === null ? "#/" : page === "overview" ? "#/calibration" : `#/calibration/${page}`;
+}
+
+/**
+ * @param {string} hash
+ * @returns {WizardPage | null}
+ */
+export function pageAt(hash) {
+  const found = /^#\/calibration(?:\/(\w+))?$/.exec(hash);
+  if (!found) return null;
+  return PAGES.find(({ page }) => page === found[1])?.page ?? "overview";
+}
+
+/** @param {WizardPage | null} page */
+export function go(page) {
+  location.hash = addressOf(page);
+}
+
+/**
+ * Keep the state's page equal to the address.
+ * @param {Store} store
+ */
+export function followAddress(store) {
+  const read = () => {
+    const wizard = pageAt(location.hash);
+    if (wizard !== store.state.wizard) store.set({ wizard });
+  };
+  window.addEventListener("hashchange", read);
+  read();
+}

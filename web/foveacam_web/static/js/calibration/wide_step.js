@@ -1,0 +1,125 @@
+// Step 1: the wide camera. The board from everywhere and at every tilt; how good the lens is known from that.
+
+import { changing, h, say } from "../dom.js";
+import { number } from "../format.js";
+import { drawCoverage, drawTilts } from "./coverage.js";
+import { lensTable } from "./lens.js";
+import { allHold, choiceField, numberField, panel, starter } from "./parts.js";
+import { figure, picturesOf } from "./pictures.js";
+import { mountSamples } from "./samples.js";
+
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").Board} Board
+ * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
+
+const PICTURES = ["coverage", "wide_residuals"];
+
+/** @param {WizardContext} context */
+export function makeWideStep(context) {
+  const { store } = context;
+  const live = h("div", { class: "live-slot" });
+  const cover = h("div", { class: "cover" });
+  const samples = h("div", {});
+  const lens = h("div", { class: "scroll-x" });
+  const diagrams = h("div", { class: "diagrams" });
+  const showCover = changing(cover, coverOf);
+  const showLens = changing(lens, lensTable);
+  const showDiagrams = changing(diagrams, (/** @type {import("./documents.js").Picture[]} */ pictures) => pictures.map(figure));
+  mountSamples(samples, context);
+  store.on(["session", "rig"], ({ session, rig }) => {
+    const camera = rig?.cameras.find(({ role }) => role === "wide");
+    showCover({ wide: session?.wide ?? null, width: camera?.width ?? 1440, height: camera?.height ?? 1080 });
+    showLens(session?.wide ?? null);
+    showDiagrams(picturesOf(session, PICTURES));
+  });
+  const element = h("div", { class: "step step-wide" },
+    h("div", { class: "seeing" }, live, panel("Views of the board", runForm(context), cover)),
+    panel("Views taken", samples), panel("The lens", lens, diagrams));
+  return { element, live };
+}
+
+/** @param {{wide: SessionDocument["wide"], width: number, height: number}} now */
+function coverOf({ wide, width, height }) {
+  const taken = wide?.samples ?? [];
+  const fraction = wide?.coverage_fraction ?? null;
+  return [
+    drawCoverage(taken, { width, height }),
+    h("p", { class: "legend" }, fraction === null ? "Each dot is the middle of one view of the board." : `${number(fraction * 100, 0)} % of the picture covered`),
+    drawTilts(taken, wide?.tilts_covered ?? null),
+  ];
+}
+
+/** @param {WizardContext} context */
+function runForm({ store, orders }) {
+  const kind = choiceField("Board", [["charuco", "ChArUco"], ["checkerboard", "Checkerboard"]], () => offer());
+  const columns = numberField("Columns", { min: 3, max: 40 });
+  const rows = numberField("Rows", { min: 3, max: 40 });
+  const square = numberField("Square", { min: 0.5, max: 500, step: "any", unit: "mm" });
+  const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
+  const views = numberField("Views wanted", { min: 3, max: 200, hint: "until covered" });
+  const model = choiceField("Lens model", [["", "the better one"], ["five", "five coefficients"], ["rational", "rational"]]);
+  const note = h("p", { class: "lead" });
+  const offer = () => {
+    marker.element.hidden = kind.value() !== "charuco";
+    say(note, kind.value() === "charuco" ? "Columns and rows count squares." : "Columns and rows count inner corners.");
+  };
+  const act = () => allHold(columns, rows, square, marker, views) && orders.run("wide", {
+    board: boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()), views: views.value(), model: model.value() || null,
+  });
+  fillBoard(store, { kind, columns, rows, square, marker, offer });
+  const start = starter({
+    label: "Take views", store, act, primary: true, keys: ["session"],
+    named: ({ session }) => (session?.wide?.samples.length ? "Take more views" : "Take views"),
+  });
+  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", { class: "lead", text: "Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself when the board is still and adds something new." }),
+    h("details", { class: "options" }, h("summary", { text: "Board and options" }),
+      h("div", { class: "fields" }, [kind, columns, rows, square, marker, views, model].map(({ element }) => element)), note),
+    h("p", { class: "actions" }, start));
+}
+
+/**
+ * The board as the options name it; none when nothing was typed: the session's own is used.
+ * @param {string} kind
+ * @param {number | null} columns
+ * @param {number | null} rows
+ * @param {number | null} square_mm
+ * @param {number | null} marker_mm
+ * @returns {Board | null}
+ */
+function boardOf(kind, columns, rows, square_mm, marker_mm) {
+  if (columns === null || rows === null || square_mm === null) return null;
+  return { kind: kind === "checkerboard" ? "checkerboard" : "charuco", columns, rows, square_mm, marker_mm: kind === "charuco" ? marker_mm : null };
+}
+
+/**
+ * Fill the fields with the session's board, whenever another one comes.
+ * @param {import("../store.js").Store} store
+ * @param {{kind: {input: HTMLSelectElement}, columns: import("./parts.js").NumberField, rows: import("./parts.js").NumberField,
+ *   square: import("./parts.js").NumberField, marker: import("./parts.js").NumberField, offer: () => void}} fields
+ */
+function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
+  let known = "";
+  store.on(["session"], ({ session }) => {
+    const now = JSON.stringify(session?.board ?? null);
+    if (now === known) return;
+    known = now;
+    const board = session?.board;
+    kind.input.value = board?.kind ?? "charuco";
+    columns.input.value = String(board?.columns ?? "");
+    rows.input.value = String(board?.rows ?? "");
+    square.input.value = String(board?.square_mm ?? "");
+    marker.input.value = String(board?.marker_mm ?? "");
+    offer();
+  });
+}
+
+/** @param {ConsoleState} state */
+export function wideProgress({ session }) {
+  const wide = session?.wide;
+  if (wide?.fit) return { tone: "good", text: `${number(wide.fit.rms_px, 2)} px` };
+  return wide?.samples.length ? { tone: "plain", text: `${wide.samples.length} views` } : null;
+}

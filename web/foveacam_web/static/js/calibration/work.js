@@ -1,0 +1,136 @@
+// Follows the procedure that runs, whoever started it: how far it is, how long it still takes, how it ended.
+
+import { Problem, request } from "../api.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./documents.js").Work} Work
+ */
+
+const LOOK_MS = 1000; // events are quicker; this brings the time left, and stands in when they do not come
+const OVER = new Set(["cancelled", "failed", "succeeded"]);
+
+/** @param {Work | null} work */
+export function isRunning(work) {
+  return work !== null && !OVER.has(work.state);
+}
+
+/** The follower of one page. */
+export class WorkFollower {
+  #store;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #look;
+  /** Called when the procedure has ended. @type {() => void} */
+  ended = () => {};
+
+  /** @param {Store} store */
+  constructor(store) {
+    this.#store = store;
+  }
+
+  /**
+   * @param {JobDocument} job
+   * @param {{step: Work["step"], session_id: string | null}} what
+   */
+  follow(job, { step, session_id }) {
+    this.#set({
+      job_id: job.id, session_id, step, stage: step, state: "queued", done: 0, total: null, eta_s: null, note: "", problem: null,
+    });
+    this.#take(job);
+  }
+
+  /**
+   * Follow a job that was found running.
+   * @param {string} job_id
+   * @param {string | null} session_id
+   */
+  async resume(job_id, session_id) {
+    const { work } = this.#store.state;
+    if (work?.job_id === job_id) return this.#lookUp();
+    const job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job_id}`));
+    this.follow(job, { step: stepOf(job.kind), session_id });
+  }
+
+  /** Forget how the last one ended. */
+  dismiss() {
+    if (!isRunning(this.#store.state.work)) this.#store.set({ work: null });
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    const data = event.data ?? {};
+    const { work } = this.#store.state;
+    if (event.kind === "calibration.progress") this.#progress(data);
+    if (event.kind !== "job.updated") return;
+    const job = /** @type {JobDocument} */ (data["job"] ?? data);
+    if (work && job.id === work.job_id) this.#take(job);
+    else if (!isRunning(work) && /calibrat|drift/.test(String(job.kind)) && job.ended_utc === null) {
+      this.follow(job, { step: stepOf(job.kind), session_id: null });
+    }
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #progress(data) {
+    const { work } = this.#store.state;
+    if (!work || !isRunning(work) || (work.session_id && work.session_id !== data["session_id"])) return;
+    this.#set({
+      ...work,
+      session_id: work.session_id ?? text(data["session_id"]),
+      stage: text(data["step"]) ?? work.stage,
+      done: typeof data["done"] === "number" ? data["done"] : work.done,
+      total: typeof data["total"] === "number" ? data["total"] : work.total,
+      note: text(data["note"]) ?? "",
+    });
+  }
+
+  /** @param {JobDocument} job */
+  #take(job) {
+    const { work } = this.#store.state;
+    if (!work || work.job_id !== job.id || !isRunning(work)) return;
+    const { progress } = job;
+    this.#set({
+      ...work, state: job.state, problem: job.problem, eta_s: progress?.eta_s ?? null, done: progress?.done ?? work.done,
+      total: progress?.total ?? work.total, note: progress?.note ?? work.note,
+    });
+    if (OVER.has(job.state)) this.ended();
+    else this.#watch();
+  }
+
+  #watch() {
+    clearTimeout(this.#look);
+    this.#look = setTimeout(() => void this.#lookUp(), LOOK_MS);
+  }
+
+  async #lookUp() {
+    const { work } = this.#store.state;
+    if (!work || !isRunning(work)) return;
+    try {
+      this.#take(await request("GET", `/jobs/${work.job_id}`));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.slug === "offline") this.#watch();
+      else this.#set({ ...work, state: "failed", problem: error.document });
+    }
+  }
+
+  /** @param {Work} work */
+  #set(work) {
+    this.#store.set({ work });
+  }
+}
+
+/**
+ * @param {string} kind of the job, such as "calibration.mirrors"
+ * @returns {Work["step"]}
+ */
+function stepOf(kind) {
+  const steps = /** @type {Work["step"][]} */ (["wide", "mirrors", "fit", "check", "settle", "drift"]);
+  return steps.find((step) => kind.includes(step)) ?? "all";
+}
+
+/** @param {unknown} value */
+function text(value) {
+  return typeof value === "string" ? value : null;
+}
