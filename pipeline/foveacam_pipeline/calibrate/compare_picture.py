@@ -1,6 +1,7 @@
 """The picture of a comparison: where the gazes, the rows and the wide pixels of two calibrations differ."""
 
 import io
+import math
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 from foveacam_pipeline.calibrate.compare import Comparison
 
 _DPI = 110
+_CELLS_LONG = 1.3
+"""Length of the longest arrow, in distances of the nodes."""
+_LEAST_PX = 1e-9
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
@@ -39,7 +43,9 @@ def comparison_picture(comparison: Comparison) -> bytes:
 
 def _arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *, title: str) -> None:
     length = np.linalg.norm(px, axis=1)
-    colours = axis.quiver(at[:, 0], at[:, 1], px[:, 0], px[:, 1], length, angles="xy", cmap="viridis")
+    longest = max(float(length.max()), _LEAST_PX) * math.sqrt(len(at)) / _CELLS_LONG
+    x, y, dx, dy = at[:, 0], at[:, 1], px[:, 0], px[:, 1]
+    colours = axis.quiver(x, y, dx, dy, length, angles="xy", scale=longest, cmap="viridis")
     figure = axis.get_figure()
     if figure is not None:
         figure.colorbar(colours, ax=axis, shrink=0.8)

@@ -139,8 +139,8 @@ def _document(
     pose: SweepPose, eye: EyePose, layout: MarkerLayout, own_id: int, wide: Intrinsics
 ) -> dict[str, Json]:
     centre_px = pose.wide[layout.wide_id].corners_px[:4]
-    tangent = tan_from_angles(wide.angles_rad(centre_px)).mean(axis=0)
-    ax_rad, ay_rad = angles_from_tan(tangent[None, :])[0].tolist()
+    middle = _crossing(tan_from_angles(wide.angles_rad(centre_px)))
+    ax_rad, ay_rad = angles_from_tan(middle)[0].tolist()
     places = eye.corners.places_m / layout.side_m
     document: dict[str, Json] = {
         "img_points": _points(eye.corners.corners_px),
@@ -153,6 +153,14 @@ def _document(
     if own_id in pose.wide:
         document["wide_img_points"] = _points(pose.wide[own_id].corners_px[:4])
     return document
+
+
+def _crossing(quad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (1, 2) point where the diagonals of (4, 2) corners cross: the middle, seen from any side."""
+    rows = np.column_stack([quad, np.ones(len(quad))])
+    crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))
+    middle: NDArray[np.float64] = crossing[None, :2] / crossing[2]
+    return middle
 
 
 def _points(px: NDArray[np.float64]) -> list[dict[str, Json]]:

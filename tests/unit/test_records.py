@@ -1,0 +1,127 @@
+"""The folder of calibrations: named by content, listed, combined, and never written over."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import foveacam_server
+from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.models import Calibration, load_calibration
+
+FOLDER = Path(foveacam_server.__file__).parent / "factory"
+CERTIFICATE = load_calibration(FOLDER / "sim-rig120.json")
+OTHER_RIG = load_calibration(FOLDER / "sim-paper.json")
+CORRECTED = replace(
+    CERTIFICATE,
+    origin="corrected",
+    label="after the move",
+    parent_id=CERTIFICATE.id,
+    created_utc="2099-01-01T00:00:00+00:00",
+)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> RecordStore:
+    return RecordStore(tmp_path / "calibrations")
+
+
+def ids(calibrations: tuple[Calibration, ...]) -> list[str]:
+    return [calibration.id for calibration in calibrations]
+
+
+def test_a_calibration_lies_under_its_id(store: RecordStore) -> None:
+    path = store.add(CERTIFICATE)
+    assert path.name == f"{CERTIFICATE.id}.json"
+    assert store.get(CERTIFICATE.id).id == CERTIFICATE.id
+    assert store.get(CERTIFICATE.id[:6]).label == CERTIFICATE.label
+
+
+def test_keeping_it_twice_changes_nothing(store: RecordStore) -> None:
+    path = store.add(CERTIFICATE)
+    before = path.stat()
+    store.add(CERTIFICATE)
+    assert path.stat().st_mtime_ns == before.st_mtime_ns
+    assert [entry.name for entry in store.folder.iterdir()] == [path.name]
+
+
+def test_a_damaged_file_is_never_written_over(store: RecordStore) -> None:
+    path = store.add(CERTIFICATE)
+    path.write_text("damaged", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="nothing was overwritten"):
+        store.add(CERTIFICATE)
+    assert path.read_text(encoding="utf-8") == "damaged"
+
+
+def test_newest_first_and_what_was_refused_with_the_reason(store: RecordStore) -> None:
+    store.add(CERTIFICATE)
+    store.add(CORRECTED)
+    whole = store.path_of(CERTIFICATE.id).read_text(encoding="utf-8")
+    store.path_of("cut").write_text(whole[:1000], encoding="utf-8")
+    store.path_of("renamed").write_text(whole, encoding="utf-8")
+    listing = store.every()
+    assert ids(listing.calibrations) == [CORRECTED.id, CERTIFICATE.id]
+    reasons = {refusal.path.stem: refusal.reason for refusal in listing.refusals}
+    assert "cannot be read as JSON" in reasons["cut"]
+    assert f"holds calibration {CERTIFICATE.id}, which is not its name" in reasons["renamed"]
+
+
+def test_another_rig_s_calibrations_are_passed_over(store: RecordStore) -> None:
+    store.add(CERTIFICATE)
+    store.add(OTHER_RIG)
+    listing = store.every(rig_id=CERTIFICATE.rig_id)
+    assert ids(listing.calibrations) == [CERTIFICATE.id]
+    assert "belongs to rig 'sim-paper'" in listing.refusals[0].reason
+
+
+def test_an_empty_folder_lists_nothing(store: RecordStore) -> None:
+    assert store.every().calibrations == ()
+    with pytest.raises(NotCalibrated, match=r"'abc': none in .*; list the calibrations"):
+        store.get("abc")
+
+
+def test_the_beginning_of_several_ids_names_none(store: RecordStore) -> None:
+    store.add(CERTIFICATE)
+    store.add(CORRECTED)
+    with pytest.raises(NotCalibrated, match="''"):
+        store.get("")
+
+
+def test_a_correction_leads_back_to_what_it_corrected(store: RecordStore) -> None:
+    store.add(CORRECTED)
+    assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id]  # its parent is not kept here
+    store.add(CERTIFICATE)
+    assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id, CERTIFICATE.id]
+
+
+def test_what_was_exported_is_imported_elsewhere(store: RecordStore, tmp_path: Path) -> None:
+    store.add(CORRECTED)
+    path = store.export_file(CORRECTED.id, tmp_path / "out" / "mine.json")
+    elsewhere = RecordStore(tmp_path / "elsewhere")
+    assert elsewhere.import_file(path, rig_id=CORRECTED.rig_id).id == CORRECTED.id
+    assert ids(elsewhere.every().calibrations) == [CORRECTED.id]
+
+
+def test_an_export_overwrites_nothing(store: RecordStore, tmp_path: Path) -> None:
+    store.add(CERTIFICATE)
+    path = tmp_path / "precious.json"
+    path.write_text("precious", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="nothing was overwritten"):
+        store.export_file(CERTIFICATE.id, path)
+    assert path.read_text(encoding="utf-8") == "precious"
+
+
+def test_an_import_of_another_rig_or_a_changed_file_leaves_no_trace(
+    store: RecordStore, tmp_path: Path
+) -> None:
+    with pytest.raises(NotCalibrated, match="belongs to rig 'sim-paper'"):
+        store.import_file(FOLDER / "sim-paper.json", rig_id="sim-rig120")
+    changed = json.loads((FOLDER / "sim-rig120.json").read_text(encoding="utf-8"))
+    changed["calibration"]["baseline_m"] = 0.21
+    path = tmp_path / "changed.json"
+    path.write_text(json.dumps(changed), encoding="utf-8")
+    with pytest.raises(InvalidInput, match="changed after it was written"):
+        store.import_file(path)
+    assert not store.folder.exists()
