@@ -9,10 +9,12 @@ from fastapi import FastAPI
 from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__, errors
 from foveacam_server.api import (
+    calibration_sessions,
     calibrations,
     cameras,
     clouds,
     depth,
+    drift_checks,
     events,
     fixations,
     health,
@@ -45,6 +47,8 @@ _RESOURCES = (
     clouds,
     depth,
     calibrations,
+    calibration_sessions,
+    drift_checks,
     jobs,
     events,
     lease,

@@ -1,6 +1,7 @@
 """The calibration file: what is written is read back to the bit, and what cannot be trusted is refused."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 import foveacam_server
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, NotCalibrated
 from foveacam_pipeline.models import Calibration, load_calibration, save_calibration
+from foveacam_pipeline.models.calibration_file import calibration_from
 from foveacam_pipeline.models.content import Plain, content_id
 
 CERTIFICATE = Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json"
@@ -128,3 +130,16 @@ def test_a_polynomial_with_missing_rows_is_refused(tmp_path: Path) -> None:
     content["left"]["mirror"]["forward"]["coefficients"].pop()
     with pytest.raises(InvalidInput, match=r"left\.mirror\.forward: .* rows of coefficients"):
         load_calibration(with_content(tmp_path / "a.json", "left", content["left"]))
+
+
+def test_file_that_a_browser_wrote_anew_is_still_trusted(calibration: Calibration) -> None:
+    shortened = re.sub(r"(\d)\.0(?=[,\s\]])", r"\1", CERTIFICATE.read_text(encoding="utf-8"))
+    assert shortened != CERTIFICATE.read_text(encoding="utf-8")
+    assert calibration_from(json.loads(shortened), what="the upload").id == calibration.id
+
+
+def test_document_that_was_changed_is_refused_by_its_name() -> None:
+    document = json.loads(CERTIFICATE.read_text(encoding="utf-8"))
+    document["calibration"]["baseline_m"] = 0.3
+    with pytest.raises(InvalidInput, match=r"the upload.*changed after it was written"):
+        calibration_from(document, what="the upload")

@@ -182,14 +182,30 @@ def save_calibration(calibration: Calibration, path: Path) -> None:
 
 def load_calibration(path: Path) -> Calibration:
     """Read a calibration; raise NotCalibrated when there is none, InvalidInput when it cannot be trusted."""
-    content = _content_of(_read(path), path)
+    return _built(_content_of(_read(path), str(path)), str(path))
+
+
+def calibration_from(document: object, *, what: str) -> Calibration:
+    """Return the calibration of a file's document that another JSON library may have written anew.
+
+    Its numbers may look otherwise (1 for 1.0) while they say the same; `what` names it in refusals.
+    """
+    content = _version_of(_as_file(document, what), what)
+    calibration = _built(content, what)
+    found = document.get("hash") if isinstance(document, dict) else None
+    if calibration.id != found:
+        raise _changed(calibration.id, found, what)
+    return calibration
+
+
+def _built(content: Plain, what: str) -> Calibration:
     try:
         return _Content.model_validate_json(json.dumps(content)).build()
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "calibration"
         raise InvalidInput(
-            f"calibration file {path}: {where}: {first['msg']}; restore the file or calibrate again"
+            f"calibration file {what}: {where}: {first['msg']}; restore the file or calibrate again"
         ) from error
 
 
@@ -204,29 +220,42 @@ def _read(path: Path) -> dict[str, Any]:  # Any: JSON of unknown shape, checked 
         raise InvalidInput(
             f"calibration file {path} cannot be read as JSON ({error}); restore it or calibrate again"
         ) from error
+    return _as_file(document, str(path))
+
+
+def _as_file(document: object, what: str) -> dict[str, Any]:  # Any: as above
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         found = document.get("format") if isinstance(document, dict) else type(document).__name__
         raise InvalidInput(
-            f"{path}: format {FORMAT!r} is needed, {found!r} was found; give a calibration file of a rig"
+            f"{what}: format {FORMAT!r} is needed, {found!r} was found; give a calibration file of a rig"
         )
     return document
 
 
-def _content_of(document: dict[str, Any], path: Path) -> Plain:  # Any: as above
+def _version_of(document: dict[str, Any], what: str) -> Plain:  # Any: as above
     version = document.get("version")
     if version != VERSION:
         raise InvalidInput(
-            f"calibration file {path}: version {version!r} was found, this program reads {VERSION}; "
+            f"calibration file {what}: version {version!r} was found, this program reads {VERSION}; "
             "use the program that wrote it or calibrate again"
         )
     content: Plain = document.get("calibration")
+    return content
+
+
+def _content_of(document: dict[str, Any], what: str) -> Plain:  # Any: as above
+    content = _version_of(document, what)
     try:
         found = content_id(content)
     except ValueError as error:
-        raise InvalidInput(f"calibration file {path}: {error}; restore it or calibrate again") from error
+        raise InvalidInput(f"calibration file {what}: {error}; restore it or calibrate again") from error
     if found != document.get("hash"):
-        raise InvalidInput(
-            f"calibration file {path}: its content hashes to {found}, the file says "
-            f"{document.get('hash')!r}: it was changed after it was written; restore it or calibrate again"
-        )
+        raise _changed(found, document.get("hash"), what)
     return content
+
+
+def _changed(found: str, stated: object, what: str) -> InvalidInput:
+    return InvalidInput(
+        f"calibration file {what}: its content hashes to {found}, the file says {stated!r}: it was changed "
+        "after it was written; restore it or calibrate again"
+    )

@@ -1,6 +1,8 @@
 """What several routes share: who may move, how a job is answered, which problems a route may have."""
 
+import asyncio
 import re
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import Header, Query
@@ -10,6 +12,7 @@ from foveacam_server.api.models import JobDocument
 from foveacam_server.errors import MEDIA_TYPE
 from foveacam_server.runtime.job_table import Job, JobState
 from foveacam_server.runtime.services import Services
+from foveacam_server.runtime.store import Document
 
 JOBS_URL = "/api/v1/jobs"
 LONGEST_WAIT_S = 60.0
@@ -54,14 +57,25 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI
     }
 
 
+def file_responses(media_type: str) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
+    """Describe the answer of a route that sends a file, for OpenAPI."""
+    schema = {"type": "string", "format": "binary"}
+    return {200: {"content": {media_type: {"schema": schema}}, "description": "the file"}, **problems(404)}
+
+
 def wait_s(prefer: str | None) -> float:
     """Return how long a `Prefer` header asks to wait, seconds; 0 without one (RFC 7240)."""
     found = _WAIT.search(prefer or "")
     return min(LONGEST_WAIT_S, float(found[1])) if found else 0.0
 
 
-async def job_answer(services: Services, job: Job, *, prefer: str | None) -> JSONResponse:
-    """Answer with the job (202); when it ends in the time given, with its fixation (200) or its problem."""
+async def job_answer(
+    services: Services, job: Job, *, prefer: str | None, result: Callable[[str], Document]
+) -> JSONResponse:
+    """Answer with the job (202); when it ends in the time given, with its result (200) or its problem.
+
+    `result`: what gives the result's document from its URL.
+    """
     wanted_s = wait_s(prefer)
     if wanted_s > 0.0:
         job = await services.jobs.ended(job.id, timeout_s=wanted_s)
@@ -69,8 +83,7 @@ async def job_answer(services: Services, job: Job, *, prefer: str | None) -> JSO
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
         if job.state is JobState.SUCCEEDED and job.result_url is not None:
-            fixation = services.fixations.table.get(job.result_url.rsplit("/", 1)[1])
-            return JSONResponse(fixation, headers=headers)
+            return JSONResponse(await asyncio.to_thread(result, job.result_url), headers=headers)
         if job.state.ended and job.problem is not None:
             problem = job.problem | {"instance": headers["Location"]}
             status = int(problem["status"])

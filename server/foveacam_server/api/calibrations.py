@@ -1,14 +1,26 @@
-"""Calibrations: which one is in force, how old it is, how far to trust it."""
+"""Calibrations: which one is in force, how far to trust it, and how they come and go."""
 
-from fastapi import APIRouter
+from typing import Annotated, Any
 
-from foveacam_server.api.answers import problems
-from foveacam_server.api.models import CalibrationDocument
-from foveacam_server.runtime.documents import calibration_document
+from fastapi import APIRouter, Body, Path, Query
+from fastapi.responses import HTMLResponse, Response
+
+from foveacam_server.api.answers import LeaseHeader, file_responses, problems
+from foveacam_server.api.calibration_models import ComparisonDocument
+from foveacam_server.api.models import CalibrationDocument, HealthDocument
+from foveacam_server.calibrating.record_files import FileFormat
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+CalibrationId = Annotated[str, Path(pattern=r"^[0-9a-f]{1,64}$")]
+WhichOne = Annotated[str, Query(pattern=r"^[0-9a-f]{1,64}$", description="id of a calibration")]
+DistanceQuery = Annotated[float | None, Query(gt=0.0, le=1000.0, allow_inf_nan=False)]
+_JSON_FILE = {
+    200: {"content": {"application/json": {"schema": {"type": "object"}}}, "description": "the file"},
+    **problems(404),
+}
 
 
 @router.get(
@@ -16,7 +28,7 @@ router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 )
 async def every(services: ServicesDep) -> list[Document]:
     """Return all calibrations known for this rig."""
-    return [calibration_document(calibration) for calibration in services.calibration.every()]
+    return [services.records.document(calibration) for calibration in services.calibration.every()]
 
 
 @router.get(
@@ -24,7 +36,49 @@ async def every(services: ServicesDep) -> list[Document]:
 )
 async def current(services: ServicesDep) -> Document:
     """Return the calibration in force; 409 while there is none."""
-    return calibration_document(services.calibration.require())
+    return services.records.document(services.calibration.require())
+
+
+@router.get("/health", summary="Does the one in force still hold?")
+async def health(services: ServicesDep) -> HealthDocument:
+    """Return what ordinary fixations say of the calibration in force."""
+    return HealthDocument.model_validate(services.records.health())
+
+
+@router.get("/compare", summary="Compare two", response_model=ComparisonDocument, responses=problems(404))
+def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> Document:
+    """Return how far b differs from a, in pixels that an operator sees."""
+    return services.records.compare(a, b)
+
+
+@router.get(
+    "/compare.png",
+    summary="Compare two, as a picture",
+    response_class=Response,
+    responses=file_responses("image/png"),
+)
+def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
+    """Return where over the field two calibrations differ."""
+    return Response(services.records.compare_picture(a, b), media_type="image/png")
+
+
+@router.post(
+    "/import",
+    status_code=201,
+    summary="Take a calibration from a file",
+    response_model=CalibrationDocument,
+    responses=problems(409, 503),
+)
+def take(
+    document: Annotated[dict[str, Any], Body()],  # Any: a file of another program, checked where it is read
+    services: ServicesDep,
+    distance_m: DistanceQuery = None,
+) -> Document:
+    """Keep the calibration of a file of this program, or of the authors' device bundle.
+
+    A bundle does not say how far away its markers stood: give `distance_m`.
+    """
+    return services.records.take(document, distance_m=distance_m)
 
 
 @router.get(
@@ -33,6 +87,45 @@ async def current(services: ServicesDep) -> Document:
     response_model=CalibrationDocument,
     responses=problems(404),
 )
-async def one(calibration_id: str, services: ServicesDep) -> Document:
+async def one(calibration_id: CalibrationId, services: ServicesDep) -> Document:
     """Return one calibration."""
-    return calibration_document(services.calibration.get(calibration_id))
+    return services.records.document(services.calibration.get(calibration_id))
+
+
+@router.post(
+    "/{calibration_id}/activate",
+    summary="Put one in force",
+    response_model=CalibrationDocument,
+    responses=problems(404, 409),
+)
+def activate(calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+    """Put a calibration in force, now and at every start."""
+    services.lease.check(x_lease)
+    return services.records.document(services.calibration.activate(calibration_id))
+
+
+@router.get(
+    "/{calibration_id}/report",
+    summary="What is known of one, as a page",
+    response_class=HTMLResponse,
+    responses=problems(404),
+)
+def report(calibration_id: CalibrationId, services: ServicesDep) -> HTMLResponse:
+    """Return one self-contained page: measured figures beside the paper's, and all pictures."""
+    return HTMLResponse(services.records.report(calibration_id))
+
+
+@router.get("/{calibration_id}/file", summary="One as a file", response_class=Response, responses=_JSON_FILE)
+def download(
+    calibration_id: CalibrationId,
+    services: ServicesDep,
+    file_format: Annotated[FileFormat, Query(alias="format")] = "foveacam",
+) -> Response:
+    """Return the calibration as a file of this program, or with its poses as the authors' device bundle."""
+    content = services.records.file(calibration_id, file_format)
+    name = f"{calibration_id}.json" if file_format == "foveacam" else f"{calibration_id}-bundle.json"
+    return Response(
+        content,
+        media_type="application/json",
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
+    )

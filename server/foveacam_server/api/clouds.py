@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import FileResponse
 
-from foveacam_server.api.answers import Limit, problems
+from foveacam_server.api.answers import Limit, file_responses, problems
 from foveacam_server.api.models import CloudDocument
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
@@ -13,11 +13,6 @@ from foveacam_server.runtime.store import Document
 router = APIRouter(prefix="/clouds", tags=["clouds"])
 
 CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
-
-
-def _file(media_type: str) -> dict[int | str, dict[str, object]]:
-    schema = {"type": "string", "format": "binary"}
-    return {200: {"content": {media_type: {"schema": schema}}, "description": "the file"}, **problems(404)}
 
 
 @router.get("", summary="Newest clouds, newest first", response_model=list[CloudDocument])
@@ -30,7 +25,7 @@ def newest(services: ServicesDep, limit: Limit = 50) -> list[Document]:
     "/{cloud_id}.ply",
     summary="Points as PLY",
     response_class=FileResponse,
-    responses=_file("application/octet-stream"),
+    responses=file_responses("application/octet-stream"),
 )
 def ply(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
@@ -42,7 +37,7 @@ def ply(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     "/{cloud_id}.glb",
     summary="Textured surface as GLB",
     response_class=FileResponse,
-    responses=_file("model/gltf-binary"),
+    responses=file_responses("model/gltf-binary"),
 )
 def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     """Return the textured mesh, in metres, +y up."""
@@ -54,7 +49,7 @@ def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     "/{cloud_id}/depth.png",
     summary="Depth as a picture",
     response_class=FileResponse,
-    responses=_file("image/png"),
+    responses=file_responses("image/png"),
 )
 def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     """Return the depth heat map with its scale."""

@@ -36,7 +36,7 @@ async def create(
     services.lease.check(x_lease)
     asked = request.model_dump(exclude_none=True)
     job = services.fixations.foveate(asked, source="rest", idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)
 
 
 @router.get("", summary="Newest fixations, newest first", response_model=list[FixationDocument])

@@ -216,6 +216,17 @@ class WideLensDocument(Told):
     distortion: list[float]
 
 
+class HealthDocument(Told):
+    """What ordinary fixations say of the calibration in force; medians over the recent ones."""
+
+    score: float | None
+    verdict: Literal["good", "recalibrate", "unknown"]
+    fixations: int
+    vertical_px: float | None
+    horizontal_px: float | None
+    detail: str
+
+
 class CalibrationDocument(Told):
     """A calibration, and how far to trust it."""
 
@@ -229,6 +240,14 @@ class CalibrationDocument(Told):
     mirror_sigma_deg: float
     rectify_sigma_px: float | None
     wide: WideLensDocument
+    current: bool
+    """Whether it is in force."""
+    parent_id: str | None
+    """What it was corrected from."""
+    session_id: str | None
+    """The session that measured it."""
+    health: HealthDocument | None
+    """Known of the one in force alone."""
 
 
 class EventDocument(Told):

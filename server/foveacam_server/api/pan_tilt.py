@@ -25,8 +25,10 @@ ABSENT = PanTiltState(connected=False)
 
 @router.get("", summary="Where the rig points")
 async def pan_tilt(services: ServicesDep) -> PanTiltDocument:
-    """Return the pan-tilt as last seen, its limits and the rig's stations."""
-    return pan_tilt_document(services.pan_tilt)
+    """Return where the pan-tilt is now, its limits and the rig's stations."""
+    if not services.pan_tilt.usable:
+        return pan_tilt_document(services.pan_tilt)
+    return await _now(services.pan_tilt)
 
 
 @router.post("/moves", summary="Turn the rig", responses=problems(409, 502, 503, 504))
@@ -81,7 +83,8 @@ def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> P
 
 
 async def _now(desk: PanTiltDesk) -> PanTiltDocument:
-    return pan_tilt_document(desk, await asyncio.wrap_future(desk.seen_now()))
+    state = await asyncio.wrap_future(desk.seen_now())
+    return pan_tilt_document(desk, state)
 
 
 def _pose(request: PanTiltMove, desk: PanTiltDesk) -> PanTiltPose:

@@ -13,7 +13,6 @@ from foveacam_server.api.rig_models import (
     RigDocument,
     SteeringDocument,
 )
-from foveacam_server.runtime.documents import calibration_document
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.services import Services, ServicesDep
 
@@ -41,7 +40,7 @@ async def rig(services: ServicesDep) -> RigDocument:
         mirrors=mirrors_document(services),
         calibration=None
         if calibration is None
-        else CalibrationDocument.model_validate(calibration_document(calibration)),
+        else CalibrationDocument.model_validate(services.records.document(calibration)),
         calibration_problem=services.calibration.problem,
         clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),
     )

@@ -55,4 +55,4 @@ async def look_again(
     """Measure a target anew; its label stays."""
     services.lease.check(x_lease)
     job = services.fixations.look_again(target_id, source="rest")
-    return await job_answer(services, job, prefer=prefer)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)

@@ -1,13 +1,20 @@
-"""Which calibration is in force: the one chosen on the command line, else the newest of this rig's own."""
+"""Which calibration is in force: chosen on the command line, else put in force, else the rig's newest own.
+
+It may change while the server runs: nobody keeps a copy for long.
+"""
 
 import logging
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, NotCalibrated
+from foveacam_pipeline.calibrate.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.pinned import pinned_id, write_pin
 
 _log = logging.getLogger(__name__)
 
@@ -28,8 +35,12 @@ class CalibrationService:
         self._folder = folder
         self._factory = factory
         self._events = events
+        self._lock = threading.Lock()
         self._known: dict[str, Calibration] = {}
         self._current: Calibration | None = None
+        self._rig_id: str | None = None
+        self._on_change: list[Callable[[Calibration], None]] = []
+        self.records = RecordStore(folder)
         self._reach_rad: Reach | None = None
         self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
 
@@ -58,18 +69,26 @@ class CalibrationService:
 
     def every(self) -> list[Calibration]:
         """Return all known calibrations of this rig, newest first."""
-        return sorted(self._known.values(), key=lambda known: known.created, reverse=True)
+        with self._lock:
+            known = list(self._known.values())
+        return sorted(known, key=lambda calibration: calibration.created, reverse=True)
 
     def get(self, calibration_id: str) -> Calibration:
         """Return one by its id or raise `NotFound`."""
-        if calibration_id not in self._known:
+        known = self._known.get(calibration_id)
+        if known is None:
             raise NotFound(
                 f"there is no calibration {calibration_id}; see /api/v1/calibrations", asked=calibration_id
             )
-        return self._known[calibration_id]
+        return known
+
+    def on_change(self, tell: Callable[[Calibration], None]) -> None:
+        """Call `tell` whenever another calibration comes into force."""
+        self._on_change.append(tell)
 
     def choose_for(self, rig_id: str) -> None:
         """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated."""
+        self._rig_id = rig_id
         for path in [self._factory / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
             self._learn(path, rig_id)
         try:
@@ -80,12 +99,38 @@ class CalibrationService:
                 "rig.calibration", f"not calibrated: {error}", level=Level.ERROR, data={"detail": str(error)}
             )
             return
-        self._reach_rad = current.reach_rad()
-        self._current = current
+        self._put_in_force(current)
+
+    def add(self, calibration: Calibration) -> None:
+        """Keep a calibration of this rig; what is in force stays so, also after a restart."""
+        if self._rig_id is not None:
+            calibration.check_rig(self._rig_id)
+        self.records.add(calibration)
+        with self._lock:
+            self._known[calibration.id] = calibration
+        current = self._current
+        if current is not None and pinned_id(self._folder, current.rig_id) is None:
+            write_pin(self._folder, current.rig_id, current.id)
+
+    def activate(self, calibration_id: str) -> Calibration:
+        """Put a calibration in force, now and at every start."""
+        calibration = self.get(calibration_id)
+        write_pin(self._folder, calibration.rig_id, calibration.id)
+        if calibration is not self._current:
+            self._put_in_force(calibration)
+        return calibration
+
+    def _put_in_force(self, calibration: Calibration) -> None:
+        reach_rad = calibration.reach_rad()
+        with self._lock:
+            self._reach_rad = reach_rad
+            self._current = calibration
+        for tell in self._on_change:
+            tell(calibration)
         self._events.emit(
             "rig.calibration",
-            f"calibration {current.id} ({current.label}) is in force",
-            data={"id": current.id, "label": current.label, "origin": current.origin},
+            f"calibration {calibration.id} ({calibration.label}) is in force",
+            data={"id": calibration.id, "label": calibration.label, "origin": calibration.origin},
         )
 
     def _pick(self, rig_id: str) -> Calibration:
@@ -95,10 +140,13 @@ class CalibrationService:
             self._known[chosen.id] = chosen
             return chosen
         known = self.every()
+        pinned = pinned_id(self._folder, rig_id)
+        if pinned in self._known:
+            return self._known[pinned]
         if not known:
             raise NotCalibrated(
                 f"rig {rig_id} has no calibration: none ships with the program and none lies in "
-                f"{self._folder}; load one with --calibration FILE"
+                f"{self._folder}; calibrate it, or load one with --calibration FILE"
             )
         return known[0]
 

@@ -59,8 +59,10 @@ def fixation_document(fixation: Fixation, *, calibration: Calibration) -> Docume
     }
 
 
-def calibration_document(calibration: Calibration) -> Document:
-    """Return what the operator needs to know of a calibration."""
+def calibration_document(
+    calibration: Calibration, *, current: bool = False, health: Document | None = None
+) -> Document:
+    """Return what the operator needs to know of a calibration; `health` is known of the one in force."""
     eyes = (calibration.left, calibration.right)
     return {
         "id": calibration.id,
@@ -73,6 +75,10 @@ def calibration_document(calibration: Calibration) -> Document:
         "mirror_sigma_deg": deg(max(max(eye.mirror.sigma_rad) for eye in eyes)),
         "rectify_sigma_px": rounded(max(eye.homography.loo_px for eye in eyes), 3),
         "wide": _wide_lens(calibration),
+        "current": current,
+        "parent_id": calibration.parent_id,
+        "session_id": calibration.session_id,
+        "health": health,
     }
 
 

@@ -63,6 +63,10 @@ class FixationService:
         request = {"direction": direction, "label": target["label"], "depth": True, "target_id": target_id}
         return self.foveate(request, source=source)
 
+    def at_url(self, url: str) -> Document:
+        """Return the fixation that a job's result URL names."""
+        return self.table.get(url.rsplit("/", 1)[1])
+
     def cloud_came(self, fixation_id: str, cloud: Document) -> None:
         """Write down that a fixation has got its shape, and tell."""
         self.table.set_cloud(fixation_id, cloud["id"])

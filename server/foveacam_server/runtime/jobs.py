@@ -27,6 +27,7 @@ class JobContext:
         self._runner = runner
         self._clock = clock
         self._began_ns = clock.now_ns()
+        self._done_before: int | None = 0
         self.job = job
 
     def cancelled(self) -> bool:
@@ -38,12 +39,19 @@ class JobContext:
         if self.cancelled():
             raise Cancelled("the job was cancelled")
 
+    def stage(self) -> None:
+        """Begin another part of the work: what its first report calls done was done before."""
+        self._done_before = None
+
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Report `done` of `total`; the time left follows from the time so far."""
         job = self.job
         job.done, job.total, job.note = done, total, note
+        if self._done_before is None:
+            self._began_ns, self._done_before = self._clock.now_ns(), done
         spent_s = (self._clock.now_ns() - self._began_ns) / 1e9
-        job.eta_s = round(spent_s / done * (total - done), 2) if done and total else None
+        here = done - self._done_before
+        job.eta_s = round(spent_s / here * (total - done), 2) if here > 0 and total else None
         self._runner.told(job)
 
 

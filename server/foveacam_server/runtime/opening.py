@@ -10,8 +10,14 @@ from pathlib import Path
 from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.runtime.calibration_desk import CalibrationDesk
+from foveacam_server.runtime.calibration_health import CalibrationHealth
+from foveacam_server.runtime.calibration_records import CalibrationRecords
+from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.fixations import FixationService, Tools
 from foveacam_server.runtime.frame_hub import FrameHub
@@ -51,9 +57,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     hub = FrameHub(clock=clock)
     streams = Streams(hub, boot_id=boot_id)
     stack.callback(streams.close)
-    calibration = CalibrationService(
-        chosen=settings.calibration, folder=store.subfolder("calibrations"), events=events
-    )
+    folder = store.subfolder("calibrations")
+    calibration = CalibrationService(chosen=settings.calibration, folder=folder, events=events)
     viewer = _open_viewer(settings, stack=stack, events=events, loop=loop)
     overlay = Overlay(lambda: calibration.current)
     hardware = HardwareThread(
@@ -79,6 +84,12 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         on_distance=overlay.look_at_distance,
     )
     fixations = FixationService(store, tools)
+    equipment = Equipment(
+        hardware=hardware, calibration=calibration, jobs=jobs, sink=hub, events=events, clock=clock
+    )
+    sessions = SessionShelf(folder / "sessions")
+    desk = CalibrationDesk(sessions, equipment)
+    drift = DriftChecks(folder / "drift", equipment)
     shapes.put_back(fixations.targets.every())
     for worker in (shapes, jobs):
         worker.start()
@@ -103,6 +114,11 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         stop=stop,
         stopping=stopping,
         calibration=calibration,
+        records=CalibrationRecords(
+            calibration, sessions=sessions, hardware=hardware, health=CalibrationHealth()
+        ),
+        sessions=desk,
+        drift=drift,
         overlay=overlay,
         jobs=jobs,
         clouds=clouds,

@@ -7,7 +7,6 @@ from foveacam_hardware.contract import (
     Cancelled,
     DeviceInfo,
     InvalidInput,
-    NotConnected,
     PanTilt,
     PanTiltLimits,
     PanTiltPose,
@@ -31,6 +30,12 @@ class PanTiltDesk:
     def status(self) -> PanTiltStatus | None:
         """The pan-tilt as last seen; None when there is none."""
         return self._hardware.status.pan_tilt
+
+    @property
+    def usable(self) -> bool:
+        """Whether the device can be asked."""
+        status = self.status
+        return status is not None and status.state.connected
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -149,10 +154,5 @@ def _begin(rig: Rig, move: Callable[[PanTilt], None], *, halted: Callable[[], bo
 
 def _of(rig: Rig) -> PanTilt:
     if rig.pan_tilt is None:
-        raise NotConnected(
-            "this rig has no pan-tilt; name one in the rig's file ([pan_tilt], kind grbl or manual)",
-            asked="turn the rig",
-            found="no pan-tilt",
-            remedy="name one in the rig's file ([pan_tilt], kind grbl or manual)",
-        )
+        raise refusals.no_pan_tilt("turn the rig")
     return rig.pan_tilt

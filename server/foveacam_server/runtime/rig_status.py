@@ -83,6 +83,8 @@ class RigStatus:
     mirrors: MirrorState | None = None
     telemetry: LinkTelemetry | None = None
     controller: DeviceInfo | None = None
+    max_v: float = 0.0
+    """Largest differential drive of the mirrors."""
     pan_tilt: PanTiltStatus | None = None
     stations: tuple[Station, ...] = ()
     gaze: StereoVolts = PARKED
@@ -172,6 +174,7 @@ def rig_status(
         mirrors=rig.mirrors.state,
         telemetry=rig.mirrors.telemetry,
         controller=rig.mirrors.info,
+        max_v=rig.mirrors.limits.max_v,
         pan_tilt=None if rig.pan_tilt is None else pan_tilt_status(rig.pan_tilt),
         stations=tuple(rig.stations),
         gaze=gaze,

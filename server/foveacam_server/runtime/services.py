@@ -8,8 +8,11 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from foveacam_hardware.contract import Clock
+from foveacam_server.runtime.calibration_desk import CalibrationDesk
+from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.fixations import FixationService
 from foveacam_server.runtime.frame_hub import FrameHub
@@ -44,6 +47,9 @@ class Services:
     stopping: ThreadPoolExecutor
     """Threads that only the stop uses, so that no other request can hold it up."""
     calibration: CalibrationService
+    records: CalibrationRecords
+    sessions: CalibrationDesk
+    drift: DriftChecks
     overlay: Overlay
     jobs: JobRunner
     clouds: CloudShelf

@@ -35,7 +35,7 @@ class MirrorsOptions(_Options):
     """Stage 2: where, how many poses, how far, and whether to forget what was measured before."""
 
     stations: Annotated[list[str], Field(min_length=1, max_length=16)] | None = None
-    nodes: tuple[Nodes, Nodes] | None = None
+    nodes: Annotated[list[Nodes], Field(min_length=2, max_length=2)] | None = None
     extent_ax_deg: Extent | None = None
     extent_ay_deg: Extent | None = None
     spacing: Literal["rim", "even"] | None = None

@@ -1,0 +1,218 @@
+"""The shapes of calibration sessions, their steps' results, drift checks and comparisons."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from foveacam_server.api.models import Asked, Label, Told
+
+EyeState = Literal["centred", "rim", "refused", "waiting"]
+
+
+class SessionRequest(Asked):
+    """A new session."""
+
+    label: Label
+
+
+class BoardDocument(Told):
+    """The board that stage 1 looks at: inner corners, sides in mm."""
+
+    kind: Literal["charuco", "checkerboard"]
+    columns: int
+    rows: int
+    square_mm: float
+    marker_mm: float | None
+
+
+class WideSampleDocument(Told):
+    """One view of the board."""
+
+    id: str
+    thumbnail_url: str
+    rms_px: float | None
+    tilt_deg: float | None
+    centre_px: tuple[float, float]
+    corners: int
+
+
+class WideFitDocument(Told):
+    """A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image."""
+
+    model: str
+    rms_px: float
+    fov_x_deg: float
+    fov_y_deg: float
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: list[float]
+    accuracy_deg: float | None
+
+
+class WideStageDocument(Told):
+    """Stage 1 so far."""
+
+    samples: list[WideSampleDocument]
+    coverage_fraction: float
+    tilts_covered: int
+    fit: WideFitDocument | None
+    other_model: WideFitDocument | None
+
+
+class SweepPoseDocument(Told):
+    """One pose of a sweep, and what became of either eye."""
+
+    index: int
+    ax_deg: float
+    ay_deg: float
+    left: EyeState
+    right: EyeState
+    left_reason: str | None
+    right_reason: str | None
+
+
+class SweepDocument(Told):
+    """Stage 2 at one station: `done` of `nodes` poses."""
+
+    station: str
+    distance_m: float | None
+    nodes: int
+    done: int
+    poses: list[SweepPoseDocument]
+
+
+class ModelScoreDocument(Told):
+    """How a mirror model does on poses that were left out of its fit."""
+
+    name: str
+    order: int | None
+    eye: Literal["left", "right"]
+    loo_deg: tuple[float, float]
+    chosen: bool
+
+
+class FitDocument(Told):
+    """What was fitted last, and the models that were compared."""
+
+    calibration_id: str
+    models: list[ModelScoreDocument]
+    paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
+    parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
+
+
+class SettleAxisDocument(Told):
+    """How one axis of one mirror comes to rest."""
+
+    eye: Literal["left", "right"]
+    axis: Literal["x", "y"]
+    settle_ms: float | None
+    settle_1pct_ms: float | None
+    resonance_hz: float | None
+    quality: float | None
+
+
+class SettleDocument(Told):
+    """The settle characterisation."""
+
+    axes: list[SettleAxisDocument]
+
+
+class CheckDocument(Told):
+    """How well the fitted calibration holds at poses that no sweep visited."""
+
+    epipolar_rms_px: float
+    epipolar_p95_px: float
+    pointing_rms_px: float | None
+    poses: int
+
+
+class PictureDocument(Told):
+    """A picture of the session's state."""
+
+    name: str
+    title: str
+    url: str
+
+
+class SessionDocument(Told):
+    """Everything measured for one calibration, and what came of it."""
+
+    id: str
+    label: str
+    rig_id: str
+    created_utc: str
+    bytes: int
+    board: BoardDocument | None
+    wide: WideStageDocument | None
+    sweeps: list[SweepDocument]
+    fit: FitDocument | None
+    settle: SettleDocument | None
+    check: CheckDocument | None
+    pictures: list[PictureDocument]
+    calibrations: list[str]
+    running: str | None
+    problems: list[str]
+    """Files of the session that cannot be read, and why."""
+
+
+class DriftRequest(Asked):
+    """One look at how far the rig has drifted; `distance_m`: of what stands ahead, when known."""
+
+    distance_m: Annotated[float, Field(gt=0.5, le=1000.0)] | None = None
+    apply: bool = False
+
+
+class DriftEyeDocument(Told):
+    """Drift of one eye."""
+
+    eye: Literal["left", "right"]
+    shift_x_deg: float
+    shift_y_deg: float
+    rotation_deg: float
+    scale: float
+    sigma_deg: float | None
+    """Of the shift; null when nothing was seen."""
+    significant: bool
+
+
+class DriftCheckDocument(Told):
+    """What one look found, and what was made of it."""
+
+    id: str
+    created_utc: str
+    calibration_id: str
+    looks: int
+    applied: bool
+    new_calibration_id: str | None
+    eyes: list[DriftEyeDocument]
+    vergence_known: bool
+    """Whether the angle between the eyes could be told from depth."""
+    locked: bool
+    """Whether enough places agree."""
+    residual_px: float | None
+    duration_s: float
+    detail: str
+
+
+class SpreadDocument(Told):
+    """Root mean square and largest difference, px."""
+
+    rms: float
+    max: float
+
+
+class ComparisonDocument(Told):
+    """How far two calibrations differ, in pixels an operator sees: fovea px, wide px for the wide camera."""
+
+    a: str
+    b: str
+    distance_m: float
+    pointing_difference_px: SpreadDocument
+    epipolar_difference_px: SpreadDocument
+    disparity_difference_px: SpreadDocument
+    wide_px: SpreadDocument
+    baseline_m: float
+    """Of b minus that of a."""
+    picture_url: str

@@ -1,0 +1,115 @@
+"""Calibration sessions: everything measured for one calibration, and the steps that measure and fit it."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import FileResponse, JSONResponse
+
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.calibration_models import SessionDocument, SessionRequest
+from foveacam_server.api.models import JobDocument
+from foveacam_server.calibrating.options import Run
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
+
+SessionId = Annotated[str, Path(pattern=r"^ses-[0-9a-f]{1,32}$")]
+SampleId = Annotated[str, Path(pattern=r"^[0-9A-Za-z_-]{1,40}$")]
+PictureName = Annotated[str, Path(pattern=r"^[a-z_]{1,40}$")]
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Begin a session",
+    response_model=SessionDocument,
+    responses=problems(503),
+)
+def create(request: SessionRequest, services: ServicesDep) -> Document:
+    """Begin an empty session of this rig."""
+    return services.sessions.create(request.label)
+
+
+@router.get("", summary="All sessions, newest first", response_model=list[SessionDocument])
+def every(services: ServicesDep) -> list[Document]:
+    """Return all sessions with all that was measured in them."""
+    return services.sessions.every()
+
+
+@router.get("/{session_id}", summary="One session", response_model=SessionDocument, responses=problems(404))
+def one(session_id: SessionId, services: ServicesDep) -> Document:
+    """Return one session."""
+    return services.sessions.document(session_id)
+
+
+@router.delete(
+    "/{session_id}", status_code=204, summary="Delete a session's measurements", responses=problems(404, 409)
+)
+def remove(session_id: SessionId, services: ServicesDep) -> None:
+    """Delete everything measured in a session; the calibrations fitted from it stay."""
+    services.sessions.remove(session_id)
+
+
+@router.post(
+    "/{session_id}/runs",
+    status_code=202,
+    summary="Run a step",
+    response_model=JobDocument,
+    responses={
+        200: {"model": SessionDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def run(
+    session_id: SessionId,
+    request: Run,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
+    services.lease.check(x_lease)
+    job = services.sessions.submit(session_id, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.sessions.at_url)
+
+
+@router.delete(
+    "/{session_id}/wide_samples/{sample_id}",
+    summary="Take a view of the board out of the fit",
+    response_model=SessionDocument,
+    responses=problems(404, 409),
+)
+def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> Document:
+    """Remove one view and fit the lens to the others."""
+    return services.sessions.remove_sample(session_id, sample_id)
+
+
+@router.get(
+    "/{session_id}/wide_samples/{sample_id}.jpg",
+    summary="Thumbnail of a view of the board",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> FileResponse:
+    """Return what the wide camera saw, small, with the corners found."""
+    return FileResponse(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
+
+
+@router.get(
+    "/{session_id}/pictures/{name}.png",
+    summary="A picture of the session's state",
+    response_class=FileResponse,
+    responses=file_responses("image/png"),
+)
+def picture(session_id: SessionId, name: PictureName, services: ServicesDep) -> FileResponse:
+    """Return one picture as of the last run of its step."""
+    return FileResponse(services.sessions.picture(session_id, name), media_type="image/png")

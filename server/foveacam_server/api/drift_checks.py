@@ -1,0 +1,69 @@
+"""Drift checks: one shot into the scene tells how far the eyes have moved since they were calibrated."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import JSONResponse, Response
+
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.calibration_models import DriftCheckDocument, DriftRequest
+from foveacam_server.api.models import JobDocument
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
+
+CheckId = Annotated[str, Path(pattern=r"^drf-[0-9a-f]{1,32}$")]
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Check the drift",
+    response_model=JobDocument,
+    responses={
+        200: {"model": DriftCheckDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: DriftRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
+    services.lease.check(x_lease)
+    job = services.drift.submit(request.model_dump(), idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.drift.at_url)
+
+
+@router.get("", summary="All drift checks, newest first", response_model=list[DriftCheckDocument])
+def every(services: ServicesDep) -> list[Document]:
+    """Return what all checks found."""
+    return services.drift.records.every()
+
+
+@router.get(
+    "/trend.png",
+    summary="Drift over time",
+    response_class=Response,
+    responses=file_responses("image/png"),
+)
+def trend(services: ServicesDep) -> Response:
+    """Return a picture of how both eyes have drifted since they were calibrated."""
+    return Response(services.drift.trend(), media_type="image/png")
+
+
+@router.get("/{check_id}", summary="One check", response_model=DriftCheckDocument, responses=problems(404))
+def one(check_id: CheckId, services: ServicesDep) -> Document:
+    """Return what one check found."""
+    return services.drift.records.get(check_id)

@@ -1,0 +1,1 @@
+"""Calibrating a rig step by step: sessions on disk, the steps, their documents. For server and CLI alike."""

@@ -1,0 +1,77 @@
+"""The pictures of a session: drawn when a step ends, kept as PNG files beside what they show."""
+
+import logging
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.store import Document
+
+TITLES = {
+    "coverage": "Where the board was seen, and how it was tilted",
+    "wide_residuals": "What the lens model leaves",
+    "quiver_left": "Left eye: residual of every pose",
+    "quiver_right": "Right eye: residual of every pose",
+    "loo": "Leave-one-out error by model",
+    "warp_left": "Left eye: warp over the field",
+    "warp_right": "Right eye: warp over the field",
+    "anaglyph_before": "Both eyes before rectification",
+    "anaglyph_after": "Both eyes after rectification",
+    "epipolar": "Vertical epipolar error over the field",
+    "overlay": "The foveae laid over the wide view",
+    "settle": "How the mirrors settle",
+}
+"""In the order in which they are shown."""
+
+_log = logging.getLogger(__name__)
+
+
+def draw(session: CalibrationSession, makers: Mapping[str, Callable[[], bytes]]) -> None:
+    """Draw and keep pictures, name -> what gives the PNG; one that cannot be drawn stops nobody."""
+    for name, make in makers.items():
+        try:
+            png = make()
+        except FoveaError as error:
+            _log.warning("session %s: picture %s was not drawn: %s", session.id, name, error)
+            continue
+        write_picture(session, name, png)
+
+
+def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:
+    """Keep one picture: written whole, then renamed."""
+    path = _path(session, name)
+    path.parent.mkdir(exist_ok=True)
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    beside.write_bytes(png)
+    beside.replace(path)
+
+
+def picture_documents(session: CalibrationSession, *, url: str) -> list[Document]:
+    """Return the pictures there are; the address changes when the picture does."""
+    documents = []
+    for name, title in TITLES.items():
+        path = _path(session, name)
+        if path.is_file():
+            version = path.stat().st_mtime_ns // 1_000_000
+            documents.append({"name": name, "title": title, "url": f"{url}/pictures/{name}.png?v={version}"})
+    return documents
+
+
+def picture_path(session: CalibrationSession, name: str) -> Path:
+    """Return the file of one picture or raise `NotFound`."""
+    path = _path(session, name)
+    if name not in TITLES or not path.is_file():
+        there = ", ".join(known for known in TITLES if _path(session, known).is_file()) or "none"
+        raise NotFound(
+            f"session {session.id} has no picture {name!r}; there are: {there}",
+            asked=f"picture {name!r}",
+            found=there,
+        )
+    return path
+
+
+def _path(session: CalibrationSession, name: str) -> Path:
+    return session.folder / "pictures" / f"{name}.png"

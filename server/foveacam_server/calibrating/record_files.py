@@ -1,0 +1,123 @@
+"""Calibrations as files that come and go: our own format, and the authors' device bundles."""
+
+import json
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.calibrate.aggregate import sweep_paths
+from foveacam_pipeline.calibrate.fit import fit_calibration
+from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import FORMAT, calibration_from, save_calibration
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.names import utc_now
+
+FileFormat = Literal["foveacam", "authors"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportFacts:
+    """What an import must know of the rig; the authors' files leave out how far away their markers stood."""
+
+    rig_id: str
+    baseline_m: float = 0.2
+    distance_m: float | None = None
+    fovea_size: tuple[int, int] = (1440, 1080)
+
+
+def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionShelf) -> bytes:
+    """Return the file of a calibration; the authors' format needs the session that measured it."""
+    if file_format == "foveacam":
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "calibration.json"
+            save_calibration(calibration, path)
+            return path.read_bytes()
+    from foveacam_pipeline.calibrate.exchange import bundle_document, bundle_of
+
+    sweeps = [load_sweep(path) for path in _sweeps_of(calibration, sessions)]
+    document = bundle_document(bundle_of(calibration, sweeps), exported=calibration.created)
+    return (json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def imported(document: object, facts: ImportFacts) -> Calibration:
+    """Return the calibration of an uploaded file; refuse one that is damaged or of another rig."""
+    if not isinstance(document, Mapping):
+        raise InvalidInput("import: a JSON object is needed; give the file of a calibration as it is")
+    if document.get("format") == FORMAT:
+        calibration = calibration_from(document, what="the imported file")
+        calibration.check_rig(facts.rig_id)
+        return calibration
+    schema = str(document.get("schema", ""))
+    if schema.startswith("fovea-device-config@"):
+        return _from_bundle(document, facts)
+    if schema.startswith("fovea-calibration-record@"):
+        raise InvalidInput(
+            "import: a single record holds one eye or the wide camera, a calibration needs all three; import "
+            "the device bundle (fovea-device-config@1) that holds them",
+            found=schema,
+            remedy="import the device bundle",
+        )
+    raise InvalidInput(
+        f"import: format {FORMAT!r} or schema 'fovea-device-config@1' is needed, "
+        f"{document.get('format', document.get('schema'))!r} was found; give the file of a calibration",
+        asked="a calibration file",
+        remedy="give a file that this program or the authors' application exported",
+    )
+
+
+def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibration:
+    from foveacam_pipeline.calibrate.exchange import (
+        ImportedRig,
+        Optics,
+        bundle_from,
+        intrinsics_of,
+        record_of,
+        rig_sweep_of,
+        settings_of,
+    )
+
+    bundle = bundle_from(document, what="the imported bundle")  # type: ignore[arg-type]  # it checks all of it
+    if facts.distance_m is None or not math.isfinite(facts.distance_m):
+        raise InvalidInput(
+            "import: the authors' files do not say how far away the markers stood; give distance_m as well",
+            asked="a calibration from a device bundle",
+            remedy="give distance_m, the distance from the wide camera to the markers",
+        )
+    wide = intrinsics_of(record_of(bundle, Role.WIDE))
+    settings = settings_of(bundle)
+    rig = ImportedRig(
+        rig_id=facts.rig_id,
+        wide_size=(wide.width, wide.height),
+        fovea_size=facts.fovea_size,
+        distance_m=facts.distance_m,
+    )
+    sweep = rig_sweep_of(
+        record_of(bundle, Role.LEFT),
+        record_of(bundle, Role.RIGHT),
+        wide=wide,
+        rig=rig,
+        optics=Optics(baseline_m=settings.baseline_m or facts.baseline_m),
+        drift_rad=settings.drift_rad,
+    )
+    return replace(fit_calibration(sweep), created_utc=utc_now(), origin="imported")
+
+
+def _sweeps_of(calibration: Calibration, sessions: SessionShelf) -> tuple[Path, ...]:
+    if calibration.session_id is not None:
+        try:
+            return sweep_paths(sessions.get(calibration.session_id).folder)
+        except NotFound:
+            pass
+    raise InvalidInput(
+        f"calibration {calibration.id}: the authors' records hold the measured poses, and the session that "
+        "measured it is not kept here; export it in the format foveacam",
+        asked="the authors' format",
+        found="no session with its poses",
+        remedy="export it in the format foveacam",
+    )

@@ -1,0 +1,71 @@
+"""Calibration sessions as the server offers them: documents, files, and runs as jobs."""
+
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from foveacam_server.calibrating.documents import session_document
+from foveacam_server.calibrating.pictures import picture_path
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.wide_documents import remove_sample, thumbnail_path
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.calibration_runs import SESSIONS_URL, CalibrationRuns, Equipment
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.store import Document
+
+
+class CalibrationDesk:
+    """One door to the sessions of this rig."""
+
+    def __init__(self, shelf: SessionShelf, equipment: Equipment) -> None:
+        self._shelf = shelf
+        self._hardware = equipment.hardware
+        self._runs = CalibrationRuns(self._shelf, equipment)
+
+    def create(self, label: str) -> Document:
+        """Begin a session of this rig."""
+        status = self._hardware.status
+        if status.rig_id is None:
+            raise refusals.not_open(status.problems)
+        return self._document(self._shelf.create(label=label, rig_id=status.rig_id))
+
+    def every(self) -> list[Document]:
+        """Return all sessions, newest first."""
+        return [self._document(session) for session in self._shelf.every()]
+
+    def document(self, session_id: str) -> Document:
+        """Return one session or raise `NotFound`."""
+        return self._document(self._shelf.get(session_id))
+
+    def at_url(self, url: str) -> Document:
+        """Return the session that a job's result URL names."""
+        return self.document(url.rsplit("/", 1)[1])
+
+    def remove(self, session_id: str) -> None:
+        """Delete a session; raise `Busy` while a job works in it."""
+        self._runs.check_idle(session_id, "delete the session")
+        self._shelf.remove(session_id)
+
+    def submit(self, session_id: str, run: BaseModel, *, idempotency_key: str | None = None) -> Job:
+        """Queue a step."""
+        return self._runs.submit(session_id, run, idempotency_key=idempotency_key)
+
+    def remove_sample(self, session_id: str, sample_id: str) -> Document:
+        """Take a view of the board out of the fit of the lens."""
+        session = self._shelf.get(session_id)
+        self._runs.check_idle(session_id, "remove a view")
+        remove_sample(session, sample_id)
+        return self._document(session)
+
+    def thumbnail(self, session_id: str, sample_id: str) -> Path:
+        """Return the file of a view's thumbnail or raise `NotFound`."""
+        return thumbnail_path(self._shelf.get(session_id), sample_id)
+
+    def picture(self, session_id: str, name: str) -> Path:
+        """Return the file of a picture or raise `NotFound`."""
+        return picture_path(self._shelf.get(session_id), name)
+
+    def _document(self, session: CalibrationSession) -> Document:
+        return session_document(
+            session, url=f"{SESSIONS_URL}/{session.id}", running=self._runs.running(session.id)
+        )

@@ -1,0 +1,92 @@
+"""The rig's calibrations as the server offers them: documents, comparison, files, report, health."""
+
+from functools import lru_cache
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, exported, imported
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.calibration_health import CalibrationHealth
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.documents import calibration_document
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.rig_status import RigStatus
+from foveacam_server.runtime.store import Document
+
+COMPARE_URL = "/api/v1/calibrations/compare.png"
+
+
+class CalibrationRecords:
+    """One door to the calibrations of this rig."""
+
+    def __init__(
+        self,
+        calibration: CalibrationService,
+        *,
+        sessions: SessionShelf,
+        hardware: HardwareThread,
+        health: CalibrationHealth,
+    ) -> None:
+        self._service = calibration
+        self._sessions = sessions
+        self._hardware = hardware
+        self._health = health
+        self._compared = lru_cache(maxsize=8)(self._compare)
+
+    def document(self, calibration: Calibration) -> Document:
+        """Return a calibration as REST shows it; the one in force with its health."""
+        current = self._service.current is calibration
+        return calibration_document(calibration, current=current, health=self.health() if current else None)
+
+    def health(self) -> Document:
+        """Return what ordinary fixations say of the calibration in force."""
+        return self._health.document()
+
+    def compare(self, a: str, b: str) -> Document:
+        """Return how far two calibrations differ."""
+        return self._compared(a, b)[0]
+
+    def compare_picture(self, a: str, b: str) -> bytes:
+        """Return the same as a PNG."""
+        return self._compared(a, b)[1]
+
+    def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
+        """Return a calibration as a file."""
+        return exported(self._service.get(calibration_id), file_format, sessions=self._sessions)
+
+    def take(self, document: object, *, distance_m: float | None) -> Document:
+        """Keep the calibration of an uploaded file."""
+        status = self._hardware.status
+        if status.rig_id is None:
+            raise refusals.not_open(status.problems)
+        calibration = imported(document, _facts(status, distance_m=distance_m))
+        self._service.add(calibration)
+        return self.document(calibration)
+
+    def report(self, calibration_id: str) -> str:
+        """Return the report of a calibration as one HTML page."""
+        from foveacam_server.calibrating.reports import report_page  # figures load for seconds
+
+        return report_page(self._service.get(calibration_id), sessions=self._sessions)
+
+    def _compare(self, a: str, b: str) -> tuple[Document, bytes]:
+        from foveacam_server.calibrating.comparisons import compared  # figures load for seconds
+
+        document, picture = compared(self._service.get(a), self._service.get(b))
+        return document | {"picture_url": f"{COMPARE_URL}?a={a}&b={b}"}, picture
+
+
+def _facts(status: RigStatus, *, distance_m: float | None) -> ImportFacts:
+    sizes = {
+        camera.role: (camera.width, camera.height)
+        for camera in status.cameras
+        if camera.width is not None and camera.height is not None
+    }
+    facts = ImportFacts(rig_id=status.rig_id or "", distance_m=distance_m)
+    return ImportFacts(
+        rig_id=facts.rig_id,
+        distance_m=distance_m,
+        baseline_m=facts.baseline_m if status.baseline_m is None else status.baseline_m,
+        fovea_size=sizes.get(Role.LEFT, facts.fovea_size),
+    )

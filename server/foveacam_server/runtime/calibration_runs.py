@@ -1,0 +1,170 @@
+"""Calibration steps as jobs: one session's folder, the rig through the hardware thread, the page watching."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from pydantic import BaseModel, TypeAdapter
+
+from foveacam_hardware.contract import (
+    Busy,
+    Clock,
+    InvalidInput,
+    PanTiltPose,
+    StationTarget,
+)
+from foveacam_server.calibrating.options import STEPS, AllRun, FitRun, MirrorsRun, Run, WideRun
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.workplace import Hands, Workplace
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.calibration_watch import JobWatch
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.pan_tilt import exclusive_pan_tilt
+from foveacam_server.runtime.ports import PictureSink
+from foveacam_server.runtime.rig_status import RigStatus
+
+SESSIONS_URL = "/api/v1/calibration_sessions"
+_RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equipment:
+    """What the steps' jobs work with."""
+
+    hardware: HardwareThread
+    calibration: CalibrationService
+    jobs: JobRunner
+    sink: PictureSink
+    events: EventLog
+    clock: Clock
+
+
+class CalibrationRuns:
+    """Queues steps, runs them, knows which session is being worked in."""
+
+    def __init__(self, shelf: SessionShelf, equipment: Equipment) -> None:
+        self._shelf = shelf
+        self._with = equipment
+        self._jobs: dict[str, list[str]] = {}
+        for step in STEPS:
+            equipment.jobs.handle(f"calibration.{step}", self._work)
+
+    def submit(self, session_id: str, run: BaseModel, *, idempotency_key: str | None = None) -> Job:
+        """Queue a step; refuse at once what could not be done now."""
+        session = self._shelf.get(session_id)
+        self._check(session, run)
+        document = run.model_dump(mode="json")
+        job = self._with.jobs.submit(
+            f"calibration.{document['step']}",
+            {"session_id": session_id, "run": document},
+            idempotency_key=idempotency_key,
+        )
+        self._jobs.setdefault(session_id, []).append(job.id)
+        return job
+
+    def running(self, session_id: str) -> str | None:
+        """Return the job that works in a session, or waits to; None when there is none."""
+        open_jobs = [known for known in self._jobs.get(session_id, []) if not self._ended(known)]
+        return open_jobs[0] if open_jobs else None
+
+    def check_idle(self, session_id: str, asked: str) -> None:
+        """Raise `Busy` while a job works in a session."""
+        job_id = self.running(session_id)
+        if job_id is not None:
+            raise Busy(
+                f"asked to {asked}: job {job_id} works in session {session_id}; wait for it, or cancel it",
+                asked=asked,
+                found=f"job {job_id} works in it",
+                remedy="wait for it, or cancel it",
+            )
+
+    def _ended(self, job_id: str) -> bool:
+        return self._with.jobs.get(job_id).state.ended
+
+    def _check(self, session: CalibrationSession, run: BaseModel) -> None:
+        status = self._with.hardware.status
+        if status.rig_id is None:
+            raise refusals.not_open(status.problems)
+        if session.head.rig_id != status.rig_id:
+            raise InvalidInput(
+                f"session {session.id} belongs to rig {session.head.rig_id!r}, this is rig "
+                f"{status.rig_id!r}; begin a session of this rig",
+                asked=f"a step in session {session.id}",
+                found=f"it belongs to rig {session.head.rig_id!r}",
+                remedy="begin a session of this rig",
+            )
+        if isinstance(run, FitRun):
+            return  # a fit needs what was measured, and no rig
+        if self._with.hardware.halted:
+            raise refusals.stopped()
+        if not isinstance(run, WideRun):
+            self._with.hardware.check_may_move()
+        if isinstance(run, MirrorsRun | AllRun):
+            self._check_sweep(run.options if isinstance(run, MirrorsRun) else run.options.mirrors, status)
+
+    def _check_sweep(self, options: object, status: RigStatus) -> None:
+        workplace = self._workplace_of(status)
+        workplace.stations_of(StationTarget.MARKERS)
+        for name in getattr(options, "stations", None) or []:
+            if workplace.station(name).target is not StationTarget.MARKERS:
+                raise InvalidInput(f"station {name!r} has no markers; sweep where markers stand")
+        if status.pan_tilt is None:
+            raise refusals.no_pan_tilt("sweep the mirrors")
+
+    def _work(self, context: JobContext) -> str:
+        from foveacam_server.calibrating.steps import run_step  # fits and pictures load for seconds
+
+        request = context.job.request
+        session = self._shelf.get(request["session_id"])
+        run = _RUN.validate_json(json.dumps(request["run"]))
+        watch = JobWatch(
+            context,
+            session_id=session.id,
+            sink=self._with.sink,
+            events=self._with.events,
+            clock=self._with.clock,
+        )
+        before = self._bearing()
+        workplace = self._workplace_of(self._with.hardware.status, context)
+        run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+        self._turn_back(before, workplace)
+        return f"{SESSIONS_URL}/{session.id}"
+
+    def _workplace_of(self, status: RigStatus, context: JobContext | None = None) -> Workplace:
+        @contextmanager
+        def use(what: str) -> Iterator[Hands]:
+            cancelled = context.cancelled if context is not None else _never
+            with self._with.hardware.session(what, cancelled=cancelled) as head:
+                yield Hands(head=head, pan_tilt=exclusive_pan_tilt(self._with.hardware, cancelled=cancelled))
+
+        return Workplace(
+            rig_id=status.rig_id or "",
+            baseline_m=status.baseline_m or 0.0,
+            stations=status.stations,
+            clock=self._with.clock,
+            serials={camera.role: camera.info.serial for camera in status.cameras},
+            max_v=status.max_v,
+            use=use,
+        )
+
+    def _bearing(self) -> PanTiltPose | None:
+        status = self._with.hardware.status.pan_tilt
+        return status.state.pose if status is not None and status.moves_itself else None
+
+    def _turn_back(self, before: PanTiltPose | None, workplace: Workplace) -> None:
+        """Turn the rig back to where it stood before the job."""
+        status = self._with.hardware.status.pan_tilt
+        if before is None or status is None or status.state.pose == before:
+            return
+        with workplace.use("turning back") as hands:
+            if hands.pan_tilt is not None:
+                hands.pan_tilt.move_to(before)
+
+
+def _never() -> bool:
+    return False

@@ -1,0 +1,236 @@
+"""Calibrating over REST: pan-tilt, sessions, records, and what is refused, on the simulated rig."""
+
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .conftest import API, Running, running
+
+pytestmark = pytest.mark.timeout(300)
+
+PATIENCE_S = 60.0
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server whose rig stands in the room to calibrate in."""
+    with running(tmp_path_factory.mktemp("data"), scene="calibration") as found:
+        yield found
+
+
+def new_session(room: Running, label: str = "a test") -> dict[str, Any]:
+    answer = room.post("/calibration_sessions", {"label": label})
+    assert answer.status_code == 201, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def come_to_rest(room: Running) -> dict[str, Any]:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.1)):
+        seen: dict[str, Any] = room.get("/pan_tilt").json()
+        if not seen["moving"]:
+            return seen
+        waiting.wait(0.1)
+    raise AssertionError("the pan-tilt did not come to rest")
+
+
+def test_pan_tilt_tells_its_limits_and_the_stations(room: Running) -> None:
+    seen = room.get("/pan_tilt").json()
+    assert seen["present"]
+    assert seen["connected"]
+    assert seen["limits"]["pan_min_deg"] < -45.0 < 45.0 < seen["limits"]["pan_max_deg"]
+    stations = {station["name"]: station for station in seen["stations"]}
+    assert stations["markers"]["target"] == "markers"
+    assert stations["markers"]["distance_m"] == 5.0
+    assert stations["board"]["target"] == "board"
+
+
+def test_pan_tilt_does_not_turn_before_it_was_homed(room: Running) -> None:
+    refused = room.post("/pan_tilt/moves", {"station": "board"})
+    assert (refused.status_code, refused.json()["type"]) == (502, "/problems/device-fault")
+    assert "home it" in refused.json()["detail"]
+    assert room.post("/pan_tilt/homings").status_code == 200
+    assert come_to_rest(room)["homed"]
+
+
+def test_pan_tilt_turns_to_a_station_and_to_a_bearing(room: Running) -> None:
+    assert room.post("/pan_tilt/moves", {"station": "board"}).status_code == 200
+    assert come_to_rest(room)["pan_deg"] == pytest.approx(45.0, abs=0.05)
+    begun = room.post("/pan_tilt/moves", {"pan_deg": 0.0, "tilt_deg": 0.0}).json()
+    assert begun["moving"]
+    assert come_to_rest(room)["pan_deg"] == pytest.approx(0.0, abs=0.05)
+
+
+def test_hold_stops_a_turn_on_its_way(room: Running) -> None:
+    room.post("/pan_tilt/moves", {"pan_deg": -40.0, "tilt_deg": 0.0})
+    assert room.post("/pan_tilt/holds").status_code == 200
+    assert come_to_rest(room)["pan_deg"] > -35.0
+    room.post("/pan_tilt/moves", {"station": "markers"})
+    come_to_rest(room)
+
+
+def test_stop_holds_the_pan_tilt_and_refuses_to_turn_it(room: Running) -> None:
+    room.post("/pan_tilt/moves", {"pan_deg": -40.0, "tilt_deg": 0.0})
+    room.post("/stop")
+    try:
+        assert come_to_rest(room)["pan_deg"] > -35.0
+        refused = room.post("/pan_tilt/moves", {"station": "markers"})
+        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
+    finally:
+        room.http.delete(f"{API}/stop")
+    room.post("/pan_tilt/moves", {"station": "markers"})
+    come_to_rest(room)
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "told"),
+    [
+        ({"station": "attic"}, 422, "'markers near'"),
+        ({"pan_deg": 500.0, "tilt_deg": 0.0}, 422, "500"),
+        ({"pan_deg": 1.0}, 422, "pan_deg and tilt_deg"),
+        ({"station": "board", "pan_deg": 1.0, "tilt_deg": 0.0}, 422, "not both"),
+        ({"pan_deg": "1", "tilt_deg": 0.0}, 422, "a number"),
+    ],
+)
+def test_turn_that_cannot_be_is_refused_in_words(
+    room: Running, body: dict[str, object], status: int, told: str
+) -> None:
+    answer = room.post("/pan_tilt/moves", body)
+    assert answer.status_code == status, answer.text
+    assert told in answer.json()["detail"]
+
+
+def test_session_is_kept_listed_and_deleted(room: Running) -> None:
+    session = new_session(room, "spring")
+    assert session["label"] == "spring"
+    assert session["wide"] is None
+    assert session["sweeps"] == []
+    assert session["running"] is None
+    assert room.get("/calibration_sessions").json()[0]["id"] == session["id"]
+    assert room.get(f"/calibration_sessions/{session['id']}").json() == session
+    assert room.http.delete(f"{API}/calibration_sessions/{session['id']}").status_code == 204
+    assert room.get(f"/calibration_sessions/{session['id']}").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ({"step": "dance"}, "step"),
+        ({"step": "mirrors", "options": {"nodes": [2, 9]}}, "nodes"),
+        ({"step": "mirrors", "options": {"stations": ["attic"]}}, "'markers near'"),
+        ({"step": "mirrors", "options": {"stations": ["board"]}}, "no markers"),
+        ({"step": "mirrors", "options": {"extent_ax_deg": 40.0}}, "extent_ax_deg"),
+        ({"step": "wide", "options": {"board": {"columns": 9, "rows": 6}}}, "square_mm"),
+        ({"step": "fit", "options": {"order": 0}}, "order"),
+        ({"step": "settle", "options": {"fast": True}}, "fast"),
+    ],
+)
+def test_step_that_cannot_be_is_refused_in_words(room: Running, body: dict[str, object], told: str) -> None:
+    session = new_session(room)
+    answer = room.post(f"/calibration_sessions/{session['id']}/runs", body)
+    assert answer.status_code == 422, answer.text
+    assert told in answer.json()["detail"]
+
+
+def test_step_in_no_session_is_not_found(room: Running) -> None:
+    assert room.post("/calibration_sessions/ses-0/runs", {"step": "fit"}).status_code == 404
+
+
+def test_picture_that_was_not_drawn_yet_is_not_found(room: Running) -> None:
+    session = new_session(room)
+    answer = room.get(f"/calibration_sessions/{session['id']}/pictures/loo.png")
+    assert answer.status_code == 404
+
+
+def test_calibration_leaves_as_a_file_and_comes_back_the_same(room: Running) -> None:
+    current = room.get("/calibrations/current").json()
+    assert current["current"]
+    assert current["health"]["verdict"] == "unknown"
+    file = room.get(f"/calibrations/{current['id']}/file")
+    assert "attachment" in file.headers["content-disposition"]
+    back = room.post("/calibrations/import", file.json())
+    assert back.status_code == 201, back.text
+    assert back.json()["id"] == current["id"]
+
+
+def test_imported_calibration_comes_into_force_when_asked_and_everything_follows(room: Running) -> None:
+    before = room.get("/calibrations/current").json()
+    document = room.get(f"/calibrations/{before['id']}/file").json()
+    changed = relabelled(document, "from elsewhere", shrunk=True)
+    imported = room.post("/calibrations/import", changed).json()
+    assert room.get("/calibrations/current").json()["id"] == before["id"]
+    gaze = room.get("/mirrors").json()["left"]["ax_deg"]
+    since = room.last_event
+    activated = room.post(f"/calibrations/{imported['id']}/activate")
+    try:
+        assert activated.json()["current"]
+        assert room.wait_for_event("rig.calibration", after=since)["id"] == imported["id"]
+        rig = room.get("/rig").json()
+        assert rig["calibration"]["label"] == "from elsewhere"
+        assert room.get("/mirrors").json()["left"]["ax_deg"] == pytest.approx(gaze + 1.0, abs=1e-3)
+        listed = {known["id"]: known["current"] for known in room.get("/calibrations").json()}
+        assert listed[imported["id"]]
+        assert not listed[before["id"]]
+    finally:
+        room.post(f"/calibrations/{before['id']}/activate")
+
+
+def relabelled(document: dict[str, Any], label: str, *, shrunk: bool) -> dict[str, Any]:
+    """Return a calibration's file under another label, its left eye a degree further right."""
+    from foveacam_pipeline.models.content import content_id
+
+    content = json.loads(json.dumps(document["calibration"]))
+    content["label"] = label
+    if shrunk:
+        content["left"]["mirror"]["forward"]["coefficients"][0][0] += 3.141592653589793 / 180.0
+    return {**document, "calibration": content, "hash": content_id(content)}
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ({}, "foveacam-calibration"),
+        ({"schema": "fovea-calibration-record@1"}, "device bundle"),
+        ({"format": "foveacam-calibration", "version": 99}, "version 99"),
+        ({"format": "foveacam-calibration", "version": 2, "hash": "0", "calibration": {}}, "rig_id"),
+    ],
+)
+def test_file_that_is_no_calibration_is_refused(room: Running, body: dict[str, object], told: str) -> None:
+    answer = room.post("/calibrations/import", body)
+    assert answer.status_code == 422, answer.text
+    assert told in answer.json()["detail"]
+
+
+def test_calibration_of_another_rig_is_refused_naming_both(room: Running) -> None:
+    other = Path(__file__).parents[2] / "server/foveacam_server/factory/sim-paper.json"
+    answer = room.post("/calibrations/import", json.loads(other.read_text()))
+    assert answer.status_code == 409
+    assert "sim-paper" in answer.json()["detail"]
+
+
+def test_unknown_calibration_cannot_be_put_in_force(room: Running) -> None:
+    assert room.post("/calibrations/0123456789abcdef/activate").status_code == 404
+    assert room.get("/calibrations/compare", a="0", b="1").status_code == 404
+
+
+def test_calibration_differs_from_itself_by_nothing(room: Running) -> None:
+    current = room.get("/calibrations/current").json()["id"]
+    found = room.get("/calibrations/compare", a=current, b=current).json()
+    assert found["pointing_difference_px"]["max"] == pytest.approx(0.0, abs=1e-6)
+    assert room.http.get(found["picture_url"]).content.startswith(b"\x89PNG")
+
+
+def test_views_of_a_calibration_are_absent_until_it_shows_something(room: Running) -> None:
+    assert "calibration_wide" not in [view["name"] for view in room.get("/views").json()]
+    assert room.get("/views/calibration_wide/snapshot.jpg").status_code == 503
+
+
+def test_drift_check_that_does_not_exist_is_not_found(room: Running) -> None:
+    assert room.get("/drift_checks").json() == []
+    assert room.get("/drift_checks/drf-0").status_code == 404
+    assert room.post("/drift_checks", {"distance_m": 0.1}).status_code == 422
