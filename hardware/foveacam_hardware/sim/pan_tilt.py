@@ -80,10 +80,17 @@ class TurningHistory:
 
     def bearing_deg(self, t_ns: int) -> tuple[float, float]:
         """Return (pan, tilt), degrees, at a moment."""
-        with self._lock:
-            at = max(0, bisect_right(self._turnings, t_ns, key=_t_ns) - 1)
-            turning = self._turnings[at]
+        turning = self._at(t_ns)
         return turning.place_at(max(t_ns, turning.t_ns))
+
+    def speed_deg_s(self, t_ns: int) -> tuple[float, float]:
+        """Return the speed (pan, tilt), degrees a second, at a moment."""
+        turning = self._at(t_ns)
+        return turning.speed_at(max(t_ns, turning.t_ns))
+
+    def _at(self, t_ns: int) -> Turning:
+        with self._lock:
+            return self._turnings[max(0, bisect_right(self._turnings, t_ns, key=_t_ns) - 1)]
 
 
 def _t_ns(turning: Turning) -> int:

@@ -1,14 +1,20 @@
 """Puts the simulated rig together: one world, the real drivers on its far end, and the simulated cameras."""
 
-from foveacam_hardware.contract import Clock, MonotonicClock, Role, VirtualClock
+import math
+
+from foveacam_hardware.contract import Clock, MonotonicClock, PanTiltLimits, PanTiltPose, Role, VirtualClock
 from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.grbl import GrblPanTilt
+from foveacam_hardware.drivers.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.direct_pan_tilt import DirectPanTilt
+from foveacam_hardware.sim.grbl_firmware import SWITCHES_DEG
+from foveacam_hardware.sim.grbl_host import GrblProcess
+from foveacam_hardware.sim.grbl_loopback import GrblLoopback
 from foveacam_hardware.sim.loopback import LoopbackLink
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
 from foveacam_hardware.sim.presets import find_preset
@@ -17,6 +23,16 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World
 from foveacam_hardware.wire.link import LinkFactory
 
+PAN_TILT_LIMITS = PanTiltLimits(
+    pan_min_rad=math.radians(-70.0),
+    pan_max_rad=math.radians(70.0),
+    tilt_min_rad=math.radians(-30.0),
+    tilt_max_rad=math.radians(30.0),
+)
+PAN_TILT_MOUNTING = GrblMounting(
+    zero=PanTiltPose(pan_rad=math.radians(SWITCHES_DEG[0]), tilt_rad=math.radians(SWITCHES_DEG[1])),
+    speed_rad_s=math.radians(25.0),
+)
 PULSE_US = 4_000
 """Half of the default exposure; the head shortens it with the exposure."""
 VIRTUAL_START_NS = 1_000_000_000
@@ -48,9 +64,11 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     stage = Stage(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
+    board = _board(world, clock, inline=inline)  # starts its process, while the controller starts its own
     try:
         controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
     except BaseException:  # whatever stops the controller's process: leave no thread behind
+        board.close()
         stage.close()
         raise
     mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
@@ -66,11 +84,22 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         scene=stage.name,
     )
     rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
-    rig.pan_tilt = DirectPanTilt(world, clock)
+    rig.pan_tilt = GrblPanTilt(
+        board.open, clock, limits=PAN_TILT_LIMITS, name="pan-tilt", mounting=PAN_TILT_MOUNTING
+    )
     rig.stations = tuple(table.station() for table in stage.file.stations)
-    rig.truth = Truth(world, controller)
-    rig.own([stage] if isinstance(controller, ControllerFarEnd) else [stage, controller])
+    rig.truth = Truth(world, controller, board)
+    rig.own([stage, board] if isinstance(controller, ControllerFarEnd) else [stage, board, controller])
     return rig
+
+
+def _board(world: World, clock: Clock, *, inline: bool) -> GrblLoopback | GrblProcess:
+    """Start the pan-tilt's far end, its motors on the world's rig."""
+    if not inline:
+        return GrblProcess(world)
+    board = GrblLoopback(clock, world)
+    world.motors_run_to = board.advance
+    return board
 
 
 def _controller(

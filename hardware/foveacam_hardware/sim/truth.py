@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.grbl_host import GrblProcess
+from foveacam_hardware.sim.grbl_loopback import GrblLoopback
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, View
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance
@@ -44,8 +46,15 @@ class Surroundings:
 class Truth:
     """Reads the world; changes nothing."""
 
-    def __init__(self, world: World, controller: ControllerFarEnd | ControllerProcess) -> None:
+    def __init__(
+        self,
+        world: World,
+        controller: ControllerFarEnd | ControllerProcess,
+        pan_tilt: GrblLoopback | GrblProcess,
+    ) -> None:
         self.world = world
+        self.pan_tilt = pan_tilt
+        """The pan-tilt's far end, whose faults are methods."""
         self.controller = controller
         """The controller's far end, whose faults are attributes (in this process) or methods (in its own)."""
 

@@ -5,6 +5,7 @@ lowers the frame rate and never changes the physics. Cameras are in `cameras`, m
 """
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -91,6 +92,8 @@ class World:
         self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
         self.pedestal = Pedestal(seed=seed)
         self._turnings = TurningHistory()
+        self.motors_run_to: Callable[[int], None] = _by_themselves
+        """Lets the pan-tilt's motors do what they had to do by a moment, where nobody else does."""
         stage.bearing = self._bearing
         self._shutters: dict[Role, Shutter] = {}
         self._mirror_lock = threading.Lock()
@@ -173,15 +176,17 @@ class World:
 
     def bearing_deg(self, t_ns: int) -> tuple[float, float]:
         """Return how far the pan-tilt has turned the rig, (pan, tilt), degrees."""
+        self.motors_run_to(t_ns)
         return self._turnings.bearing_deg(t_ns)
 
     def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
         """Return where the rig stands in its scene, (4, 4): the identity while the pan-tilt is at 0/0."""
-        return self.pedestal.rig_from_world(*self._turnings.bearing_deg(t_ns))
+        return self.pedestal.rig_from_world(*self.bearing_deg(t_ns))
 
     def _bearing(self, t_s: float) -> NDArray[np.float64] | None:
         t_ns = self.t0_ns + round(t_s * 1e9)
-        return None if self._turnings.bearing_deg(t_ns) == (0.0, 0.0) else self.rig_from_world(t_ns)
+        bearing_deg = self.bearing_deg(t_ns)
+        return None if bearing_deg == (0.0, 0.0) else self.pedestal.rig_from_world(*bearing_deg)
 
     def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         with self._mirror_lock:
@@ -210,6 +215,10 @@ class World:
     def _swing_px(self, role: Role, interval: Interval) -> float:
         tilts = np.array([self._tilt_rad(role, t_ns) for t_ns in interval.middles_ns(MOTION_SAMPLES)])
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
+
+
+def _by_themselves(t_ns: int) -> None:
+    """Do nothing: the motors' own process tells of them in time."""
 
 
 def project(view: View) -> Projection:

@@ -1,0 +1,277 @@
+"""A pan-tilt on a Grbl board, as `contract.PanTilt`: X pans, Y tilts, in degrees.
+
+Moves are jogs, which stop cleanly. Nothing here has a thread: what goes on is noticed when `state` is read,
+and a move that has to wait for another to stop begins then. Lines and answers are `grbl_session`'s.
+"""
+
+import threading
+from contextlib import suppress
+
+from foveacam_hardware.contract import (
+    Busy,
+    Clock,
+    DeviceFault,
+    DeviceInfo,
+    FoveaError,
+    NotConnected,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
+    Timeout,
+)
+from foveacam_hardware.drivers.grbl_axes import STRAIGHT_AHEAD, Axes, GrblMounting
+from foveacam_hardware.drivers.grbl_session import GrblSession, LineRefused, Sent
+from foveacam_hardware.drivers.grbl_start import MOVING, READY, greet
+from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, Ok, Report
+from foveacam_hardware.wire.link import LinkFactory
+
+HOMING_S = 90.0
+"""While homing it says nothing at all; the way from end to end takes a fraction of this."""
+START_NS = 500_000_000
+"""At rest elsewhere, this long after a move was taken, it has been stopped on the way."""
+GARBLED = frozenset({1, 2, 3, 11, 16, 20, 22})
+"""Refusals that a damaged line draws: our own lines are well formed."""
+
+
+class GrblPanTilt:
+    """Turns the rig; `hold` and `state` may be called from any thread, the rest from one at a time."""
+
+    moves_itself = True
+
+    def __init__(
+        self,
+        link_factory: LinkFactory,
+        clock: Clock,
+        *,
+        limits: PanTiltLimits,
+        name: str = "pan-tilt",
+        mounting: GrblMounting | None = None,
+    ) -> None:
+        self._link_factory = link_factory
+        self._clock = clock
+        self.limits = limits
+        self.info = DeviceInfo(vendor="Grbl", model="pan-tilt", serial=name)
+        self._name = name
+        self._axes = Axes(name=name, limits=limits, mounting=mounting or GrblMounting())
+        self._lock = threading.RLock()
+        self._session: GrblSession | None = None
+        self._restarts = 0
+        self._homed = False
+        self._moving = False
+        self._pose: PanTiltPose | None = None
+        self._fault: str | None = None
+        self._homing: Sent | None = None
+        self._homing_ends_ns = 0
+        self._goal: PanTiltPose | None = None
+        self._begun_ns: int | None = None  # when the move to the goal was taken; None while it waits
+        self._held = threading.Event()
+
+    @property
+    def state(self) -> PanTiltState:
+        """Ask where it stands; never raises."""
+        with self._lock:
+            if self._session is not None:
+                try:
+                    self._look(self._session)
+                except NotConnected as failure:
+                    self._lose(str(failure))
+                except FoveaError as failure:  # the move that waited was refused
+                    self._moving, self._fault = False, str(failure)
+            return PanTiltState(
+                connected=self._session is not None,
+                moving=self._moving,
+                homed=self._homed,
+                pose=self._pose if self._homed else None,
+                fault=self._fault,
+            )
+
+    def connect(self) -> None:
+        """Open the link, check who answers and whether it can turn as far as the limits say."""
+        with self._lock:
+            if self._session is not None and self.state.connected:
+                return
+            session = GrblSession(self._link_factory(), self._clock, name=self._name)
+            try:
+                version = greet(session, self._axes)
+            except FoveaError as failure:
+                session.close()
+                self._forget(str(failure))
+                raise
+            self.info = DeviceInfo(vendor="Grbl", model="pan-tilt", serial=self._name, version=version)
+            self._forget(None)
+            self._session, self._restarts = session, session.restarts
+            self._homed = not self._axes.mounting.has_switches
+            self._held.clear()
+
+    def close(self) -> None:
+        """Stop and release; harmless when closed."""
+        with self._lock:
+            session, self._session = self._session, None
+            if session is not None:
+                with suppress(NotConnected):
+                    session.realtime(JOG_CANCEL if self._homing is None else RESET)
+                session.close()
+            self._forget(None)
+
+    def home(self) -> None:
+        """Begin to look for the reference switches; when they are found, the base turns straight ahead."""
+        with self._lock:
+            session = self._looked()
+            if self._moving:
+                raise Busy(f"{self._name}: asked to home while it moves; hold it first, or wait")
+            if not self._axes.mounting.has_switches:
+                raise DeviceFault(
+                    f"{self._name}: asked to home, but it has no reference switches; move it to 0/0"
+                )
+            self._clear_alarm(session)
+            self._forget(None)
+            self._homing = session.begin(HOME)
+            self._homing_ends_ns = self._clock.now_ns() + round(HOMING_S * 1e9)
+            self._moving = True
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        """Begin to move; a move that is under way is given up for it."""
+        self._axes.check_range(pose)
+        with self._lock:
+            session = self._looked()
+            if self._homing is not None:
+                raise Busy(
+                    f"{self._name}: asked to move while it looks for its switches; wait until it rests"
+                )
+            if not self._homed:
+                found = self._fault or f"{self._name}: it does not know where it stands; home it first"
+                raise DeviceFault(f"{found} (asked to move)")
+            self._goal, self._begun_ns, self._fault = pose, None, None
+            if self._moving:
+                session.realtime(JOG_CANCEL)
+            else:
+                self._begin(session, pose)
+            self._moving = True
+
+    def hold(self) -> None:
+        """Stop moving now; a search for the switches is broken off, and has to be done again."""
+        session = self._session
+        if session is None:
+            raise NotConnected(f"{self._name}: asked to hold, but it is not connected; connect it first")
+        self._held.set()
+        session.realtime(JOG_CANCEL if self._homing is None else RESET)
+
+    def _looked(self) -> GrblSession:
+        """Return the session after a look at how things stand; raise when it is gone."""
+        if self._session is None:
+            why = self._fault or f"{self._name}: it is not connected"
+            raise NotConnected(f"{why}; connect it again")
+        try:
+            self._look(self._session)
+        except NotConnected as failure:
+            self._lose(str(failure))
+            raise
+        return self._session
+
+    def _look(self, session: GrblSession) -> None:
+        """Take in what has happened since the last look, and begin the move that waits."""
+        if self._homing is not None and not self._home_found(session, self._homing):
+            return
+        report = session.report()
+        if (
+            report.state not in READY | MOVING
+            or report.state == "Alarm"
+            or session.restarts != self._restarts
+        ):
+            self._lose_place(session, report)
+            return
+        if self._held.is_set():
+            self._held.clear()
+            self._goal = self._begun_ns = None
+        if self._goal is not None and self._begun_ns is None and report.state not in MOVING:
+            self._begin(session, self._goal)
+            report = session.report()
+        machine_deg = session.place_deg(report)
+        self._pose = self._axes.bearing(machine_deg)
+        moving = report.state in MOVING
+        self._moving = self._goal_ahead(machine_deg, moving=moving) or moving
+
+    def _home_found(self, session: GrblSession, sent: Sent) -> bool:
+        """Return whether the search has ended well; when it ended badly, say why."""
+        session.listen()
+        if sent.answer is None and not sent.lost and session.alarm is None:
+            if self._clock.now_ns() > self._homing_ends_ns:
+                session.realtime(RESET)
+                self._forget(
+                    f"{self._name}: no switch was found within {HOMING_S:g} s; look at it, home again"
+                )
+            return False
+        found = isinstance(sent.answer, Ok)
+        why = session.alarm or sent.answer or "it restarted"
+        held = self._held.is_set()
+        self._held.clear()
+        self._forget(
+            None if found or held else f"{self._name}: homing failed ({why}); look at it, home again"
+        )
+        self._restarts = session.restarts
+        if found:
+            self._homed, self._goal = True, STRAIGHT_AHEAD
+        return found
+
+    def _lose_place(self, session: GrblSession, report: Report) -> None:
+        """Say why it does not know where it stands any more, if there is anything to say."""
+        restarted, self._restarts = session.restarts != self._restarts, session.restarts
+        why: object = session.alarm
+        if report.state not in READY | MOVING:
+            why = f"it is in state {report.state}: release it at the board"
+        elif why is None and restarted:
+            why = "it restarted by itself"
+        elif why is None and self._homed:
+            why = "it is in alarm"
+        again = (
+            "home it again" if self._axes.mounting.has_switches else "point it straight ahead and restart it"
+        )
+        self._forget(self._fault if why is None else f"{self._name}: {why}; {again}")
+
+    def _goal_ahead(self, machine_deg: tuple[float, float], *, moving: bool) -> bool:
+        """Return whether a move has still to end; notice one that ended elsewhere."""
+        if self._goal is None or self._begun_ns is None:
+            return self._goal is not None
+        if self._axes.arrived(machine_deg, self._goal):
+            self._goal = None
+        elif not moving and self._clock.now_ns() > self._begun_ns + START_NS:
+            self._goal = None
+            self._fault = (
+                f"{self._name}: it was stopped on its way, at the board or by another program; move it again"
+            )
+        return self._goal is not None
+
+    def _begin(self, session: GrblSession, goal: PanTiltPose) -> None:
+        """Send the move; once more when the line was damaged on its way."""
+        line = self._axes.jog_to(goal)
+        self._goal = None
+        try:
+            session.ask(line)
+        except LineRefused as refusal:
+            if refusal.reason.code not in GARBLED:
+                raise
+            session.ask(line)
+        except Timeout:
+            if session.report().state not in MOVING:  # else it was taken, and the answer got lost
+                session.ask(line)
+        self._goal, self._begun_ns = goal, self._clock.now_ns()
+
+    def _clear_alarm(self, session: GrblSession) -> None:
+        """Leave an alarm: some hear nothing but a reset."""
+        if session.alarm is not None or session.report().state == "Alarm":
+            session.realtime(RESET)
+            session.report()
+            session.alarm = None
+            self._restarts = session.restarts
+
+    def _forget(self, fault: str | None) -> None:
+        """Begin anew, knowing nothing of the place, for a reason or for none."""
+        self._homed = self._moving = False
+        self._homing = self._goal = self._begun_ns = self._pose = None
+        self._fault = fault
+
+    def _lose(self, fault: str) -> None:
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()
+        self._forget(fault)

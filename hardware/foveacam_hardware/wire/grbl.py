@@ -1,0 +1,196 @@
+"""Grbl 1.1 (and grblHAL) as a host sees it: lines out, lines in, and single bytes that jump the queue.
+
+Pure functions. Every line is answered, in order, by one `ok` or `error:n`; status reports, alarms and
+messages come in between. Numbers are the machine's own units: degrees for an axis that turns.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TypeAlias
+
+STATUS = b"?"
+"""Ask for a status report; answered at any time but while homing."""
+FEED_HOLD = b"!"
+RESUME = b"~"
+RESET = b"\x18"
+"""Stop, forget what is queued, start anew. A position is kept unless something moved."""
+JOG_CANCEL = b"\x85"
+"""Slow down to a stop and forget queued jogs; ignored when nothing jogs."""
+REALTIME = STATUS + FEED_HOLD + RESUME + RESET + JOG_CANCEL
+
+HOME = "$H"
+UNLOCK = "$X"
+SETTINGS = "$$"
+BUILD_INFO = "$I"
+
+LONGEST_LINE = 70
+"""Characters that a line may have (80 in the firmware, less what it adds)."""
+NOISE_LIMIT = 4096
+"""Bytes without a line's end that are no Grbl any more."""
+
+ERRORS = {
+    1: "a word had no letter",
+    2: "a number could not be read",
+    3: "the command is not known to it",
+    5: "homing is switched off in its settings ($22)",
+    8: "it must be at rest for that",
+    9: "it is locked after an alarm",
+    10: "soft limits need homing",
+    11: "the line was too long",
+    15: "the way leads beyond its travel ($130, $131)",
+    16: "the jog was malformed",
+    20: "the command is not supported",
+    22: "the speed was missing",
+}
+ALARMS = {
+    1: "a limit switch was hit while moving",
+    2: "it was sent beyond its travel",
+    3: "it was reset while moving and has lost its position",
+    6: "it was reset while homing",
+    7: "the safety door opened while homing",
+    8: "a switch did not open again when it backed off",
+    9: "a reference switch was not found",
+    11: "it must be homed first",
+}
+
+
+class BadLine(Exception):
+    """What came is no line of Grbl's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ok:
+    """A line was taken."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refused:
+    """A line was refused, and nothing moved."""
+
+    code: int
+
+    def __str__(self) -> str:
+        return f"error {self.code}: {ERRORS.get(self.code, 'a reason that this program does not know')}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alarm:
+    """Something went wrong, and it has locked itself."""
+
+    code: int
+
+    def __str__(self) -> str:
+        return f"alarm {self.code}: {ALARMS.get(self.code, 'a reason that this program does not know')}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Welcome:
+    """It has started, or restarted."""
+
+    version: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """One of its numbered settings."""
+
+    number: int
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remark:
+    """A message in brackets."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """A status report. Either `machine` or `work` is given, in the machine's units."""
+
+    state: str
+    substate: int | None = None
+    machine: tuple[float, ...] | None = None
+    work: tuple[float, ...] | None = None
+    offset: tuple[float, ...] | None = None
+    """Work offset, told now and then: machine = work + offset."""
+
+
+Line: TypeAlias = Ok | Refused | Alarm | Welcome | Setting | Remark | Report
+
+_NUMBERED = re.compile(r"(error|ALARM):(\d+)")
+_SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
+_WELCOME = re.compile(r"Grbl(?:HAL)? (\d\S*)", re.IGNORECASE)
+
+
+def jog(pan_deg: float, tilt_deg: float, *, feed_deg_min: float) -> str:
+    """Return the line that moves X and Y to a place in machine coordinates; a jog can be stopped cleanly."""
+    return f"$J=G21G53X{pan_deg:.3f}Y{tilt_deg:.3f}F{feed_deg_min:.1f}"
+
+
+def encode(line: str) -> bytes:
+    """Return a line as bytes."""
+    if len(line) > LONGEST_LINE:
+        raise ValueError(f"a line of {len(line)} characters: Grbl takes {LONGEST_LINE}")
+    return line.encode("ascii") + b"\n"
+
+
+def parse(line: str) -> Line:
+    """Return what a line says; raise `BadLine` for noise."""
+    if line == "ok":
+        return Ok()
+    if found := _NUMBERED.fullmatch(line):
+        code = int(found[2])
+        return Refused(code=code) if found[1] == "error" else Alarm(code=code)
+    if line.startswith("<") and line.endswith(">"):
+        return _report(line[1:-1])
+    if line.startswith("[") and line.endswith("]"):
+        return Remark(text=line[1:-1])
+    if found := _SETTING.match(line):
+        return Setting(number=int(found[1]), value=float(found[2]))
+    if found := _WELCOME.match(line):
+        return Welcome(version=found[1])
+    raise BadLine(line)
+
+
+def _report(body: str) -> Report:
+    head, *fields = body.split("|")
+    state, _, substate = head.partition(":")
+    if not state.isalpha() or not (substate.isdigit() or not substate):
+        raise BadLine(body)
+    values = dict(field.partition(":")[::2] for field in fields)
+    return Report(
+        state=state,
+        substate=int(substate) if substate else None,
+        machine=_numbers(values.get("MPos")),
+        work=_numbers(values.get("WPos")),
+        offset=_numbers(values.get("WCO")),
+    )
+
+
+def _numbers(text: str | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise BadLine(text) from error
+    if len(numbers) < 2 or not all(math.isfinite(number) for number in numbers):
+        raise BadLine(text)
+    return numbers
+
+
+class LineReader:
+    """Cuts a stream of bytes into lines; empty ones are dropped."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> list[str]:
+        """Return the lines that `data` completes."""
+        *lines, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
+        if len(self._rest) > NOISE_LIMIT:
+            self._rest = b""
+        return [text for line in lines if (text := line.decode("ascii", "replace").strip())]
