@@ -124,6 +124,7 @@ export type SessionDocument = {
   pictures: Picture[];
   calibrations: string[];
   running: string | null;
+  problems?: string[];
 };
 
 export type SessionSummary = Pick<SessionDocument, "id" | "label" | "created_utc" | "bytes" | "running">;

@@ -23,7 +23,7 @@ export function mountDrift(place, { store, orders }) {
   const run = (/** @type {boolean} */ apply) => distance.input.reportValidity() && orders.checkDrift({ distance_m: distance.value(), apply });
   const why = (/** @type {ConsoleState} */ { rig }) => (rig && !rig.calibration ? "There is no calibration to check." : null);
   const measure = starter({ label: "Measure", store, act: () => run(false), keys: ["rig"], why });
-  const apply = starter({ label: "Measure and correct", store, act: () => run(true), primary: true, keys: ["rig"], why });
+  const apply = starter({ label: "Measure and correct", store, act: () => run(true), primary: true, keys: ["rig"], why, silent: true });
   const result = h("div", { class: "drift" });
   const show = changing(result, resultOf);
   store.on(["drift_checks"], ({ drift_checks }) => show(drift_checks));
@@ -40,7 +40,7 @@ function resultOf(checks) {
   return [
     h("h4", { text: `Last check, ${when(last)}` }), outcome(last),
     h("div", { class: "scroll-x" }, h("table", { class: "compare" },
-      h("thead", {}, h("tr", {}, ["Eye", "x", "y", "Rotation", "σ", ""].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, last.eyes.map(eyeRow)))),
+      h("thead", {}, h("tr", {}, ["Eye", "", "x", "y", "Rotation", "σ"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, last.eyes.map(eyeRow)))),
     h("p", { class: "lead", text: sentence(last.detail) }),
     !last.vergence_known && h("p", { class: "remedy", text: "Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct that too." }),
     trend, checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
@@ -56,8 +56,8 @@ function outcome({ applied, eyes, new_calibration_id }) {
 
 /** @param {DriftEye} eye */
 function eyeRow({ eye, shift_x_deg, shift_y_deg, rotation_deg, sigma_deg, significant }) {
-  return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
-    h("td", { text: angle(rotation_deg, 3) }), h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within σ")));
+  return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within σ")), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
+    h("td", { text: angle(rotation_deg, 3) }), h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }));
 }
 
 /** @param {DriftCheck[]} checks */

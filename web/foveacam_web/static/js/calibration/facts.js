@@ -35,8 +35,15 @@ export function sentenceNames(document) {
   return Object.keys(document).filter((name) => typeof document[name] === "string" && String(document[name]).includes(" "));
 }
 
+const WORDS = Object.freeze(/** @type {Record<string, string>} */ ({
+  loo_deg: "Error on poses left out", pointing_difference_px: "Pointing differs by", epipolar_difference_px: "Rows differ by",
+  disparity_difference_px: "Disparity differs by", wide_px: "Wide picture differs by", baseline_m: "Baseline differs by", distance_m: "At the distance",
+}));
+
 /** @param {string} name */
 function title(name) {
+  const known = WORDS[name];
+  if (known) return known;
   const [ending] = UNITS.find(([each]) => name.endsWith(each)) ?? [""];
   const words = (ending ? name.slice(0, -ending.length) : name).replaceAll("_", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);

@@ -15,6 +15,7 @@ import { beforeAfter, figure, picturesOf } from "./pictures.js";
  */
 
 const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "warp_left", "warp_right"];
+const EYES = /** @type {const} */ (["left", "right"]);
 const PAIR = ["anaglyph_before", "anaglyph_after"];
 
 /** @param {WizardContext} context */
@@ -65,13 +66,33 @@ function against({ session }) {
 /** @param {FitResult | null} fit */
 function modelsOf(fit) {
   if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
-  const best = Math.max(...fit.models.flatMap(({ loo_deg }) => loo_deg));
-  const rows = fit.models.map((model) => h("tr", { class: model.chosen ? "chosen" : "" },
-    h("th", { scope: "row" }, model.name, model.chosen && badge("good", "taken")),
-    h("td", { text: model.order === null ? MISSING : String(model.order) }), h("td", { class: `eye-${model.eye}`, text: model.eye }),
-    ...model.loo_deg.map((loo) => h("td", {}, meter(loo / best), `${number(loo, 4)}°`))));
+  const most = Math.max(...fit.models.flatMap(({ loo_deg }) => loo_deg));
+  const kinds = [...new Set(fit.models.map(kindOf))];
+  const rows = kinds.map((kind) => {
+    const scores = fit.models.filter((model) => kindOf(model) === kind);
+    const [first] = scores;
+    return h("tr", { class: scores.some(({ chosen }) => chosen) ? "chosen" : "" }, h("th", { scope: "row", text: first?.name }),
+      h("td", { text: first?.order == null ? MISSING : String(first.order) }),
+      ...EYES.map((eye) => scoreCell(scores.find((model) => model.eye === eye), most)));
+  });
   return [h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Models" }, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, ["Model", "Order", "Eye", "Left out, x", "Left out, y"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, rows)))];
+    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: "Model" }), h("th", { scope: "col", text: "Order" }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} eye: x, y` })))),
+    h("tbody", {}, rows)))];
+}
+
+/** @param {ModelScore} model */
+function kindOf({ name, order }) {
+  return `${name} ${order}`;
+}
+
+/**
+ * @param {ModelScore | undefined} model
+ * @param {number} most the largest error of all
+ */
+function scoreCell(model, most) {
+  if (!model) return h("td", { text: MISSING });
+  const [x, y] = model.loo_deg;
+  return h("td", { class: `score eye-${model.eye}` }, meter(Math.hypot(x, y) / Math.hypot(most, most)), h("span", { text: `${number(x, 4)}° ${number(y, 4)}°` }), model.chosen && badge("good", "taken"));
 }
 
 /** @param {number} share */

@@ -1,7 +1,7 @@
 // The calibration that is in use: name, age, how far to trust it, and its health with the reason.
 
 import { changing, h } from "../dom.js";
-import { baseline, MISSING, number, span } from "../format.js";
+import { baseline, MISSING, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 import { figures } from "./parts.js";
 import { verdictOf } from "./verdict.js";
@@ -30,7 +30,7 @@ function inUse({ verdict, calibration, age, loading }) {
   if (loading) return [h("p", { class: "empty", text: "Loading …" })];
   const tone = verdict.tone === "plain" ? "" : verdict.tone;
   const title = h("p", { class: `state ${tone}` }, icon(verdict.tone === "good" ? "check" : verdict.tone === "warn" ? "warn" : "info"), verdict.text.replace(/ · .*/, ""));
-  const reason = h("p", { class: "lead", text: verdict.reason });
+  const reason = h("p", { class: "lead", text: sentence(verdict.reason) });
   if (!calibration) return [title, reason, h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." })];
   return [title, reason, figures([
     ["Name", calibration.label || MISSING], ["Id", calibration.id.slice(0, 16)], ["Origin", calibration.origin], ["Age", age],

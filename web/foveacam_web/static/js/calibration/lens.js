@@ -28,5 +28,5 @@ export function lensTable(wide) {
   return [h("table", { class: "compare" },
     h("thead", {}, h("tr", {}, h("td", {}), fits.map((fit, index) =>
       h("th", { scope: "col" }, NAMES[fit.model] ?? fit.model, index === 0 && h("span", { class: "badge good", text: "in use" }))))),
-    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { text: of(fit) }))))))];
+    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) }))))))];
 }

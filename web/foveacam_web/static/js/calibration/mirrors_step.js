@@ -38,8 +38,8 @@ export function makeMirrorsStep(context) {
   };
   store.on(["session", "pan_tilt", "work"], update);
   const element = h("div", { class: "step step-mirrors" },
-    h("div", { class: "seeing" }, panel("Sweep", stations, empty, grid.element),
-      h("div", { class: "stack" }, live, panel("Measure", runForm(context, () => state.station)))));
+    h("div", { class: "seeing" },
+      h("div", { class: "stack" }, panel("Measure", runForm(context, () => state.station)), panel("Sweep", stations, empty, grid.element)), live));
   return { element, live };
 }
 
@@ -86,10 +86,10 @@ function stationButton({ name, distance_m, done, nodes, refused, chosen }, choos
  */
 function runForm({ store, orders }, station) {
   const where = choiceField("Measure at", [["", "every station with markers"], ["one", "the chosen station"]]);
-  const across = numberField("Nodes across", { min: 3, max: 21, hint: "9" });
-  const down = numberField("Nodes down", { min: 3, max: 21, hint: "9" });
-  const ax = numberField("Up to ±", { min: 0.5, max: 15, step: "any", unit: "° ax", hint: "as the rig" });
-  const ay = numberField("Up to ±", { min: 0.5, max: 15, step: "any", unit: "° ay", hint: "as the rig" });
+  const across = numberField("Nodes across", { min: 3, max: 41, hint: "9" });
+  const down = numberField("Nodes down", { min: 3, max: 41, hint: "9" });
+  const ax = numberField("Up to ±", { min: 0.5, max: 12, step: "any", unit: "° ax", hint: "as the rig" });
+  const ay = numberField("Up to ±", { min: 0.5, max: 12, step: "any", unit: "° ay", hint: "as the rig" });
   const spacing = choiceField("Spacing", [["", "as usual"], ["rim", "denser near the rim"], ["even", "even"]]);
   const again = tickField("Start over: forget what was measured", false);
   const act = () => {

@@ -58,7 +58,7 @@ export class NodeGrid {
     /** @type {Map<number, HTMLElement[]>} */
     const rows = new Map();
     this.#poses.forEach((pose, order) => {
-      const cell = h("div", { class: "node", role: "gridcell", data: { index: String(pose.index) } }, eye("left"), eye("right"));
+      const cell = h("div", { class: "node", role: "gridcell", tabindex: "-1", data: { index: String(pose.index) } }, eye("left"), eye("right"));
       const row = lattice ? down.indexOf(rounded(pose.ay_deg)) : Math.floor(order / this.#columns);
       const column = lattice ? across.indexOf(rounded(pose.ax_deg)) : order % this.#columns;
       cell.style.gridColumn = String(column + 1);
@@ -66,8 +66,10 @@ export class NodeGrid {
       rows.set(row, [...(rows.get(row) ?? []), cell]);
       this.#cells.set(pose.index, cell);
     });
-    fill(this.#grid, ...[...rows].sort(([a], [b]) => a - b).map(([, cells]) =>
-      h("div", { class: "row", role: "row" }, cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"])))));
+    const heads = lattice ? [h("div", { class: "row heads", "aria-hidden": "true" }, across.map((ax_deg) => h("span", { text: angle(ax_deg, 1) })))] : [];
+    fill(this.#grid, ...heads, ...[...rows].sort(([a], [b]) => a - b).map(([row, cells]) =>
+      h("div", { class: "row", role: "row" }, cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"])),
+        lattice && h("span", { class: "head", "aria-hidden": "true", text: angle(down[row], 1) }))));
     const first = this.#grid.querySelector(".node");
     if (first instanceof HTMLElement) first.tabIndex = 0;
     this.#chosen = -1;
@@ -105,7 +107,7 @@ export class NodeGrid {
     const from = event.target;
     if (!step || !(from instanceof HTMLElement) || !from.parentElement) return;
     event.preventDefault();
-    const rows = [...this.#grid.children];
+    const rows = [...this.#grid.querySelectorAll("[role=row]")];
     const row = rows[rows.indexOf(from.parentElement) + (step[0] ?? 0)];
     const column = Number(from.dataset["column"]) + (step[1] ?? 0);
     const to = row && [...row.children].find((cell) => Number(/** @type {HTMLElement} */ (cell).dataset["column"]) === column);

@@ -1,6 +1,7 @@
 // The wizard: its head with the session, its steps, what runs now, and the pan-tilt beside them.
 
 import { changing, fill, focusOn, h, need } from "../dom.js";
+import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { makeCheckStep, checkProgress } from "./check_step.js";
 import { mountDrift } from "./drift.js";
@@ -44,7 +45,7 @@ export function mountWizard(place, context) {
   const turner = h("div", { class: "inside" });
   mountJobBar(bar, context);
   mountPanTilt(turner, context);
-  fill(place, head(context), makeTabs(context), bar,
+  fill(place, head(context), makeTabs(context), bar, makeDamage(store),
     h("div", { class: "wizard-body" },
       h("div", { class: "wizard-step" }, [...steps.values()].map(({ element }) => element)),
       h("aside", { class: "wizard-side" }, h("section", { class: "panel", "aria-label": "Pan-tilt" }, h("header", {}, h("h3", { text: "Pan-tilt" })), turner))));
@@ -78,16 +79,19 @@ function makeSteps(context) {
  * @returns {Step}
  */
 function makeOverview(context) {
-  const records = h("div", {});
-  const drift = h("div", {});
-  const inUse = h("div", {});
-  const sessions = h("div", {});
+  const [records, drift, inUse, sessions] = [stack(), stack(), stack(), stack()];
   mountRecords(records, context);
   mountDrift(drift, context);
   mountInUse(inUse, context.store);
   mountSessions(sessions, context);
-  const element = h("div", { class: "step step-overview" }, panel("In use", inUse), panel("Records", records), panel("Drift", drift), panel("Measurements", sessions));
+  const element = h("div", { class: "step step-overview" },
+    h("div", { class: "column" }, panel("In use", inUse), panel("Measurements", sessions)),
+    h("div", { class: "column" }, panel("Records", records), panel("Drift", drift)));
   return { element, live: null };
+}
+
+function stack() {
+  return h("div", { class: "stack" });
 }
 
 /** @param {WizardContext} context */
@@ -96,7 +100,22 @@ function head(context) {
   return h("div", { class: "wizard-head" },
     h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }), makeSessionChoice(context),
     h("button", { type: "button", class: "plain primary", on: { click: () => everything.showModal() } }, icon("scope"), "Calibrate everything"),
-    h("a", { class: "plain back", href: addressOf(null) }, icon("back"), "Console"));
+    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+}
+
+/**
+ * What of the open session cannot be read.
+ * @param {WizardContext["store"]} store
+ */
+function makeDamage(store) {
+  const place = h("div", { class: "strip warn damage", role: "status" });
+  const show = changing(place, (/** @type {string[]} */ problems) => [icon("warn"), h("ul", {}, problems.map((problem) => h("li", { text: sentence(problem) })))]);
+  store.on(["session"], ({ session }) => {
+    const problems = session?.problems ?? [];
+    place.hidden = problems.length === 0;
+    show(problems);
+  });
+  return place;
 }
 
 /** @param {WizardContext} context */

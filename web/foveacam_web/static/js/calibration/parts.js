@@ -26,17 +26,17 @@ export function panel(title, ...children) {
  * A button that starts something. While it cannot, it is off and the reason stands beside it.
  * @param {{
  *   label: string, store: Store, act: () => unknown, primary?: boolean, picture?: IconName,
- *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string
- * }} options `why`: what stands against it now, null when nothing does
+ *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string, silent?: boolean
+ * }} options `why`: what stands against it now, null when nothing does; `silent`: the button beside it says so already
  */
-export function starter({ label, store, act, primary = false, picture, keys = [], why = () => null, named }) {
+export function starter({ label, store, act, primary = false, picture, keys = [], why = () => null, named, silent = false }) {
   const words = h("span", { text: label });
   const reason = h("span", { class: "why", role: "status" });
   const button = h("button", { type: "button", class: primary ? "plain primary" : "plain", on: { click: () => void act() } }, picture && icon(picture), words);
   store.on(["work", "stream", ...keys], (state) => {
     const against = state.stream === "down" ? "No connection to the server." : why(state) ?? (isRunning(state.work) ? "Something runs already." : null);
     button.disabled = against !== null;
-    say(reason, against !== null && !isRunning(state.work) ? against : "");
+    say(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
     if (named) say(words, named(state));
   });
   return h("span", { class: "starter" }, button, reason);

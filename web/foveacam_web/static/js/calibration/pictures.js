@@ -1,4 +1,4 @@
-// The server's diagrams: found by name, loaded again only when what they show has changed, large on demand.
+// The server's diagrams: found by name, large on demand; two of the same place one over the other.
 
 import { h } from "../dom.js";
 import { nothing } from "./parts.js";
@@ -9,7 +9,7 @@ import { nothing } from "./parts.js";
  */
 
 /**
- * The session's pictures of these names, in this order, each with an address that changes when its content does.
+ * The session's pictures of these names, in this order; their addresses change when they do.
  * @param {SessionDocument | null} session
  * @param {string[]} names
  * @returns {Picture[]}
@@ -18,26 +18,14 @@ export function picturesOf(session, names) {
   if (!session) return [];
   return names.flatMap((name) => {
     const picture = session.pictures.find((each) => each.name === name);
-    return picture ? [{ ...picture, url: fresh(picture.url, stamp(session, name)) }] : [];
+    return picture ? [picture] : [];
   });
 }
 
 /**
- * What a picture is drawn from, in a few characters.
- * @param {SessionDocument} session
- * @param {string} name
- */
-function stamp(session, name) {
-  const wide = session.wide;
-  if (name === "coverage" || name.startsWith("wide")) return `${wide?.samples.length}-${wide?.samples.at(-1)?.id}-${wide?.fit?.rms_px}`;
-  if (name === "settle") return session.settle?.axes.map((axis) => axis.settle_ms).join("-") ?? "";
-  if (name === "epipolar" || name === "overlay") return `${session.fit?.calibration_id}-${session.check?.epipolar_rms_px}-${session.check?.poses}`;
-  return session.fit?.calibration_id ?? "";
-}
-
-/**
+ * An address under which a picture is loaded again when what it shows has changed.
  * @param {string} url
- * @param {string} stamp
+ * @param {string} stamp what it shows, in a few characters
  */
 export function fresh(url, stamp) {
   return `${url}${url.includes("?") ? "&" : "?"}of=${encodeURIComponent(stamp)}`;

@@ -70,7 +70,7 @@ function row(record, { orders, picked, choose }) {
       h("p", { class: "legend" }, h("span", { text: ORIGINS[record.origin] ?? record.origin }), h("time", { datetime: record.created_utc, title: record.created_utc, text: `${span(record.age_s)} ago` }),
         h("span", { class: "number", text: record.id.slice(0, 10), title: `${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}` }),
         h("span", { class: "number", text: `mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}` }),
-        h("span", { class: "number", text: `rows ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}` }))),
+        h("span", { class: "number", text: `rectified ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}` }))),
     h("div", { class: "links" },
       !record.current && h("button", { type: "button", class: "plain", data: { keep: `use-${record.id}` }, "aria-label": `Use ${name}`, on: { click: () => void orders.activate(record.id) } }, "Use"),
       h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),

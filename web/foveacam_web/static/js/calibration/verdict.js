@@ -27,7 +27,7 @@ export function verdictOf({ rig, health }) {
 
 /** @param {HealthDocument} health */
 export function healthReason({ detail, fixations, score }) {
-  const figures = score === null ? "" : ` (${number(score, 2)} from ${fixations} ${fixations === 1 ? "fixation" : "fixations"})`;
+  const figures = score === null ? "" : ` (score ${number(score, 2)} from ${fixations} ${fixations === 1 ? "fixation" : "fixations"})`;
   return sentence(`${detail.replace(/\.$/, "")}${figures}`) || MISSING;
 }
 

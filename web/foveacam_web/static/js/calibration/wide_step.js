@@ -1,6 +1,6 @@
 // Step 1: the wide camera. The board from everywhere and at every tilt; how good the lens is known from that.
 
-import { changing, h, say } from "../dom.js";
+import { changing, h } from "../dom.js";
 import { number } from "../format.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
 import { lensTable } from "./lens.js";
@@ -61,11 +61,7 @@ function runForm({ store, orders }) {
   const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
   const views = numberField("Views wanted", { min: 3, max: 200, hint: "until covered" });
   const model = choiceField("Lens model", [["", "the better one"], ["five", "five coefficients"], ["rational", "rational"]]);
-  const note = h("p", { class: "lead" });
-  const offer = () => {
-    marker.element.hidden = kind.value() !== "charuco";
-    say(note, kind.value() === "charuco" ? "Columns and rows count squares." : "Columns and rows count inner corners.");
-  };
+  const offer = () => (marker.element.hidden = kind.value() !== "charuco");
   const act = () => allHold(columns, rows, square, marker, views) && orders.run("wide", {
     board: boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()), views: views.value(), model: model.value() || null,
   });
@@ -77,7 +73,8 @@ function runForm({ store, orders }) {
   return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
     h("p", { class: "lead", text: "Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself when the board is still and adds something new." }),
     h("details", { class: "options" }, h("summary", { text: "Board and options" }),
-      h("div", { class: "fields" }, [kind, columns, rows, square, marker, views, model].map(({ element }) => element)), note),
+      h("div", { class: "fields" }, [kind, columns, rows, square, marker, views, model].map(({ element }) => element)),
+      h("p", { class: "legend", text: "Columns and rows count inner corners: one less than the squares." })),
     h("p", { class: "actions" }, start));
 }
 
@@ -99,7 +96,7 @@ function boardOf(kind, columns, rows, square_mm, marker_mm) {
  * Fill the fields with the session's board, whenever another one comes.
  * @param {import("../store.js").Store} store
  * @param {{kind: {input: HTMLSelectElement}, columns: import("./parts.js").NumberField, rows: import("./parts.js").NumberField,
- *   square: import("./parts.js").NumberField, marker: import("./parts.js").NumberField, offer: () => void}} fields
+ *   square: import("./parts.js").NumberField, marker: import("./parts.js").NumberField, offer: () => unknown}} fields
  */
 function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
   let known = "";

@@ -1,7 +1,7 @@
 // The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
 
 import { addressOf } from "../calibration/route.js";
-import { verdictOf } from "../calibration/verdict.js";
+import { healthReason, verdictOf } from "../calibration/verdict.js";
 import { fill, h, say } from "../dom.js";
 import { baseline, clockTime, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -116,16 +116,18 @@ export function mountOffline(strip, store) {
 }
 
 /**
- * What the rig lacks, one line each with its remedy.
+ * What the rig lacks, one line each with its remedy; a calibration that no longer holds is one of them.
  * @param {HTMLElement} strip
  * @param {Store} store
  */
 export function mountProblems(strip, store) {
-  store.on(["rig"], ({ rig }) => {
+  store.on(["rig", "health"], ({ rig, health }) => {
     const problems = rig?.problems ?? [];
-    strip.hidden = problems.length === 0;
+    const stale = rig?.calibration && health?.verdict === "recalibrate" ? health : null;
+    strip.hidden = problems.length === 0 && !stale;
     fill(strip, icon("warn"), h("ul", {}, problems.map((problem) =>
       h("li", {}, problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
-        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: sentence(problem.remedy) })))));
+        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: sentence(problem.remedy) }))),
+      stale && h("li", {}, h("b", { text: "calibration " }), `${healthReason(stale)} `, h("a", { href: addressOf("overview"), text: "Check its drift, or calibrate again." }))));
   });
 }

@@ -1,0 +1,320 @@
+"""What a server would say of calibrating: a rig in the middle of it, and parts to change. Pure data."""
+
+import math
+from typing import Any
+
+Document = dict[str, Any]  # Any: JSON, written out below
+
+SESSION_ID = "ses-1f0a"
+UTC = "2026-03-14T09:12:00.000Z"
+LENS = {"width": 1440, "height": 1080, "fx_px": 3160.0, "fy_px": 3160.0, "cx_px": 719.5, "cy_px": 539.5}
+NODES_DEG = [
+    round(9.3 * x, 2) for x in (-1.0, -0.92, -0.71, -0.38, 0.0, 0.38, 0.71, 0.92, 1.0)
+]  # denser near the rim
+PICTURES = {
+    "coverage": "Where the board was seen, and how it was tilted",
+    "wide_residuals": "What the lens model leaves",
+    "quiver_left": "Left eye: residual of every pose",
+    "quiver_right": "Right eye: residual of every pose",
+    "loo": "Leave-one-out error by model",
+    "anaglyph_before": "Both eyes before rectification",
+    "anaglyph_after": "Both eyes after rectification",
+    "overlay": "The foveae laid over the wide view",
+    "epipolar": "Vertical epipolar error over the field",
+    "settle": "How the mirrors settle",
+}
+
+
+def rig() -> Document:
+    return {
+        "name": "Simulated rig",
+        "rig_id": "sim-paper",
+        "simulated": True,
+        "scene": "calibration",
+        "state": "ready",
+        "problems": [],
+        "baseline_m": 0.2,
+        "steering": {"ax_min_deg": -9.3, "ax_max_deg": 9.3, "ay_min_deg": -8.2, "ay_max_deg": 8.2},
+        "cameras": [_camera(role) for role in ("wide", "left", "right")],
+        "mirrors": {
+            "connected": True,
+            "enabled": True,
+            "left": {"x_v": 1.0, "y_v": 2.0, "ax_deg": 0.1, "ay_deg": 0.2},
+            "right": {"x_v": 1.0, "y_v": 2.0, "ax_deg": 0.1, "ay_deg": 0.2},
+            "fault": None,
+            "rtt_p50_ms": 0.9,
+            "rtt_p99_ms": 2.4,
+            "tx_packets": 12,
+            "rx_packets": 12,
+            "bad_packets": 0,
+            "clock_offset_ms": 0.5,
+        },
+        "calibration": record("a" * 32, "Bench, spring", current=True),
+        "calibration_problem": None,
+        "clock": {"t_ns": 1, "utc": UTC},
+    }
+
+
+def _camera(role: str) -> Document:
+    return {
+        "role": role,
+        "vendor": "Simulated",
+        "model": "IMX273",
+        "serial": f"SIM-{role}",
+        "connected": True,
+        "width": 1440,
+        "height": 1080,
+        "exposure_ms": 4.0,
+        "frame_rate_hz": 20.0,
+        "frame_age_ms": 12.0,
+        "delivered": 100,
+        "dropped": 0,
+    }
+
+
+def record(
+    calibration_id: str,
+    label: str,
+    *,
+    current: bool = False,
+    origin: str = "measured",
+    age_s: float = 11520.0,
+) -> Document:
+    return {
+        "id": calibration_id,
+        "label": label,
+        "origin": origin,
+        "rig_id": "sim-paper",
+        "created_utc": UTC,
+        "age_s": age_s,
+        "baseline_m": 0.2001,
+        "mirror_sigma_deg": 0.0031,
+        "rectify_sigma_px": 0.21,
+        "wide": {**LENS, "distortion": [-0.09, 0.12, 0.0, 0.0, 0.0]},
+        "current": current,
+        "parent_id": None,
+        "session_id": SESSION_ID,
+        "health": None,
+    }
+
+
+def health(verdict: str = "good") -> Document:
+    words = {
+        "good": "The rows of both eyes agree as well as on the day it was measured",
+        "recalibrate": "The rows of both eyes lie 2.4 px apart, 8 times what the calibration promises",
+        "unknown": "Nothing was fixated since it came into use",
+    }
+    return {
+        "score": None if verdict == "unknown" else 0.8 if verdict == "good" else 8.1,
+        "verdict": verdict,
+        "fixations": 0 if verdict == "unknown" else 34,
+        "vertical_px": 0.2,
+        "horizontal_px": 0.6,
+        "detail": words[verdict],
+    }
+
+
+def pan_tilt() -> Document:
+    return {
+        "present": True,
+        "info": {"vendor": "Simulated", "model": "GRBL 1.1h"},
+        "moves_itself": True,
+        "connected": True,
+        "homed": True,
+        "moving": False,
+        "pan_deg": 0.0,
+        "tilt_deg": 0.0,
+        "fault": None,
+        "limits": {"pan_min_deg": -90.0, "pan_max_deg": 90.0, "tilt_min_deg": -30.0, "tilt_max_deg": 30.0},
+        "stations": [
+            _station("board", "board", pan_deg=45.0, distance_m=None),
+            _station("markers", "markers", pan_deg=0.0, distance_m=5.0),
+            {
+                "name": "markers near",
+                "target": "markers",
+                "pan_deg": -45.0,
+                "tilt_deg": 0.0,
+                "distance_m": 2.5,
+            },
+        ],
+    }
+
+
+def _station(name: str, target: str, *, pan_deg: float, distance_m: float | None) -> Document:
+    return {"name": name, "target": target, "pan_deg": pan_deg, "tilt_deg": 0.0, "distance_m": distance_m}
+
+
+def empty_session(session_id: str = SESSION_ID, label: str = "Bench, spring") -> Document:
+    return {
+        "id": session_id,
+        "label": label,
+        "rig_id": "sim-paper",
+        "created_utc": UTC,
+        "bytes": 12_400_000,
+        "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
+        "wide": None,
+        "sweeps": [],
+        "fit": None,
+        "settle": None,
+        "check": None,
+        "pictures": [],
+        "calibrations": [],
+        "running": None,
+        "problems": [],
+    }
+
+
+def full_session() -> Document:
+    """A session in which every step was done, with a refusal and a rim pose here and there."""
+    return empty_session() | {
+        "wide": wide(28),
+        "sweeps": [sweep("markers", 5.0, done=81), sweep("markers near", 2.5, done=40)],
+        "fit": _fit(),
+        "settle": {"axes": [_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")]},
+        "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.91, "pointing_rms_px": 1.42, "poses": 40},
+        "pictures": [
+            {"name": name, "title": title, "url": f"{_url()}/pictures/{name}.png?v=1"}
+            for name, title in PICTURES.items()
+        ],
+        "calibrations": ["a" * 32],
+    }
+
+
+def _url() -> str:
+    return f"/api/v1/calibration_sessions/{SESSION_ID}"
+
+
+def wide(views: int) -> Document:
+    return {
+        "samples": [_sample(index) for index in range(views)],
+        "coverage_fraction": 0.83,
+        "tilts_covered": 7,
+        "fit": _lens("five", 0.061),
+        "other_model": _lens("rational", 0.06),
+    }
+
+
+def _sample(index: int) -> Document:
+    return {
+        "id": f"view{index}",
+        "thumbnail_url": f"{_url()}/wide_samples/view{index}.jpg",
+        "rms_px": 0.31 if index == 5 else 0.05 + 0.002 * index,
+        "tilt_deg": 5.0 + (index * 7) % 32,
+        "centre_px": [720.0 + 560.0 * math.sin(index * 2.4), 540.0 + 400.0 * math.cos(index * 1.7)],
+        "corners": 54,
+    }
+
+
+def _lens(model: str, rms_px: float) -> Document:
+    return {
+        "model": model,
+        "rms_px": rms_px,
+        "fov_x_deg": 25.62,
+        "fov_y_deg": 19.41,
+        "fx_px": 3160.21,
+        "fy_px": 3160.48,
+        "cx_px": 721.1,
+        "cy_px": 541.7,
+        "distortion": [-0.0912, 0.1213, 0.0002, -0.0001, 0.0],
+        "accuracy_deg": 0.0004,
+    }
+
+
+def sweep(station: str, distance_m: float, *, done: int) -> Document:
+    places = [(ax, ay) for ay in NODES_DEG for ax in NODES_DEG]
+    return {
+        "station": station,
+        "distance_m": distance_m,
+        "nodes": len(places),
+        "done": done,
+        "poses": [_node(index, *place, done=index < done) for index, place in enumerate(places)],
+    }
+
+
+def _node(index: int, ax_deg: float, ay_deg: float, *, done: bool) -> Document:
+    corner = abs(ax_deg) > 9 and abs(ay_deg) > 9
+    right = "waiting" if not done else "refused" if index == 12 else "rim" if corner else "centred"
+    return {
+        "index": index,
+        "ax_deg": ax_deg,
+        "ay_deg": round(ay_deg * 8.2 / 9.3, 2),
+        "left": "waiting" if not done else "rim" if corner else "centred",
+        "right": right,
+        "left_reason": None,
+        "right_reason": "its marker is only partly in the picture: 7 of 12 corners" if index == 12 else None,
+    }
+
+
+def _fit() -> Document:
+    scores = {
+        "paper cubic": (3, 0.0172, 0.0191),
+        "polynomial": (7, 0.0009, 0.0011),
+        "physics": (None, 0.0021, 0.0024),
+    }
+    return {
+        "calibration_id": "a" * 32,
+        "models": [
+            {"name": name, "order": order, "eye": eye, "loo_deg": [x, y], "chosen": name == "polynomial"}
+            for name, (order, x, y) in scores.items()
+            for eye in ("left", "right")
+        ],
+        "paper": {"loo_deg": {"left": [0.0172, 0.0191], "right": [0.0174, 0.0188]}, "epipolar_rms_px": 4.82},
+        "parallax": {
+            "known_distance": True,
+            "largest_deg": 0.0041,
+            "statement": "The markers stand 5.00 m and 2.50 m away, so the parallax of Eq. 1 was corrected.",
+        },
+    }
+
+
+def _axis(eye: str, axis: str) -> Document:
+    return {
+        "eye": eye,
+        "axis": axis,
+        "settle_ms": 9.8 if axis == "x" else 10.4,
+        "settle_1pct_ms": 5.7,
+        "resonance_hz": 1204.0,
+        "quality": 21.5,
+    }
+
+
+def drift_check(check_id: str = "dft-1", *, applied: bool = False) -> Document:
+    return {
+        "id": check_id,
+        "created_utc": UTC,
+        "calibration_id": "a" * 32,
+        "looks": 9,
+        "applied": applied,
+        "new_calibration_id": "c" * 32 if applied else None,
+        "eyes": [
+            {
+                "eye": eye,
+                "shift_x_deg": sign * 0.0312,
+                "shift_y_deg": -0.0101,
+                "rotation_deg": 0.012,
+                "scale": 1.0,
+                "sigma_deg": 0.0024,
+                "significant": True,
+            }
+            for eye, sign in (("left", 1), ("right", -1))
+        ],
+        "vergence_known": False,
+        "detail": "9 places were compared with the wide view; both eyes agree",
+    }
+
+
+def job(
+    job_id: str, *, state: str = "running", kind: str = "calibration.mirrors", changes: Document | None = None
+) -> Document:
+    over = state in {"succeeded", "failed", "cancelled"}
+    return {
+        "id": job_id,
+        "kind": kind,
+        "state": state,
+        "created_utc": UTC,
+        "started_utc": UTC,
+        "ended_utc": UTC if over else None,
+        "progress": {"done": 34, "total": 81, "eta_s": 92.0, "note": "markers: node 35 at +3.5°, -8.2°"},
+        "result_url": None,
+        "problem": None,
+    } | (changes or {})

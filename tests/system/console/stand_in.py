@@ -1,0 +1,234 @@
+"""A server that says what a test has put into it: documents, events, live pictures that never change.
+
+For pages whose states a real rig reaches late or never: a refused node, a failed sweep, no pan-tilt.
+"""
+
+import asyncio
+import copy
+import json
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from fastapi.staticfiles import StaticFiles
+
+import foveacam_web
+from foveacam_server.api.page_policy import content_policy
+from foveacam_server.bench.local_server import serving
+from foveacam_server.runtime.stream_messages import HEADER
+
+from . import calibration_documents as documents
+from .calibration_documents import SESSION_ID, Document
+
+STATIC = Path(foveacam_web.__file__).parent / "static"
+Json = Any  # what tests put in and look at: any JSON value
+VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
+VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
+
+
+@dataclass
+class StandIn:
+    """What it answers, by path below /api/v1, and what it was asked."""
+
+    answers: dict[str, Json] = field(default_factory=dict)
+    refusals: dict[str, Document] = field(default_factory=dict)
+    asked: list[tuple[str, str, Json]] = field(default_factory=list)
+    annotated: bool = False
+    url: str = ""
+    _ids: int = 0
+    _loop: asyncio.AbstractEventLoop | None = None
+    _listeners: list[asyncio.Queue[str]] = field(default_factory=list)
+
+    def be(self, session: Document | None = None) -> None:
+        """Begin anew: a calibrated rig with a pan-tilt, and this session or none."""
+        self.refusals.clear()
+        self.asked.clear()
+        self.annotated = False
+        records = [
+            documents.record("a" * 32, "Bench, spring", current=True),
+            documents.record("b" * 32, "As delivered", origin="factory", age_s=9e6),
+        ]
+        self.answers = {
+            "/rig": documents.rig(),
+            "/calibrations": records,
+            "/calibrations/health": documents.health(),
+            "/calibration_sessions": [],
+            "/pan_tilt": documents.pan_tilt(),
+            "/drift_checks": [],
+            "/jobs": [],
+            "/fixations": [],
+            "/targets": [],
+            "/clouds": [],
+            "/events/recent": [],
+            "/stop": {"engaged": False, "since_utc": None, "by": None},
+            "/lease": {"holder": None, "expires_in_s": None},
+        }
+        if session is not None:
+            self.session = session
+
+    @property
+    def session(self) -> Document:
+        found: Document = self.answers[f"/calibration_sessions/{SESSION_ID}"]
+        return found
+
+    @session.setter
+    def session(self, session: Document) -> None:
+        self.answers[f"/calibration_sessions/{session['id']}"] = session
+        self.answers["/calibration_sessions"] = [session]
+
+    def work(self, job: Document) -> None:
+        """Let this job be the one that runs, or that ran, in the session."""
+        self.answers[f"/jobs/{job['id']}"] = job
+        over = job["ended_utc"] is not None
+        self.session = self.session | {"running": None if over else job["id"]}
+        self.tell("job.updated", job)
+
+    def tell(self, kind: str, data: Document) -> None:
+        """Send an event to every page."""
+        self._ids += 1
+        event = {
+            "id": self._ids,
+            "kind": kind,
+            "level": "info",
+            "t_utc": documents.UTC,
+            "message": kind,
+            "data": data,
+        }
+        text = f"event: {kind}\nid: {self._ids}\ndata: {json.dumps(event)}\n\n"
+        loop = self._loop
+        if loop is not None:
+            for queue in list(self._listeners):
+                loop.call_soon_threadsafe(queue.put_nowait, text)
+
+    def orders(self, path: str) -> list[Json]:
+        """Return the bodies that were posted to a path."""
+        return [body for method, asked, body in self.asked if method == "POST" and asked == path]
+
+    async def events(self) -> AsyncIterator[str]:
+        self._loop = asyncio.get_running_loop()
+        queue: asyncio.Queue[str] = asyncio.Queue()
+        self._listeners.append(queue)
+        try:
+            yield ": here\n\n"
+            while True:
+                yield await queue.get()
+        finally:
+            self._listeners.remove(queue)
+
+    def answer(self, method: str, path: str, body: Json) -> tuple[int, Json]:
+        """Return status and document; an order that nobody has put in gets what its kind usually gets."""
+        self.asked.append((method, path, body))
+        refusal = self.refusals.get(f"{method} {path}")
+        if refusal is not None:
+            return refusal["status"], refusal
+        if method == "GET":
+            known = self.answers.get(path)
+            return (404, problem(404, "Not found", f"there is no {path}")) if known is None else (200, known)
+        return self._obey(method, path, body)
+
+    def _obey(self, method: str, path: str, body: Json) -> tuple[int, Json]:
+        if path == "/calibration_sessions":
+            self.session = documents.empty_session(label=body["label"])
+            return 201, self.session
+        if path.endswith("/runs") or path == "/drift_checks":
+            step = body.get("step", "drift")
+            job = documents.job("job-1", kind=f"calibration.{step}", changes={"progress": None})
+            self.answers["/jobs/job-1"] = job
+            return 202, job
+        if path.startswith("/pan_tilt"):
+            return 200, self.answers["/pan_tilt"]
+        if method == "DELETE" and "/wide_samples/" in path:
+            session = copy.deepcopy(self.session)
+            gone = path.rsplit("/", 1)[1]
+            session["wide"]["samples"] = [each for each in session["wide"]["samples"] if each["id"] != gone]
+            self.session = session
+            return 200, session
+        return 200, self.answers.get(path, {})
+
+
+def problem(status: int, title: str, detail: str, remedy: str | None = None) -> Document:
+    document = {"type": "/problems/test", "title": title, "status": status, "detail": detail}
+    return document if remedy is None else document | {"remedy": remedy}
+
+
+def picture(name: str, *, width: int = 720, height: int = 540) -> bytes:
+    """Return a JPEG that has its name written on it."""
+    y, x = np.mgrid[0:height, 0:width]
+    shade = (90 + 60 * np.sin(x / 40.0) * np.cos(y / 33.0)).astype(np.uint8)
+    image = cv2.cvtColor(shade, cv2.COLOR_GRAY2BGR)
+    cv2.putText(image, name, (20, height // 2), cv2.FONT_HERSHEY_SIMPLEX, width / 480, (255, 255, 255), 2)
+    return cv2.imencode(".jpg", image)[1].tobytes()
+
+
+def application(stand_in: StandIn) -> FastAPI:
+    """Return the page and the answers as one application."""
+    app = FastAPI(openapi_url=None)
+    app.mount("/static", StaticFiles(directory=STATIC), name="static")
+
+    @app.get("/")
+    async def page() -> FileResponse:
+        return FileResponse(STATIC / "index.html", headers={"Content-Security-Policy": content_policy("/")})
+
+    @app.websocket("/api/v1/views/ws")
+    async def views(socket: WebSocket) -> None:
+        await _serve_views(socket, stand_in)
+
+    @app.get("/api/v1/events")
+    async def events() -> StreamingResponse:
+        return StreamingResponse(stand_in.events(), media_type="text/event-stream")
+
+    @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "DELETE"])
+    async def rest(path: str, request: Request) -> Response:
+        if path.endswith((".png", ".jpg")):
+            return Response(picture(path.rsplit("/", 1)[1]), media_type="image/jpeg")
+        body = json.loads(await request.body() or b"null")
+        status, document = stand_in.answer(request.method, f"/{path}", body)
+        return JSONResponse(document, status_code=status)
+
+    return app
+
+
+async def _serve_views(socket: WebSocket, stand_in: StandIn) -> None:
+    await socket.accept()
+    listed = [{"index": index, "name": name, "width": 720, "height": 540} for index, name in enumerate(VIEWS)]
+    await socket.send_json({"type": "hello", "views": listed, "server": "stand-in"})
+    told = asyncio.create_task(_tell_stats(socket, stand_in))
+    try:
+        while True:
+            message = await socket.receive_json()
+            for name in message.get("views", {}) if message["type"] == "subscribe" else []:
+                header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 0)
+                await socket.send_bytes(header + picture(name))
+    except WebSocketDisconnect:
+        pass
+    finally:
+        told.cancel()
+
+
+async def _tell_stats(socket: WebSocket, stand_in: StandIn) -> None:
+    with suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            drawn = [name for name in VIEWS if stand_in.annotated or "_" not in name]
+            age_ms = {name: 20.0 if name in drawn else None for name in VIEWS}
+            views = {
+                name: {"rate_hz": 20.0, "age_ms": age, "frozen_since_ms": None}
+                for name, age in age_ms.items()
+            }
+            await socket.send_json({"type": "stats", "views": views})
+            await asyncio.sleep(0.5)
+
+
+@contextmanager
+def stood_in() -> Iterator[StandIn]:
+    """Serve a stand-in until the context ends."""
+    stand_in = StandIn()
+    stand_in.be()
+    with serving(application(stand_in)) as port:
+        stand_in.url = f"http://127.0.0.1:{port}/"
+        yield stand_in

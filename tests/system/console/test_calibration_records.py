@@ -1,0 +1,186 @@
+"""Records, drift and the pan-tilt from the console, and the wizard on a phone."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from . import calibration_documents as documents
+from .conftest import TOUCH, Console, OpenConsole
+from .stand_in import StandIn, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+LONG = "A label as long as a label may be: north hall, after the move, second mirror, 80"
+STEPS = ["overview", "wide", "mirrors", "fit", "check", "settle"]
+FACTORY_ID = "b" * 32
+OpenWizard = Callable[[str], Console]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+@pytest.fixture
+def stand_in(server: StandIn) -> StandIn:
+    server.be(documents.full_session())
+    return server
+
+
+@pytest.fixture
+def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
+    """Open the wizard at a step."""
+
+    def open_(step: str) -> Console:
+        console = open_console(f"{stand_in.url}#/calibration/{step}")
+        console.page.locator(".wizard-side .panel .pose, .wizard-side .lead").first.wait_for()
+        return console
+
+    return open_
+
+
+def test_record_is_taken_into_use(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    console = open_wizard("overview")
+    expect(console.page.locator(".records .current")).to_contain_text(["Bench, spring", "Bench, spring"])
+    with console.page.expect_response(re.compile("/activate$")):
+        console.page.get_by_role("button", name="Use As delivered").click()
+    assert stand_in.orders(f"/calibrations/{FACTORY_ID}/activate") == [None]
+
+
+def test_two_records_are_compared_in_pixels(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    stand_in.answers["/calibrations/compare"] = {
+        "a": "a" * 32,
+        "b": FACTORY_ID,
+        "pointing_difference_px": {"rms": 3.21, "max": 9.5},
+        "picture_url": None,
+    }
+    console = open_wizard("overview")
+    compare = console.page.get_by_role("button", name="Compare", exact=True)
+    console.page.get_by_label("Compare Bench, spring").check()
+    expect(compare).to_be_disabled()
+    console.page.get_by_label("Compare As delivered").check()
+    compare.click()
+    expect(console.page.locator(".compared")).to_contain_text("rms 3.210 px, max 9.500 px")
+
+
+def test_report_and_files_are_offered_for_each_record(open_wizard: OpenWizard) -> None:
+    console = open_wizard("overview")
+    links = console.page.locator(".records li", has_text="As delivered").locator("a")
+    expect(links).to_have_count(3)
+    addresses = [link.get_attribute("href") for link in links.all()]
+    assert addresses == [
+        f"/api/v1/calibrations/{FACTORY_ID}/report",
+        f"/api/v1/calibrations/{FACTORY_ID}/file?format=foveacam",
+        f"/api/v1/calibrations/{FACTORY_ID}/file?format=authors",
+    ]
+
+
+def test_damaged_file_is_named_and_not_sent(
+    stand_in: StandIn, open_wizard: OpenWizard, tmp_path: Path
+) -> None:
+    console = open_wizard("overview")
+    file = console.page.get_by_label("Import a calibration file")
+    torn = tmp_path / "torn.json"
+    torn.write_text('{"format": "foveacam-cal')
+    file.set_input_files(torn)
+    expect(console.page.locator(".toast")).to_contain_text("torn.json")
+    assert stand_in.orders("/calibrations/import") == []
+    whole = tmp_path / "whole.json"
+    whole.write_text('{"format": "foveacam-calibration"}')
+    with console.page.expect_response(re.compile("/import$")):
+        file.set_input_files(whole)
+    assert stand_in.orders("/calibrations/import") == [{"format": "foveacam-calibration"}]
+
+
+def test_measurement_is_deleted_only_after_a_second_word(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    console = open_wizard("overview")
+    console.page.get_by_role("button", name="Delete Bench, spring").click()
+    expect(console.page.get_by_text("Delete all that it measured?")).to_be_visible()
+    assert [path for method, path, _ in stand_in.asked if method == "DELETE"] == []
+    with console.page.expect_response(lambda answer: answer.request.method == "DELETE"):
+        console.page.get_by_role("button", name="Delete", exact=True).click()
+
+
+def test_drift_is_measured_shown_with_its_error_and_its_trend(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("overview")
+    expect(console.page.get_by_text("Never checked yet.")).to_be_visible()
+    console.page.get_by_label("Distance of what both look at").fill("4.2")
+    console.page.get_by_role("button", name="Measure and correct").click()
+    expect(console.page.locator(".job")).to_contain_text("Drift check")
+    assert stand_in.orders("/drift_checks") == [{"distance_m": 4.2, "apply": True}]
+    stand_in.answers["/drift_checks"] = [documents.drift_check(applied=True)]
+    ended = documents.job("job-1", kind="drift", state="succeeded")
+    stand_in.answers["/jobs/job-1"] = ended
+    stand_in.tell("job.updated", ended)
+    drift = console.page.locator(".drift")
+    expect(drift.locator(".badge.good")).to_have_text("corrected")
+    expect(drift.locator("tbody tr").first).to_contain_text("+0.0312°")
+    expect(drift.locator(".trend")).to_have_js_property("complete", True)
+
+
+def test_pan_tilt_turns_by_steps_to_stations_and_holds(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    console = open_wizard("wide")
+    side = console.page.locator(".wizard-side")
+    side.get_by_label("Step").select_option("0.5")
+    for button in ("Turn right", "Turn up"):
+        with console.page.expect_response(re.compile("/pan_tilt/moves$")):
+            side.get_by_role("button", name=button).click()
+    with console.page.expect_response(re.compile("/pan_tilt/moves$")):
+        side.get_by_role("button", name="Turn to the station board").click()
+    with console.page.expect_response(re.compile("/pan_tilt/holds$")):
+        side.get_by_role("button", name="Hold").click()
+    assert stand_in.orders("/pan_tilt/moves") == [
+        {"pan_deg": 0.5, "tilt_deg": 0.0},
+        {"pan_deg": 0.0, "tilt_deg": -0.5},
+        {"station": "board"},
+    ]
+
+
+def test_rig_without_a_pan_tilt_says_what_that_means(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    stand_in.answers["/pan_tilt"] |= {"present": False, "connected": False, "stations": []}
+    console = open_wizard("mirrors")
+    side = console.page.locator(".wizard-side")
+    expect(side).to_contain_text("This rig has no pan-tilt")
+    expect(side.get_by_role("button", name="Hold")).to_be_hidden()
+    expect(console.page.locator("#step-mirrors .why")).to_contain_text("no pan-tilt")
+
+
+def test_rig_turned_by_hand_is_told_which_way(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    stand_in.answers["/pan_tilt"] |= {"moves_itself": False, "pan_deg": None, "tilt_deg": None}
+    note = {"done": 3, "total": 81, "eta_s": None, "note": "turn the rig 4.2° to the right"}
+    stand_in.answers["/jobs/job-7"] = documents.job("job-7", changes={"progress": note})
+    stand_in.session = stand_in.session | {"running": "job-7"}
+    console = open_wizard("mirrors")
+    expect(console.page.locator(".wizard-side .order")).to_have_text("Turn the rig 4.2° to the right.")
+    expect(console.page.get_by_role("button", name="Turn left")).to_be_hidden()
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_phone_shows_every_step_without_scrolling_sideways(
+    stand_in: StandIn, open_console: OpenConsole, step: str
+) -> None:
+    stand_in.session = stand_in.session | {"label": LONG, "problems": ["wide.json is cut short"]}
+    stand_in.answers["/calibrations"][0]["label"] = LONG
+    stand_in.answers["/drift_checks"] = [documents.drift_check()]
+    phone = open_console(f"{stand_in.url}#/calibration/{step}", options=TOUCH)
+    expect(phone.page.locator(".damage")).to_contain_text("Wide.json is cut short.")
+    assert phone.overflow_px() <= 0
+    assert phone.page.locator("#stop").is_visible()
+
+
+def test_everything_that_can_be_pressed_has_a_name(open_wizard: OpenWizard) -> None:
+    console = open_wizard("overview")
+    for step in STEPS:
+        console.page.locator(f"#to-{step}").click()
+        console.page.locator(f"#step-{step}").wait_for()
+        unnamed = console.page.locator(
+            "#calibration :is(button, a, input, select):visible:not([aria-label], [id])"
+        ).evaluate_all("all => all.filter((each) => !each.innerText.trim() && !each.closest('label')).length")
+        assert unnamed == 0, step
+        expect(console.page.locator(f"#to-{step}")).to_have_attribute("aria-current", "step")

@@ -1,0 +1,245 @@
+"""Calibrating from the console: health in view, steps that run and end, and what is read on the way."""
+
+import re
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from . import calibration_documents as documents
+from .conftest import Console, OpenConsole
+from .stand_in import StandIn, problem, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+RUNS = f"/calibration_sessions/{documents.SESSION_ID}/runs"
+OpenWizard = Callable[[str], Console]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+@pytest.fixture
+def stand_in(server: StandIn) -> StandIn:
+    server.be(documents.full_session())
+    return server
+
+
+@pytest.fixture
+def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
+    """Open the wizard at a step, once it knows the rig and the session."""
+
+    def open_(step: str) -> Console:
+        console = open_console(f"{stand_in.url}#/calibration/{step}")
+        console.page.locator("#wizard-title").wait_for()
+        console.page.locator(".wizard-side .panel .pose, .wizard-side .lead").first.wait_for()
+        return console
+
+    return open_
+
+
+def step(console: Console, name: str) -> Locator:
+    return console.page.locator(f"#step-{name}")
+
+
+def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    console = open_console(stand_in.url)
+    badge = console.page.locator(".badges a")
+    expect(badge).to_have_text("Calibration good · 3 h")
+    expect(badge).to_have_attribute("title", re.compile("agree as well as on the day"))
+    expect(console.page.locator("#rig")).to_contain_text("good: The rows of both eyes agree")
+    expect(console.page.locator("#problems")).to_be_hidden()
+    stand_in.answers["/calibrations/health"] = documents.health("recalibrate")
+    stand_in.tell("calibration.health", {"verdict": "recalibrate"})
+    expect(badge).to_have_text("Recalibrate · 3 h")
+    expect(console.page.locator("#problems")).to_contain_text("2.4 px apart")
+    badge.click()
+    expect(console.page.locator("#wizard-title")).to_be_focused()
+    console.page.go_back()
+    expect(console.page.locator("main")).to_be_visible()
+
+
+def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    console = open_console(stand_in.url)
+    console.until_live("wide")
+    console.page.get_by_role("link", name="Calibration", exact=True).click()
+    console.page.get_by_role("link", name=re.compile("1 Wide camera")).click()
+    picture = step(console, "wide").locator(".pane-wide .surface")
+    expect(picture).to_be_visible()
+    picture.click(force=True)
+    console.page.get_by_role("link", name="Back to the console").click()
+    expect(console.page.locator("#wide .pane-wide .surface")).to_be_visible()
+    assert stand_in.orders("/fixations") == []
+    eyes = console.page.locator("#eyes > .pane")
+    expect(eyes).to_have_count(2)
+    expect(eyes.first).to_have_class(re.compile("pane-left"))
+
+
+def test_calibrating_everything_begins_a_session_and_runs_all_steps(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.be()
+    console = open_wizard("overview")
+    expect(console.page.get_by_text("Nothing measured yet", exact=True)).to_be_visible()
+    console.page.get_by_role("button", name="Calibrate everything").click()
+    sheet = console.page.locator("dialog[open]")
+    sheet.get_by_label("Label").fill("After the move")
+    sheet.get_by_role("button", name="Start").click()
+    expect(console.page.locator(".job")).to_contain_text("Everything")
+    assert stand_in.orders("/calibration_sessions") == [{"label": "After the move"}]
+    assert stand_in.orders(RUNS) == [{"step": "all", "options": {"activate": True}}]
+
+
+def test_running_step_tells_how_far_it_is_and_can_be_cancelled(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.answers["/jobs/job-7"] = documents.job("job-7")
+    stand_in.session = stand_in.session | {"running": "job-7"}
+    console = open_wizard("mirrors")
+    bar = console.page.locator(".job")
+    expect(bar).to_contain_text("34 of 81, 2 min left")
+    expect(bar.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "42")
+    stand_in.tell(
+        "calibration.progress",
+        {"session_id": documents.SESSION_ID, "step": "mirrors", "done": 35, "total": 81, "note": "node 36"},
+    )
+    expect(bar).to_contain_text("35 of 81")
+    expect(step(console, "mirrors").get_by_role("button", name="Go on measuring")).to_be_disabled()
+    with console.page.expect_response(re.compile("/jobs/job-7/cancel$")):
+        bar.get_by_role("button", name="Cancel").click()
+    stand_in.work(documents.job("job-7", state="cancelled"))
+    expect(bar).to_contain_text("What was measured is kept")
+    expect(step(console, "mirrors").get_by_role("button", name="Go on measuring")).to_be_enabled()
+
+
+def test_failed_step_says_why_and_what_to_do_until_dismissed(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("mirrors")
+    step(console, "mirrors").get_by_role("button", name="Go on measuring").click()
+    expect(console.page.locator(".job.running")).to_be_visible()
+    why = problem(502, "Device fault", "the left marker was hidden throughout", "uncover marker 1")
+    stand_in.work(documents.job("job-1", state="failed", changes={"problem": why}))
+    bar = console.page.locator(".job.bad")
+    expect(bar).to_contain_text("The left marker was hidden throughout.")
+    expect(bar.locator(".remedy")).to_have_text("Uncover marker 1.")
+    bar.get_by_role("button", name="Dismiss").click()
+    expect(bar).to_be_hidden()
+
+
+def test_refused_order_is_told_with_its_remedy(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    stand_in.refusals[f"POST {RUNS}"] = problem(409, "Stopped", "the rig is stopped", "release the stop")
+    console = open_wizard("check")
+    step(console, "check").get_by_role("button", name="Check again").click()
+    expect(console.page.locator(".toast")).to_contain_text("The rig is stopped.")
+    expect(console.page.locator(".toast .remedy")).to_have_text("Release the stop.")
+    expect(console.page.locator(".job")).to_be_hidden()
+
+
+def test_nodes_fill_up_as_the_poses_come_and_say_why_an_eye_was_refused(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("mirrors")
+    mirrors = step(console, "mirrors")
+    refused = mirrors.locator(".node[data-index='12']")
+    mirrors.locator(".node[data-index='11']").focus()
+    console.page.keyboard.press("ArrowRight")
+    expect(refused).to_be_focused()
+    detail = mirrors.locator(".node-detail")
+    expect(detail).to_contain_text("right refused (its marker is only partly in the picture")
+    mirrors.get_by_role("button", name=re.compile("markers near")).click()
+    waiting = mirrors.locator(".node[data-index='40'] .left")
+    expect(waiting).to_have_attribute("data-state", "waiting")
+    stand_in.tell(
+        "calibration.pose",
+        {
+            "session_id": documents.SESSION_ID,
+            "station": "markers near",
+            "index": 40,
+            "left": "centred",
+            "right": "refused",
+        },
+    )
+    expect(waiting).to_have_attribute("data-state", "centred")
+    mirrors.locator(".node[data-index='40']").hover()
+    expect(detail).to_contain_text("left centred; right refused")
+
+
+def test_pictures_of_the_procedure_replace_the_plain_ones_while_it_runs(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.answers["/jobs/job-7"] = documents.job("job-7")
+    stand_in.session = stand_in.session | {"running": "job-7"}
+    stand_in.annotated = True
+    console = open_wizard("mirrors")
+    expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_visible()
+    console.until_live("calibration_left", "calibration_right")
+    stand_in.work(documents.job("job-7", state="succeeded"))
+    expect(console.page.get_by_role("region", name="View Left fovea", exact=True)).to_be_visible()
+    expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_hidden()
+
+
+def test_view_that_spoils_the_fit_stands_out_and_is_removed(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("wide")
+    wide = step(console, "wide")
+    expect(wide.locator(".samples .far")).to_have_count(1)
+    expect(wide.locator(".compare thead")).to_contain_text("Rational")
+    remove = wide.get_by_role("button", name="Remove view 6")
+    remove.focus()
+    console.page.keyboard.press("Enter")
+    expect(wide.locator(".samples li")).to_have_count(27)
+    expect(wide.locator(".samples .far")).to_have_count(0)
+    expect(remove).to_be_focused()
+
+
+def test_step_that_lacks_an_earlier_one_is_off_and_names_it(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.session = documents.empty_session()
+    console = open_wizard("mirrors")
+    expect(step(console, "mirrors").get_by_role("button", name="Measure", exact=True)).to_be_disabled()
+    expect(step(console, "mirrors").locator(".why")).to_contain_text("First step 1")
+    console.page.get_by_role("link", name="4 Check").click()
+    expect(step(console, "check").locator(".why")).to_contain_text("First step 3")
+
+
+def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("mirrors")
+    mirrors = step(console, "mirrors")
+    mirrors.get_by_text("Grid and options").click()
+    mirrors.get_by_label("Nodes across").fill("5")
+    mirrors.get_by_label("Up to ±").first.fill("4.5")
+    mirrors.get_by_label("Measure at").select_option("one")
+    mirrors.get_by_role("button", name="Go on measuring").click()
+    expect(console.page.locator(".job.running")).to_be_visible()
+    assert stand_in.orders(RUNS) == [
+        {"step": "mirrors", "options": {"stations": ["markers"], "nodes": [5, 5], "extent_ax_deg": 4.5}}
+    ]
+
+
+def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: OpenWizard) -> None:
+    console = open_wizard("fit")
+    fit = step(console, "fit")
+    expect(fit.locator("tr.chosen")).to_contain_text("polynomial7")
+    expect(fit).to_contain_text("Paper: error on poses left out")
+    expect(fit).to_contain_text("the parallax of Eq. 1 was corrected")
+    slider = fit.get_by_role("slider")
+    slider.fill("80")
+    assert fit.locator(".pair").evaluate("box => box.style.getPropertyValue('--part')") == "80%"
+
+
+def test_check_holds_its_figures_against_the_goals(open_wizard: OpenWizard) -> None:
+    goals = step(open_wizard("check"), "check").locator(".goals")
+    expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
+    expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])
