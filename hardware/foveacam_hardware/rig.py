@@ -4,6 +4,7 @@ The only module that names concrete drivers or the simulation.
 """
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -23,7 +24,11 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.absent_camera import AbsentCamera
 from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.grbl import GrblPanTilt
+from foveacam_hardware.drivers.grbl_axes import GrblMounting
+from foveacam_hardware.drivers.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
+from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, ManualPanTiltConfig
 from foveacam_hardware.rig_config import RigConfig, SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_hardware.wire.link import serial_link
 
@@ -175,4 +180,21 @@ def _serial_rig(config: SerialRigConfig, clock: Clock) -> Rig:
         mirrors, left, right, wide, clock=clock, settle_us=given.settle_us, pulse_us=given.pulse_us
     )
     who = RigName(rig_id=config.rig_id, name=config.name, simulated=False, baseline_m=config.baseline_m)
-    return Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    if config.pan_tilt is not None:
+        rig.pan_tilt = _pan_tilt(config.pan_tilt, clock)
+        rig.stations = tuple(table.station() for table in config.pan_tilt.stations)
+    return rig
+
+
+def _pan_tilt(config: GrblPanTiltConfig | ManualPanTiltConfig, clock: Clock) -> PanTilt:
+    if isinstance(config, ManualPanTiltConfig):
+        return ManualPanTilt()
+    mounting = GrblMounting(
+        zero=config.zero,
+        speed_rad_s=math.radians(config.speed_deg_s),
+        has_switches=config.has_switches,
+    )
+    return GrblPanTilt(
+        serial_link(config.port), clock, limits=config.limits, name=config.port, mounting=mounting
+    )

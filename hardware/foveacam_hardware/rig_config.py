@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.pan_tilt_config import PanTiltConfig
 
 
 class _Table(BaseModel):
@@ -74,9 +75,13 @@ class SerialRigConfig(_Table):
     baseline_m: Annotated[float, Field(gt=0.0, le=2.0)] = 0.2
     mirrors: SerialMirrorsConfig
     cameras: CamerasConfig = CamerasConfig()
+    pan_tilt: PanTiltConfig | None = None
+    """What turns the rig while it is calibrated; none needed to use it."""
 
 
 RigConfig: TypeAlias = Annotated[SimulatedRigConfig | SerialRigConfig, Field(discriminator="kind")]
+_KINDS = ("simulated", "serial", "grbl", "manual")
+"""What pydantic calls a table by; no keys of the file."""
 _ANY_RIG: TypeAdapter[SimulatedRigConfig | SerialRigConfig] = TypeAdapter(RigConfig)
 
 
@@ -104,7 +109,7 @@ def _explain(error: ValidationError) -> str:
     """Say in one line each what is wrong where."""
     lines = []
     for detail in error.errors():
-        key = ".".join(str(step) for step in detail["loc"] if step not in ("simulated", "serial"))
+        key = ".".join(str(step) for step in detail["loc"] if step not in _KINDS)
         found = "" if isinstance(detail["input"], dict) else f" (found {detail['input']!r})"
         lines.append(f"{key + ': ' if key else ''}{detail['msg'].removeprefix('Value error, ')}{found}")
     return "; ".join(lines)

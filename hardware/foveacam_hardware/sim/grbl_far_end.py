@@ -15,8 +15,6 @@ from foveacam_hardware.wire.grbl import REALTIME, LineReader
 
 ANSWER_NS = 1_500_000
 """From a byte's arrival to its answer's: reading, thinking, 115 200 baud."""
-EEPROM_NS = 40_000_000
-"""While a setting is written, nothing is answered."""
 
 
 class GrblFarEnd:
@@ -39,7 +37,6 @@ class GrblFarEnd:
         self._agenda = Agenda()
         self._reader = LineReader()
         self._inbox: deque[str] = deque()
-        self._busy_until_ns = 0
         self.firmware = GrblFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
 
     def feed(self, data: bytes) -> None:
@@ -113,14 +110,12 @@ class GrblFarEnd:
         while self._inbox and not self.firmware.blocked:
             line = self._inbox.popleft()
             self.lines_received.append(line)
-            if line.startswith("$") and "=" in line and not line.startswith("$J"):
-                self._busy_until_ns = max(self._busy_until_ns, t_ns) + EEPROM_NS
             self.firmware.line(t_ns, line)
 
     def _send(self, t_ns: int, line: str) -> None:
         if self.silent or self.unplugged:
             return
-        ready_ns = max(t_ns, self._busy_until_ns) + ANSWER_NS + self.slow_ns
+        ready_ns = t_ns + ANSWER_NS + self.slow_ns
         if self._out:
             ready_ns = max(ready_ns, self._out[-1][0])
         self._out.append((ready_ns, line.encode("ascii") + b"\r\n"))

@@ -33,6 +33,8 @@ SETTINGS: dict[int, float] = {
     130: 143.0,  # travel, deg
     131: 63.0,
 }
+EEPROM_NS = 40_000_000
+"""While a setting is written, nothing is answered."""
 MILLIMETRES_AN_INCH = 25.4
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
 _ASSIGNMENT = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
@@ -50,6 +52,7 @@ class GrblFirmware:
         self.has_switches = True
         self._agenda = agenda
         self._send = send
+        self._busy_until_ns = t_ns
         self.motors = Motors(cables, steps_per_deg=SETTINGS[100])
         self._queue: deque[tuple[Pair, Pace]] = deque()
         self._moving: Entry | None = None
@@ -70,9 +73,9 @@ class GrblFirmware:
 
     def greet(self, t_ns: int) -> None:
         """Say who it is."""
-        self._send(t_ns, f"Grbl {VERSION} ['$' for help]")
+        self._say(t_ns, f"Grbl {VERSION} ['$' for help]")
         if self.state == "Alarm":
-            self._send(t_ns, "[MSG:'$H'|'$X' to unlock]")
+            self._say(t_ns, "[MSG:'$H'|'$X' to unlock]")
 
     @property
     def blocked(self) -> bool:
@@ -102,19 +105,22 @@ class GrblFirmware:
         else:
             answer = "error:9" if self.state in ("Alarm", "Jog") else "error:20"
         if answer:
-            self._send(t_ns, answer)
+            self._say(t_ns, answer)
 
     def hit_a_limit(self, t_ns: int) -> None:
         """Let a limit switch trip: everything stops, and only a reset is heard."""
         self._halt(t_ns)
         self.state, self._locked = "Alarm", True
-        self._send(t_ns, "ALARM:1")
-        self._send(t_ns, "[MSG:Reset to continue]")
+        self._say(t_ns, "ALARM:1")
+        self._say(t_ns, "[MSG:Reset to continue]")
 
     def machine_deg(self, t_ns: int) -> Pair:
         """Return the position that it counts."""
         pan_deg, tilt_deg = self.motors.place_deg(t_ns)
         return pan_deg - self._offset_deg[0], tilt_deg - self._offset_deg[1]
+
+    def _say(self, t_ns: int, line: str) -> None:
+        self._send(max(t_ns, self._busy_until_ns), line)
 
     def _report(self, t_ns: int) -> None:
         if self.blocked or not self._report_asked:
@@ -126,7 +132,7 @@ class GrblFirmware:
         self._reports += 1
         feed = self.motors.speed_deg_s(t_ns) * 60.0
         place = f"{kind}:{pan_deg:.3f},{tilt_deg:.3f},0.000"
-        self._send(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
+        self._say(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
 
     def _system(self, t_ns: int, text: str) -> str:
         if text == "$H":
@@ -134,25 +140,26 @@ class GrblFirmware:
         if text == "$X":
             if self.state == "Alarm":
                 self.state = "Idle"
-                self._send(t_ns, "[MSG:Caution: Unlocked]")
+                self._say(t_ns, "[MSG:Caution: Unlocked]")
             return "ok"
         if self.state not in ("Idle", "Alarm"):
             return "error:8"
         if text == "$$":
             for number, value in self.settings.items():
-                self._send(t_ns, f"${number}={value:g}" if value == int(value) else f"${number}={value:.3f}")
+                self._say(t_ns, f"${number}={value:g}" if value == int(value) else f"${number}={value:.3f}")
             return "ok"
         if text == "$I":
-            self._send(t_ns, f"[VER:{VERSION}.20190825:]")
-            self._send(t_ns, "[OPT:V,15,128]")
+            self._say(t_ns, f"[VER:{VERSION}.20190825:]")
+            self._say(t_ns, "[OPT:V,15,128]")
             return "ok"
-        return self._set(text)
+        return self._set(t_ns, text)
 
-    def _set(self, text: str) -> str:
+    def _set(self, t_ns: int, text: str) -> str:
         found = _ASSIGNMENT.fullmatch(text)
         if found is None or int(found[1]) not in self.settings:
             return "error:3"
         self.settings[int(found[1])] = float(found[2])
+        self._busy_until_ns = max(self._busy_until_ns, t_ns) + EEPROM_NS
         return "ok"
 
     def _jog(self, t_ns: int, text: str) -> str:
@@ -219,7 +226,7 @@ class GrblFirmware:
         self._locked = self._report_asked = False
         if lost:
             self.state = "Alarm"
-            self._send(t_ns, alarm)
+            self._say(t_ns, alarm)
         self.greet(t_ns)
 
     def _halt(self, t_ns: int) -> None:
@@ -260,11 +267,11 @@ class GrblFirmware:
     def _find_no_switch(self, t_ns: int) -> None:
         self._halt(t_ns)
         self.state = "Alarm"
-        self._send(t_ns, "ALARM:9")
+        self._say(t_ns, "ALARM:9")
         self._report(t_ns)
 
     def _arrive_home(self, t_ns: int) -> None:
         self._offset_deg = SWITCHES_DEG
         self.state = "Idle"
-        self._send(t_ns, "ok")
+        self._say(t_ns, "ok")
         self._report(t_ns)

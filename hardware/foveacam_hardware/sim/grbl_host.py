@@ -1,5 +1,6 @@
 """The simulated pan-tilt's board in its own process, as its parent sees it: shafts, faults, port."""
 
+from collections.abc import Mapping
 from types import TracebackType
 
 from foveacam_hardware.sim.far_end_process import FarEndProcess
@@ -44,10 +45,16 @@ class GrblProcess:
         return SerialLink(self.port)
 
     def configure(
-        self, *, silent: bool | None = None, slow_ns: int | None = None, has_switches: bool | None = None
+        self,
+        *,
+        silent: bool | None = None,
+        slow_ns: int | None = None,
+        has_switches: bool | None = None,
+        settings: Mapping[int, float] | None = None,
     ) -> None:
-        """Change how it behaves; what is None stays."""
-        given = {"silent": silent, "slow_ns": slow_ns, "has_switches": has_switches}
+        """Change how it behaves, or settings by their numbers; what is None stays."""
+        numbered = {str(number): value for number, value in (settings or {}).items()}
+        given = {"silent": silent, "slow_ns": slow_ns, "has_switches": has_switches, "settings": numbered}
         self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
 
     def damage_to_device(self, damage: Damage) -> None:

@@ -4,6 +4,7 @@ On virtual time a whole session takes no time and always runs the same way.
 """
 
 import threading
+from collections.abc import Mapping
 
 from foveacam_hardware.contract import Clock, NotConnected
 from foveacam_hardware.sim.grbl_far_end import GrblFarEnd
@@ -27,10 +28,16 @@ class GrblLoopback:
         """Release nothing: there is no process."""
 
     def configure(
-        self, *, silent: bool | None = None, slow_ns: int | None = None, has_switches: bool | None = None
+        self,
+        *,
+        silent: bool | None = None,
+        slow_ns: int | None = None,
+        has_switches: bool | None = None,
+        settings: Mapping[int, float] | None = None,
     ) -> None:
-        """Change how it behaves; what is None stays."""
+        """Change how it behaves, or settings by their numbers; what is None stays."""
         far_end = self.far_end
+        far_end.firmware.settings.update(settings or {})
         far_end.silent = far_end.silent if silent is None else silent
         far_end.slow_ns = far_end.slow_ns if slow_ns is None else slow_ns
         if has_switches is not None:

@@ -33,6 +33,9 @@ def obey(far_end: GrblFarEnd, message: Message) -> Message:
             far_end.silent = message.get("silent", far_end.silent)
             far_end.slow_ns = message.get("slow_ns", far_end.slow_ns)
             far_end.firmware.has_switches = message.get("has_switches", far_end.firmware.has_switches)
+            far_end.firmware.settings.update(
+                {int(number): value for number, value in message.get("settings", {}).items()}
+            )
         case "hit_a_limit":
             far_end.hit_a_limit()
         case "power_cycle":

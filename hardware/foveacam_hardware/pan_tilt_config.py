@@ -1,0 +1,89 @@
+"""What a rig's TOML file may say of its pan-tilt, and the stations that it turns to."""
+
+import math
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from foveacam_hardware.contract import PanTiltLimits, PanTiltPose
+from foveacam_hardware.stations import StationTable, check_station_names
+
+PanDeg: TypeAlias = Annotated[float, Field(ge=-180.0, le=180.0)]
+TiltDeg: TypeAlias = Annotated[float, Field(ge=-90.0, le=90.0)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class ManualPanTiltConfig(_Table):
+    """The operator turns the rig."""
+
+    kind: Literal["manual"]
+    stations: list[StationTable] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _name_each_once(self) -> "ManualPanTiltConfig":
+        check_station_names(self.stations)
+        return self
+
+
+class GrblPanTiltConfig(_Table):
+    """Two motors on a Grbl board: X pans, Y tilts, in degrees."""
+
+    kind: Literal["grbl"]
+    port: Annotated[str, Field(min_length=1)]
+    pan_min_deg: PanDeg = -70.0
+    pan_max_deg: PanDeg = 70.0
+    tilt_min_deg: TiltDeg = -30.0
+    tilt_max_deg: TiltDeg = 30.0
+    has_switches: bool = True
+    """False: it counts from where it stood when it was switched on."""
+    zero_pan_deg: PanDeg | None = None
+    """Where the base points when the board counts zero: with switches, there."""
+    zero_tilt_deg: TiltDeg | None = None
+    speed_deg_s: Annotated[float, Field(gt=0.0, le=200.0)] = 25.0
+    stations: list[StationTable] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _make_sense(self) -> "GrblPanTiltConfig":
+        if self.pan_min_deg >= self.pan_max_deg or self.tilt_min_deg >= self.tilt_max_deg:
+            raise ValueError("a minimum is not below its maximum; exchange them")
+        if self.has_switches and (self.zero_pan_deg is None or self.zero_tilt_deg is None):
+            raise ValueError(
+                "zero_pan_deg and zero_tilt_deg are missing: say where the base points at the reference"
+                " switches, or `has_switches = false`"
+            )
+        check_station_names(self.stations)
+        for station in self.stations:
+            self._check_reach(station)
+        return self
+
+    def _check_reach(self, station: StationTable) -> None:
+        pan_ok = self.pan_min_deg <= station.pan_deg <= self.pan_max_deg
+        if not (pan_ok and self.tilt_min_deg <= station.tilt_deg <= self.tilt_max_deg):
+            raise ValueError(
+                f"station {station.name!r} at {station.pan_deg:g}, {station.tilt_deg:g} deg lies outside"
+                f" {self.pan_min_deg:g} to {self.pan_max_deg:g}, {self.tilt_min_deg:g} to"
+                f" {self.tilt_max_deg:g} deg; move it, or widen the limits"
+            )
+
+    @property
+    def limits(self) -> PanTiltLimits:
+        """How far it turns."""
+        return PanTiltLimits(
+            pan_min_rad=math.radians(self.pan_min_deg),
+            pan_max_rad=math.radians(self.pan_max_deg),
+            tilt_min_rad=math.radians(self.tilt_min_deg),
+            tilt_max_rad=math.radians(self.tilt_max_deg),
+        )
+
+    @property
+    def zero(self) -> PanTiltPose:
+        """Where the base points when the board counts zero."""
+        return PanTiltPose(
+            pan_rad=math.radians(self.zero_pan_deg or 0.0), tilt_rad=math.radians(self.zero_tilt_deg or 0.0)
+        )
+
+
+PanTiltConfig: TypeAlias = Annotated[GrblPanTiltConfig | ManualPanTiltConfig, Field(discriminator="kind")]
