@@ -1,0 +1,16 @@
+"""The report of a calibration: one HTML page that needs nothing else."""
+
+from foveacam_pipeline.calibrate.report.facts import DriftFacts, SessionFacts, drift_facts, session_facts
+from foveacam_pipeline.calibrate.report.page import PICTURES, report_html
+from foveacam_pipeline.calibrate.report.table2 import Specification, table2
+
+__all__ = [
+    "PICTURES",
+    "DriftFacts",
+    "SessionFacts",
+    "Specification",
+    "drift_facts",
+    "report_html",
+    "session_facts",
+    "table2",
+]

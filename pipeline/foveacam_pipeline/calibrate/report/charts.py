@@ -1,0 +1,81 @@
+"""Charts of a report: scores of models as bars, drift over the checks."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+
+from foveacam_pipeline.calibrate.report.drawings import svg
+from foveacam_pipeline.calibrate.report.facts import DriftEyeFacts, DriftFacts, ModelFacts
+
+_ROW = 24
+_NAMES = 250.0
+_BARS = 330.0
+_MIDDLE = 110.0
+_REACH = 95.0
+_SPAN = 600.0
+_LEAST_DEG = 0.01
+
+
+def bars(models: Sequence[ModelFacts]) -> str:
+    """Return the leave-one-out error of every candidate, both axes together, on a logarithmic scale."""
+    sizes = [math.hypot(*model.loo_deg) / math.sqrt(2.0) for model in models]
+    logs = [math.log10(size) for size in sizes if size > 0.0] or [0.0]
+    low, high = min(logs) - 0.3, max(logs)
+    parts = []
+    for row, (model, size) in enumerate(zip(models, sizes, strict=True)):
+        share = (math.log10(size) - low) / (high - low) if size > 0.0 else 0.0
+        parts.append(_bar(model, size, y=float(_ROW * row), length=max(1.0, _BARS * share)))
+    box = (0.0, 0.0, 680.0, _ROW * len(models) + 4.0)
+    return svg(parts, box, "leave-one-out error by model")
+
+
+def drift_chart(checks: Sequence[DriftFacts]) -> str:
+    """Return the shifts of both eyes over the checks, in their order, with their standard errors."""
+    shifts = [
+        abs(value) for check in checks for eye in check.eyes for value in (eye.shift_x_deg, eye.shift_y_deg)
+    ]
+    reach_deg = 1.2 * max([_LEAST_DEG, *shifts])
+    step = _SPAN / max(1, len(checks))
+    parts = [
+        f'<line class="grid" x1="60" x2="680" y1="{_MIDDLE}" y2="{_MIDDLE}"/>',
+        f'<text x="0" y="20">{reach_deg:+.3f}°</text>',
+        f'<text x="0" y="{_MIDDLE + 4}">0</text>',
+        f'<text x="0" y="208">{-reach_deg:+.3f}°</text>',
+    ]
+    for k, check in enumerate(checks):
+        for eye in check.eyes:
+            parts.append(_marks(check, eye, x=70.0 + step * (k + 0.5), per_deg=_REACH / reach_deg))
+    return svg(parts, (0.0, 0.0, 690.0, 220.0), "drift over the checks")
+
+
+def _bar(model: ModelFacts, size_deg: float, *, y: float, length: float) -> str:
+    known = model.order is None or str(model.order) in model.name
+    name = model.name if known else f"{model.name}, order {model.order}"
+    words = escape(f"{model.eye}: {name}" + (" (chosen)" if model.chosen else ""))
+    side = "left" if model.eye == "left" else "right"
+    opacity = 1.0 if model.chosen else 0.4
+    return (
+        f'<text x="0" y="{y + 15}">{words}</text>'
+        f'<rect class="{side}" stroke="none" fill-opacity="{opacity}" x="{_NAMES}" y="{y + 3}" '
+        f'width="{length:.1f}" height="15" rx="2"/>'
+        f'<text x="{_NAMES + 8 + length:.1f}" y="{y + 15}">{size_deg:.4f}°</text>'
+    )
+
+
+def _marks(check: DriftFacts, eye: DriftEyeFacts, *, x: float, per_deg: float) -> str:
+    side = "left" if eye.eye == "left" else "right"
+    beside = -12.0 if side == "left" else 12.0
+    error = per_deg * (eye.sigma_deg or 0.0)
+    parts = []
+    for offset, value, axis in ((-4.0, eye.shift_x_deg, "across"), (4.0, eye.shift_y_deg, "down")):
+        at, y = x + beside + offset, _MIDDLE - per_deg * value
+        words = f"<title>{escape(f'{check.created_utc}: {eye.eye} {axis} {value:+.4f}°')}</title>"
+        parts.append(
+            f'<line class="{side}" x1="{at:.1f}" x2="{at:.1f}" y1="{y - error:.1f}" y2="{y + error:.1f}"/>'
+        )
+        if axis == "across":
+            parts.append(f'<circle class="{side}" cx="{at:.1f}" cy="{y:.1f}" r="4">{words}</circle>')
+        else:
+            corner = f'x="{at - 3.5:.1f}" y="{y - 3.5:.1f}"'
+            parts.append(f'<rect class="{side}" {corner} width="7" height="7">{words}</rect>')
+    return "".join(parts)

@@ -1,0 +1,94 @@
+"""Pieces of HTML: tables, figures, and words for what is missing. All text is escaped here."""
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+from foveacam_hardware.contract import InvalidInput
+
+_KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+
+
+def section(anchor: str, title: str, *parts: str) -> str:
+    """Return a section with its heading."""
+    body = "\n".join(part for part in parts if part)
+    return f'<section id="{anchor}">\n<h2>{escape(title)}</h2>\n{body}\n</section>'
+
+
+def paragraph(text: str) -> str:
+    """Return a paragraph."""
+    return f"<p>{escape(text)}</p>"
+
+
+def absent(what: str, how: str) -> str:
+    """Return the words for a part that was not measured, and how to measure it."""
+    return f'<p class="absent"><b>Not measured:</b> {escape(what)}. <span>{escape(how)}</span></p>'
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, caption: str = "") -> str:
+    """Return a table; a cell that begins with a digit or a sign stands to the right."""
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
+    body = "\n".join("<tr>" + "".join(_cell(text) for text in row) + "</tr>" for row in rows)
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    inside = f"{title}<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>"
+    return f'<div class="scroll"><table>{inside}</table></div>'
+
+
+def facts(pairs: Iterable[tuple[str, str]]) -> str:
+    """Return names and values as a list."""
+    rows = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in pairs)
+    return f'<dl class="facts">{rows}</dl>'
+
+
+def figure(picture: bytes, caption: str) -> str:
+    """Return a picture (PNG or JPEG) that is part of the page."""
+    kind = next((kind for start, kind in _KINDS.items() if picture.startswith(start)), None)
+    if kind is None:
+        raise InvalidInput(f"report: picture {caption!r} is neither PNG nor JPEG; draw it again")
+    data = base64.b64encode(picture).decode("ascii")
+    alt = escape(caption, quote=True)
+    return f'<figure><img alt="{alt}" src="data:{kind};base64,{data}"><figcaption>{alt}</figcaption></figure>'
+
+
+def figures(pictures: Mapping[str, bytes], captions: Mapping[str, str]) -> str:
+    """Return those pictures that there are, side by side where there is room."""
+    shown = [figure(pictures[name], caption) for name, caption in captions.items() if name in pictures]
+    return f'<div class="figures">{"".join(shown)}</div>' if shown else ""
+
+
+def drawing(svg: str, caption: str) -> str:
+    """Return a drawing with its caption; the drawing is trusted to be escaped."""
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def number(value: float | None, digits: int, unit: str = "") -> str:
+    """Return a number with its unit, or a dash."""
+    return "–" if value is None else f"{value:.{digits}f}{unit}"
+
+
+def named_figures(figures_by_name: Mapping[str, object]) -> list[tuple[str, str]]:
+    """Return figures of a document as words and values; what is neither, nor a list of them, is left out."""
+    pairs = []
+    for name, value in figures_by_name.items():
+        text = _plain(value)
+        if text is not None:
+            pairs.append((name.replace("_", " "), text))
+    return pairs
+
+
+def _plain(value: object) -> str | None:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | str):
+        return str(value)
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        texts = [_plain(item) for item in value]
+        return None if None in texts else ", ".join(str(text) for text in texts)
+    return None
+
+
+def _cell(text: str) -> str:
+    kind = ' class="n"' if text[:1].isdigit() or text[:1] in "+-−–±<≤" else ""
+    return f"<td{kind}>{escape(text)}</td>"

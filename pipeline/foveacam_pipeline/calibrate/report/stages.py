@@ -1,0 +1,194 @@
+"""The three stages in a report: the wide camera, the mirrors, the rectification."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.report.charts import bars
+from foveacam_pipeline.calibrate.report.drawings import field_drawing, sweep_drawing
+from foveacam_pipeline.calibrate.report.facts import LensFacts, SessionFacts, SweepFacts
+from foveacam_pipeline.calibrate.report.markup import (
+    absent,
+    drawing,
+    facts,
+    figures,
+    named_figures,
+    number,
+    paragraph,
+    section,
+    table,
+)
+from foveacam_pipeline.models.calibration import Calibration
+
+_STATES = ("centred", "rim", "refused", "waiting")
+_EYES = (Role.LEFT, Role.RIGHT)
+
+
+def wide_stage(calibration: Calibration, session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+    """Return stage 1: the wide camera."""
+    lens = calibration.wide
+    parts = [
+        facts(
+            [
+                ("focal length, x and y", f"{lens.fx_px:.2f}, {lens.fy_px:.2f} px"),
+                ("optical centre", f"{lens.cx_px:.2f}, {lens.cy_px:.2f} px"),
+                ("image", f"{lens.width} × {lens.height} px"),
+                ("distortion", ", ".join(f"{value:.4g}" for value in lens.distortion)),
+            ]
+        )
+    ]
+    wide = session.wide if session is not None else None
+    if wide is None or wide.fit is None:
+        parts.append(absent("views of a board", "foveacam calibrate wide"))
+    else:
+        parts.append(paragraph(_board_words(session)))
+        coverage = "–" if wide.coverage_fraction is None else f"{100.0 * wide.coverage_fraction:.0f} %"
+        parts.append(facts([("views", str(len(wide.samples))), ("image covered", coverage)]))
+        fits = [fit for fit in (wide.fit, wide.other_model) if fit is not None]
+        heads = ("lens model", "rms", "field of view", "focal length", "pixel to angle good to")
+        parts.append(table(heads, [_lens_row(fit) for fit in fits]))
+    captions = {
+        "coverage": "Where the board was seen, and how it was tilted",
+        "wide_residuals": "What the lens model leaves at every corner",
+    }
+    parts.append(figures(pictures, captions))
+    return section("wide", "Stage 1: the wide camera", *parts)
+
+
+def mirror_stage(
+    calibration: Calibration, session: SessionFacts | None, pictures: Mapping[str, bytes]
+) -> str:
+    """Return stage 2: from volts to angles."""
+    rows = [_mirror_row(calibration, role) for role in _EYES]
+    heads = ("eye", "order", "left out, rms (ax, ay)", "standard error (ax, ay)", "volts up to (x, y)")
+    parts = [
+        table(heads, rows),
+        drawing(field_drawing(calibration), "Where each eye can look, beside the wide view"),
+        *_sweeps(session),
+        *_candidates(session),
+    ]
+    captions = {
+        "quiver_left": "Left eye: what the model leaves at every pose",
+        "quiver_right": "Right eye: what the model leaves at every pose",
+        "loo": "Leave-one-out error by order",
+    }
+    parts.append(figures(pictures, captions))
+    return section("mirrors", "Stage 2: from volts to angles", *parts)
+
+
+def rectify_stage(calibration: Calibration, pictures: Mapping[str, bytes]) -> str:
+    """Return stage 3: rectification to the virtual pinholes."""
+    rows = [
+        (
+            role.value,
+            str(calibration.eye(role).homography.polynomial.order),
+            f"{calibration.eye(role).homography.loo_px:.3f} px",
+        )
+        for role in _EYES
+    ]
+    captions = {
+        "warp_left": "Left eye: warp over the field",
+        "warp_right": "Right eye: warp over the field",
+        "anaglyph_before": "Both eyes before rectification",
+        "anaglyph_after": "Both eyes after rectification",
+    }
+    parts = [
+        paragraph(
+            f"Each fovea image is brought to a virtual pinhole parallel to the wide camera, focal length "
+            f"{calibration.fovea_f_px:.0f} px (Eq. 4)."
+        ),
+        table(("eye", "order", "left out, rms"), rows),
+        figures(pictures, captions),
+    ]
+    if not any(name in pictures for name in captions):
+        parts.append(absent("pictures of the warp and anaglyphs", "foveacam calibrate rectify"))
+    return section("rectify", "Stage 3: rectification", *parts)
+
+
+def _board_words(session: SessionFacts | None) -> str:
+    board = session.board if session is not None else None
+    if board is None:
+        return ""
+    marker = "" if board.marker_mm is None else f", markers of {board.marker_mm:g} mm"
+    return (
+        f"{board.kind} of {board.columns} × {board.rows} corners, squares of {board.square_mm:g} mm{marker}."
+    )
+
+
+def _lens_row(fit: LensFacts) -> tuple[str, ...]:
+    return (
+        fit.model,
+        f"{fit.rms_px:.3f} px",
+        f"{fit.fov_x_deg:.2f}° × {fit.fov_y_deg:.2f}°",
+        f"{fit.fx_px:.1f}, {fit.fy_px:.1f} px",
+        number(fit.accuracy_deg, 5, "°"),
+    )
+
+
+def _mirror_row(calibration: Calibration, role: Role) -> tuple[str, ...]:
+    mirror = calibration.eye(role).mirror
+    loo, sigma = np.rad2deg(mirror.loo_rad), np.rad2deg(mirror.sigma_rad)
+    return (
+        role.value,
+        str(mirror.forward.order),
+        f"{loo[0]:.4f}°, {loo[1]:.4f}°",
+        f"{sigma[0]:.4f}°, {sigma[1]:.4f}°",
+        f"{mirror.max_v[0]:.1f}, {mirror.max_v[1]:.1f} V",
+    )
+
+
+def _sweeps(session: SessionFacts | None) -> list[str]:
+    if session is None or not session.sweeps:
+        return [absent("a sweep of the mirrors", "foveacam calibrate mirrors")]
+    heads = (
+        "station",
+        "distance",
+        "poses",
+        *(f"{eye}: {state}" for eye in ("L", "R") for state in _STATES[:3]),
+    )
+    parts = [table(heads, [_sweep_row(sweep) for sweep in session.sweeps], caption="Sweeps")]
+    drawn = [
+        drawing(
+            sweep_drawing(sweep),
+            f"Poses at {sweep.station}: left and right half of a dot are the left and right eye; green: "
+            "centred, orange: at the volts' limit, red: refused, grey: not yet",
+        )
+        for sweep in session.sweeps
+        if sweep.poses
+    ]
+    parts.append(f'<div class="figures">{"".join(drawn)}</div>' if drawn else "")
+    return [*parts, _refusals(session)]
+
+
+def _sweep_row(sweep: SweepFacts) -> tuple[str, ...]:
+    states = [[getattr(pose, eye) for pose in sweep.poses] for eye in ("left", "right")]
+    counts = [str(found.count(state)) for found in states for state in _STATES[:3]]
+    return sweep.station, number(sweep.distance_m, 2, " m"), f"{sweep.done} of {sweep.nodes}", *counts
+
+
+def _refusals(session: SessionFacts) -> str:
+    rows = [
+        (sweep.station, f"{pose.ax_deg:.2f}°, {pose.ay_deg:.2f}°", eye, reason)
+        for sweep in session.sweeps
+        for pose in sweep.poses
+        for eye, reason in (("left", pose.left_reason), ("right", pose.right_reason))
+        if reason
+    ]
+    return table(("station", "pose", "eye", "why refused"), rows, caption="Refused poses") if rows else ""
+
+
+def _candidates(session: SessionFacts | None) -> list[str]:
+    fit = session.fit if session is not None else None
+    if fit is None or not fit.models:
+        return [
+            absent("candidates beside the chosen model", "foveacam calibrate mirrors fits and scores them")
+        ]
+    parts = [drawing(bars(fit.models), "Leave-one-out error of every candidate, both axes, logarithmic")]
+    for title, named in (
+        ("The paper's plain cubic", fit.paper),
+        ("Parallax of the markers (Eq. 1)", fit.parallax),
+    ):
+        if named:
+            parts.append(f"<h3>{title}</h3>{facts(named_figures(named))}")
+    return parts

@@ -1,0 +1,137 @@
+"""What a report says of trust: the check, how the mirrors settle, the drift since, what depth comes of it."""
+
+from collections.abc import Mapping, Sequence
+
+from foveacam_pipeline.calibrate.report.charts import drift_chart
+from foveacam_pipeline.calibrate.report.facts import AxisFacts, DriftFacts, SessionFacts
+from foveacam_pipeline.calibrate.report.markup import (
+    absent,
+    drawing,
+    facts,
+    figure,
+    figures,
+    number,
+    paragraph,
+    section,
+    table,
+)
+from foveacam_pipeline.geometry.triangulate import depth_sigma_m
+from foveacam_pipeline.models.calibration import Calibration
+
+_DISTANCES_M = (2.0, 5.0, 10.0, 15.0, 20.0)
+
+
+def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+    """Return what was left at poses that no sweep visited."""
+    check = session.check if session is not None else None
+    captions = {
+        "epipolar": "Vertical epipolar error over the field",
+        "overlay": "The foveae laid over the wide view",
+    }
+    if check is None:
+        found = absent("the calibration at poses outside the sweep", "foveacam calibrate check")
+    else:
+        found = facts(
+            [
+                ("poses", str(check.poses)),
+                ("row mismatch, rms", number(check.epipolar_rms_px, 3, " px")),
+                ("row mismatch, 95 %", number(check.epipolar_p95_px, 3, " px")),
+                ("pointing, rms", number(check.pointing_rms_px, 2, " px")),
+            ]
+        )
+    return section("check", "Check at poses outside the sweep", found, figures(pictures, captions))
+
+
+def settle_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+    """Return how each axis settles."""
+    axes = session.settle.axes if session is not None and session.settle is not None else ()
+    if not axes:
+        found = absent("how the mirrors settle", "foveacam calibrate settle")
+    else:
+        heads = ("eye", "axis", "to one fovea pixel", "to 1 % of the step", "resonance", "Q")
+        found = table(heads, [_axis_row(axis) for axis in axes])
+    captions = {"settle": "Image shift against the final frame, over the delay after a step"}
+    return section("settle", "How the mirrors settle", found, figures(pictures, captions))
+
+
+def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> str:
+    """Return the drift checks, oldest first."""
+    if not checks:
+        return section(
+            "drift", "Drift in the field", absent("drift since the calibration", "foveacam calibrate drift")
+        )
+    ordered = sorted(checks, key=lambda check: check.created_utc)
+    heads = ("when", "eye", "shift across", "shift down", "rotation", "standard error", "outcome")
+    rows = [
+        (
+            check.created_utc,
+            eye.eye,
+            f"{eye.shift_x_deg:+.4f}°",
+            f"{eye.shift_y_deg:+.4f}°",
+            f"{eye.rotation_deg:+.4f}°",
+            number(eye.sigma_deg, 4, "°"),
+            "applied" if check.applied else "significant" if eye.significant else "within its error",
+        )
+        for check in ordered
+        for eye in check.eyes
+    ]
+    trend = (
+        figure(pictures["drift"], "Trend of the drift")
+        if "drift" in pictures
+        else drawing(
+            drift_chart(ordered),
+            "Shift of both eyes at each check, oldest first: circles across, squares down; "
+            "orange left eye, blue right eye",
+        )
+    )
+    return section("drift", "Drift in the field", trend, table(heads, rows))
+
+
+def depth_part(calibration: Calibration) -> str:
+    """Return what depth the calibration gives by itself."""
+    rows = []
+    for distance_m in _DISTANCES_M:
+        sigma_px = calibration.pose_sigma_px(distance_m)
+        f_px, baseline_m = calibration.fovea_f_px, calibration.baseline_m
+        sigma_m = float(depth_sigma_m(distance_m, sigma_px, f_px=f_px, baseline_m=baseline_m))
+        rows.append(
+            (
+                f"{distance_m:g} m",
+                f"{sigma_px:.2f} px",
+                f"{1e3 * sigma_m:.1f} mm",
+                f"{100.0 * sigma_m / distance_m:.3f} %",
+                f"{calibration.epipolar_sigma_px(distance_m):.2f} px",
+            )
+        )
+    heads = ("distance", "disparity", "depth", "relative", "rows")
+    pivots = [
+        (
+            f"{name} pivot off its drawing (x, y, z)",
+            ", ".join(f"{1e3 * c:+.2f}" for c in eye.pivot_offset_m) + " mm",
+        )
+        for name, eye in (("left", calibration.left), ("right", calibration.right))
+    ]
+    return section(
+        "depth",
+        "Geometry, and what depth it gives",
+        facts(
+            [
+                ("baseline", f"{1e3 * calibration.baseline_m:.2f} mm"),
+                ("pupil behind the pivots", f"{1e3 * calibration.pupil_m:.1f} mm"),
+                *pivots,
+            ]
+        ),
+        paragraph("Standard errors of the calibration alone; matching adds its own."),
+        table(heads, rows),
+    )
+
+
+def _axis_row(axis: AxisFacts) -> tuple[str, ...]:
+    return (
+        axis.eye,
+        axis.axis,
+        number(axis.settle_ms, 2, " ms"),
+        number(axis.settle_1pct_ms, 2, " ms"),
+        number(axis.resonance_hz, 0, " Hz"),
+        number(axis.quality, 1),
+    )
