@@ -33,7 +33,7 @@ class Checkerboard:
 
     columns: int = 9
     rows: int = 6
-    square_m: float = 0.025
+    square_m: float = 0.036
 
     def __post_init__(self) -> None:
         _check_lattice(self.columns, self.rows, self.square_m)
@@ -66,8 +66,8 @@ class Charuco:
 
     columns: int = 9
     rows: int = 6
-    square_m: float = 0.03
-    marker_m: float = 0.022
+    square_m: float = 0.036
+    marker_m: float = 0.027
     dictionary: str = "4X4_50"
 
     def __post_init__(self) -> None:
