@@ -46,7 +46,8 @@ def test_a_line_is_understood(text: str, meaning: Line) -> None:
 @pytest.mark.parametrize(
     "text",
     ["", "o", "okok", "error:", "error:x", "<Idle|MPos:1.000,oops>", "<Idle|MPos:nan,0>", "<Idle|MPos:1.0>",
-     "<|MPos:0,0,0>", "<Idle|MPos:0,0,0", "[MSG:", "$x=1", "\x00\xff", "<Idle:y|MPos:0,0>"],
+     "<|MPos:0,0,0>", "<Idle|MPos:0,0,0", "[MSG:", "$x=1", "\x00\xff", "<Idle:y|MPos:0,0>",
+     "<Jzg|MPos:0,0>", "<Idle|FS:0,0>"],
 )  # fmt: skip
 def test_noise_is_no_line(text: str) -> None:
     with pytest.raises(BadLine):

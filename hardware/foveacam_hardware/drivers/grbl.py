@@ -29,8 +29,8 @@ HOMING_S = 90.0
 """While homing it says nothing at all; the way from end to end takes a fraction of this."""
 START_NS = 500_000_000
 """At rest elsewhere, this long after a move was taken, it has been stopped on the way."""
-GARBLED = frozenset({1, 2, 3, 11, 16, 20, 22})
-"""Refusals that a damaged line draws: our own lines are well formed."""
+GARBLED = frozenset({1, 2, 3, 11, 15, 16, 20, 22})
+"""Refusals that a damaged line draws."""
 
 
 class GrblPanTilt:
@@ -237,7 +237,8 @@ class GrblPanTilt:
         elif not moving and self._clock.now_ns() > self._begun_ns + START_NS:
             self._goal = None
             self._fault = (
-                f"{self._name}: it was stopped on its way, at the board or by another program; move it again"
+                f"{self._name}: it came to rest elsewhere than it was sent to: stopped on its way, at the"
+                " board or by another program, or misheard; move it again"
             )
         return self._goal is not None
 
@@ -253,15 +254,16 @@ class GrblPanTilt:
             session.ask(line)
         except Timeout:
             if session.report().state not in MOVING:  # else it was taken, and the answer got lost
+                session.end_line()
                 session.ask(line)
         self._goal, self._begun_ns = goal, self._clock.now_ns()
 
     def _clear_alarm(self, session: GrblSession) -> None:
         """Leave an alarm: some hear nothing but a reset."""
         if session.alarm is not None or session.report().state == "Alarm":
+            session.alarm = None
             session.realtime(RESET)
             session.report()
-            session.alarm = None
             self._restarts = session.restarts
 
     def _forget(self, fault: str | None) -> None:

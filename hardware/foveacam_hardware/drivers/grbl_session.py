@@ -91,6 +91,8 @@ class GrblSession:
                 self._listen_until(lambda: self._latest() is not None, REPORT_S)
                 if (found := self._latest()) is not None:
                     return found
+            if self.alarm is not None:  # after some it says nothing until it is reset
+                return Report(state="Alarm")
         raise NotConnected(
             f"{self._name}: it was asked {tries} times where it stands and said nothing;"
             " check its cable and its supply, then connect it again"
@@ -100,9 +102,8 @@ class GrblSession:
         """Return the machine position that a report tells."""
         if report.machine is not None:
             return report.machine[0], report.machine[1]
-        if report.work is None:
-            raise DeviceFault(f"{self._name}: its report has no position; set $10 to 1")
-        return report.work[0] + self._offset[0], report.work[1] + self._offset[1]
+        work = report.work or (0.0, 0.0)
+        return work[0] + self._offset[0], work[1] + self._offset[1]
 
     def begin(self, line: str) -> Sent:
         """Send a line without waiting for its answer."""
@@ -126,6 +127,10 @@ class GrblSession:
                     " stays silent check its cable and reconnect"
                 )
             return sent
+
+    def end_line(self) -> None:
+        """End what the board may have of a line that it did not answer; it answers for that line now."""
+        self._link.write(encode(""))
 
     def listen(self, timeout_s: float = 0.0) -> None:
         """Take in what has arrived, or arrives within the time."""

@@ -8,6 +8,7 @@ import math
 from foveacam_hardware.contract import (
     DeviceInfo,
     NotConnected,
+    OutOfRange,
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
@@ -50,6 +51,11 @@ class ManualPanTilt:
     def move_to(self, pose: PanTiltPose) -> None:
         """Remember where the operator is to turn it."""
         self._check("move")
+        if abs(pose.pan_rad) > ANYWHERE.pan_max_rad or abs(pose.tilt_rad) > ANYWHERE.tilt_max_rad:
+            raise OutOfRange(
+                f"pan-tilt (by hand): pan {math.degrees(pose.pan_rad):.1f}, tilt"
+                f" {math.degrees(pose.tilt_rad):.1f} deg is outside ±180, ±90 deg; choose a bearing inside"
+            )
         self.wanted = pose
 
     def hold(self) -> None:

@@ -24,6 +24,7 @@ UNLOCK = "$X"
 SETTINGS = "$$"
 BUILD_INFO = "$I"
 
+STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
 """Characters that a line may have (80 in the firmware, less what it adds)."""
 NOISE_LIMIT = 4096
@@ -158,9 +159,11 @@ def parse(line: str) -> Line:
 def _report(body: str) -> Report:
     head, *fields = body.split("|")
     state, _, substate = head.partition(":")
-    if not state.isalpha() or not (substate.isdigit() or not substate):
+    if state not in STATES or not (substate.isdigit() or not substate):
         raise BadLine(body)
     values = dict(field.partition(":")[::2] for field in fields)
+    if "MPos" not in values and "WPos" not in values:
+        raise BadLine(body)
     return Report(
         state=state,
         substate=int(substate) if substate else None,
