@@ -58,8 +58,13 @@ def _bar(model: ModelFacts, size_deg: float, *, y: float, length: float) -> str:
         f'<text x="0" y="{y + 15}">{words}</text>'
         f'<rect class="{side}" stroke="none" fill-opacity="{opacity}" x="{_NAMES}" y="{y + 3}" '
         f'width="{length:.1f}" height="15" rx="2"/>'
-        f'<text x="{_NAMES + 8 + length:.1f}" y="{y + 15}">{size_deg:.4f}°</text>'
+        f'<text x="{_NAMES + 8 + length:.1f}" y="{y + 15}">{_figures(size_deg)}°</text>'
     )
+
+
+def _figures(value: float) -> str:
+    digits = 4 if value >= 1e-3 else 5
+    return f"{value:.{digits}f}"
 
 
 def _marks(check: DriftFacts, eye: DriftEyeFacts, *, x: float, per_deg: float) -> str:

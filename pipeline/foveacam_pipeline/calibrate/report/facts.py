@@ -99,7 +99,10 @@ class FitFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisFacts:
-    """How one axis of one mirror settles; None where it could not be told."""
+    """How one axis of one mirror settles; None where it could not be told.
+
+    `response_ms`: until half of a step is done; `response_open_ms`: the same with the filter wide open.
+    """
 
     eye: str
     axis: str
@@ -108,6 +111,7 @@ class AxisFacts:
     resonance_hz: float | None = None
     quality: float | None = None
     response_ms: float | None = None
+    response_open_ms: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

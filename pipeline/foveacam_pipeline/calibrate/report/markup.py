@@ -1,11 +1,14 @@
 """Pieces of HTML: tables, figures, and words for what is missing. All text is escaped here."""
 
 import base64
+import re
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from html import escape
 
 from foveacam_hardware.contract import InvalidInput
 
+_NUMBER = re.compile(r"[+\-−±<≤]?\d(?!\d{3}-)|–$")
 _KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 
 
@@ -26,9 +29,13 @@ def absent(what: str, how: str) -> str:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, caption: str = "") -> str:
-    """Return a table; a cell that begins with a digit or a sign stands to the right."""
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
-    body = "\n".join("<tr>" + "".join(_cell(text) for text in row) + "</tr>" for row in rows)
+    """Return a table; a column whose first cell is a number stands to the right."""
+    kept = [tuple(row) for row in rows]
+    kinds = [' class="n"' if kept and _NUMBER.match(kept[0][k]) else "" for k in range(len(heads))]
+    head = "".join(
+        f'<th scope="col"{kind}>{escape(text)}</th>' for text, kind in zip(heads, kinds, strict=True)
+    )
+    body = "\n".join(_row(row, kinds) for row in kept)
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     inside = f"{title}<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>"
     return f'<div class="scroll"><table>{inside}</table></div>'
@@ -66,6 +73,17 @@ def number(value: float | None, digits: int, unit: str = "") -> str:
     return "–" if value is None else f"{value:.{digits}f}{unit}"
 
 
+def signed_deg(value_deg: float) -> str:
+    """Return an angle with its sign; what rounds to nothing has none to lose."""
+    rounded = round(value_deg, 4)
+    return f"{rounded:+.4f}°" if rounded else "0.0000°"
+
+
+def moment(created_utc: str) -> str:
+    """Return an ISO 8601 date in fewer words, UTC."""
+    return f"{datetime.fromisoformat(created_utc).astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+
+
 def named_figures(figures_by_name: Mapping[str, object]) -> list[tuple[str, str]]:
     """Return figures of a document as words and values; what is neither, nor a list of them, is left out."""
     pairs = []
@@ -89,6 +107,6 @@ def _plain(value: object) -> str | None:
     return None
 
 
-def _cell(text: str) -> str:
-    kind = ' class="n"' if text[:1].isdigit() or text[:1] in "+-−–±<≤" else ""
-    return f"<td{kind}>{escape(text)}</td>"
+def _row(cells: Sequence[str], kinds: Sequence[str]) -> str:
+    inside = "".join(f"<td{kind}>{escape(text)}</td>" for text, kind in zip(cells, kinds, strict=True))
+    return f"<tr>{inside}</tr>"

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from foveacam_pipeline.calibrate.report.facts import DriftFacts, SessionFacts
-from foveacam_pipeline.calibrate.report.markup import section, table
+from foveacam_pipeline.calibrate.report.markup import moment, section, table
 from foveacam_pipeline.calibrate.report.stages import mirror_stage, rectify_stage, wide_stage
 from foveacam_pipeline.calibrate.report.style import STYLE
 from foveacam_pipeline.calibrate.report.table2 import Specification, table2
@@ -77,7 +77,8 @@ def report_html(
 
 
 def _header(calibration: Calibration, session: SessionFacts | None, title: str) -> str:
-    about = f"{calibration.label} · rig {calibration.rig_id} · {calibration.origin} {calibration.created_utc}"
+    made = f"{calibration.origin} {moment(calibration.created_utc)}"
+    about = f"{calibration.label} · rig {calibration.rig_id} · {made}"
     tiles = "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(name)}</span></div>'
         for name, value in _tiles(calibration, session)
@@ -131,7 +132,7 @@ def _footer(calibration: Calibration, session: SessionFacts | None) -> str:
     if calibration.parent_id is not None:
         lines.append(f"Corrected from {calibration.parent_id}.")
     if session is not None:
-        lines.append(f"Measured in session {session.id} ({session.label}), {session.created_utc}.")
+        lines.append(f"Measured in session {session.id} ({session.label}), {moment(session.created_utc)}.")
         lines += [f"Could not be read: {problem}" for problem in session.problems]
     else:
         lines.append("The session that measured it is not kept here.")

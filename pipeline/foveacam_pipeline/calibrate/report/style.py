@@ -20,14 +20,17 @@ nav { display:flex; flex-wrap:wrap; gap:.3rem 1rem; margin:1rem 0 0; font-size:.
 a { color:var(--accent); }
 .tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(150px,1fr)); gap:.7rem; margin:1.2rem 0; }
 .tile { background:var(--card); border:1px solid var(--line); border-radius:10px; padding:.7rem .9rem; }
-.tile b { display:block; font-size:1.35rem; font-variant-numeric:tabular-nums; line-height:1.25; }
+.tile b { display:block; white-space:nowrap; font-size:1.35rem; font-variant-numeric:tabular-nums;
+  line-height:1.25; }
 .tile span { color:var(--soft); font-size:.85rem; }
 .scroll { overflow-x:auto; margin:.7rem 0; }
 table { border-collapse:collapse; width:100%; font-size:.92rem; background:var(--card); }
 caption { text-align:left; color:var(--soft); padding:.3rem 0; }
 th, td { text-align:left; vertical-align:top; padding:.4rem .6rem; border-bottom:1px solid var(--line); }
 th { color:var(--soft); font-weight:600; }
+th.n { text-align:right; }
 td.n { text-align:right; font-variant-numeric:tabular-nums; white-space:nowrap; }
+.table2 th.n { text-align:left; }
 .table2 td:nth-child(3), .table2 td:nth-child(4) { white-space:nowrap; font-variant-numeric:tabular-nums;
   text-align:left; }
 .table2 td:nth-child(4) { font-weight:650; }
@@ -41,7 +44,7 @@ td.n { text-align:right; font-variant-numeric:tabular-nums; white-space:nowrap; 
   padding:.15rem 0; }
 .facts dt { color:var(--soft); }
 .facts dd { margin:0; text-align:right; font-variant-numeric:tabular-nums; overflow-wrap:anywhere; }
-.figures { display:grid; grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr)); gap:1rem;
+.figures { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(440px,100%),1fr)); gap:1rem;
   margin:1rem 0; }
 figure { margin:0; background:var(--card); border:1px solid var(--line); border-radius:10px; padding:.6rem;
   break-inside:avoid; }
@@ -59,7 +62,14 @@ svg.degrees text { font-size:var(--size); } svg.degrees * { vector-effect:non-sc
 footer { margin-top:3rem; color:var(--soft); font-size:.85rem; border-top:1px solid var(--line);
   padding-top:.8rem; }
 @media (max-width:640px) { body { font-size:15px; } main { padding:1.2rem .8rem 3rem; }
-  th, td { padding:.35rem .45rem; } .tile b { font-size:1.15rem; } }
+  th, td { padding:.35rem .45rem; } .tile b { font-size:1.15rem; }
+  .table2 thead { display:none; } .table2 tr { display:grid; grid-template-columns:1fr 1fr;
+    border-bottom:1px solid var(--line); padding:.3rem 0; }
+  .table2 td { border:0; padding:.1rem .5rem; } .table2 td:empty { display:none; }
+  .table2 td:nth-child(1), .table2 td:nth-child(2), .table2 td:nth-child(5) { grid-column:1/-1; }
+  .table2 td:nth-child(1) { font-weight:650; color:var(--soft); }
+  .table2 td:nth-child(3)::before { content:"paper "; color:var(--soft); }
+  .table2 td:nth-child(4)::before { content:"here "; color:var(--soft); font-weight:400; } }
 @media print { :root { color-scheme:light; --ink:#000; --soft:#444; --line:#bbb; --page:#fff; --card:#fff;
   --accent:#000; --good:#1b7f3b; --rim:#b26a00; --bad:#b3261e; --left:#c2410c; --right:#0369a1; }
   body { font-size:10.5pt; } main { max-width:none; padding:0; } nav { display:none; }

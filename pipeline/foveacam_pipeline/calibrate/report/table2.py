@@ -114,7 +114,7 @@ def _actuation(eyes: list[_EyeOptics], session: SessionFacts | None) -> list[Spe
     step_x, step_y = _mean([eye.step_px for eye in eyes])
     settle = _worst(axes, "settle_1pct_ms")
     to_one_px = _worst(axes, "settle_ms")
-    response = _worst(axes, "response_ms")
+    response, wide_open = _worst(axes, "response_ms"), _worst(axes, "response_open_ms")
     unmeasured = "run the settle characterisation: foveacam calibrate settle"
     return [
         Specification(
@@ -124,7 +124,8 @@ def _actuation(eyes: list[_EyeOptics], session: SessionFacts | None) -> list[Spe
             measured=None if response is None else f"{response:.2f} ms",
             note=unmeasured
             if response is None
-            else "slowest axis, from the command until half of a step is done, the drive's filter included",
+            else "slowest axis, from the command until half of a step is done, the drive's filter included"
+            + ("" if wide_open is None else f"; {wide_open:.2f} ms with the filter wide open"),
         ),
         Specification(
             group="MEMS actuation",

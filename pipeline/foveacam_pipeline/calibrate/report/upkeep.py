@@ -10,9 +10,11 @@ from foveacam_pipeline.calibrate.report.markup import (
     facts,
     figure,
     figures,
+    moment,
     number,
     paragraph,
     section,
+    signed_deg,
     table,
 )
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m
@@ -64,11 +66,11 @@ def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> s
     heads = ("when", "eye", "shift across", "shift down", "rotation", "standard error", "outcome")
     rows = [
         (
-            check.created_utc,
+            moment(check.created_utc),
             eye.eye,
-            f"{eye.shift_x_deg:+.4f}°",
-            f"{eye.shift_y_deg:+.4f}°",
-            f"{eye.rotation_deg:+.4f}°",
+            signed_deg(eye.shift_x_deg),
+            signed_deg(eye.shift_y_deg),
+            signed_deg(eye.rotation_deg),
             number(eye.sigma_deg, 4, "°"),
             "applied" if check.applied else "significant" if eye.significant else "within its error",
         )

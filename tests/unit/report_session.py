@@ -1,0 +1,124 @@
+"""A calibration session as the server shows it, complete; and a picture."""
+
+import io
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+Document = dict[str, Any]  # Any: JSON that tests take parts out of
+
+LENS: Document = {
+    "model": "five",
+    "rms_px": 0.061,
+    "fov_x_deg": 25.61,
+    "fov_y_deg": 19.4,
+    "fx_px": 3155.1,
+    "fy_px": 3155.3,
+    "cx_px": 719.8,
+    "cy_px": 540.2,
+    "distortion": [-0.1, 0.05, 0.0, 0.0, 0.0],
+    "accuracy_deg": 0.0004,
+}
+
+
+def node(index: int, ax_deg: float, ay_deg: float, *, left: str = "centred") -> Document:
+    reason = "blurred: 3.1 px, 2 px is the limit" if left == "refused" else None
+    return {
+        "index": index,
+        "ax_deg": ax_deg,
+        "ay_deg": ay_deg,
+        "left": left,
+        "right": "rim",
+        "left_reason": reason,
+        "right_reason": None,
+    }
+
+
+def axis(eye: str, name: str, *, slower_ms: float = 0.0) -> Document:
+    return {
+        "eye": eye,
+        "axis": name,
+        "settle_ms": 10.0 + slower_ms,
+        "settle_1pct_ms": 5.7 + slower_ms,
+        "resonance_hz": 2100.0,
+        "quality": 48.0,
+        "response_ms": 3.1 + slower_ms,
+    }
+
+
+def session_document(**changes: object) -> Document:
+    models = [
+        {
+            "name": "polynomial",
+            "order": order,
+            "eye": eye,
+            "loo_deg": [0.04 / order, 0.05 / order],
+            "chosen": order == 7,
+        }
+        for eye in ("left", "right")
+        for order in (3, 7)
+    ]
+    nodes = [node(0, -9.0, -8.0), node(1, 0.0, 0.0), node(2, 9.0, 8.0, left="refused")]
+    document: Document = {
+        "id": "ses-1",
+        "label": "before <b>lunch</b> & after",
+        "rig_id": "sim-rig120",
+        "created_utc": "2026-03-01T10:00:00+00:00",
+        "bytes": 12,
+        "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
+        "wide": {
+            "samples": [{"id": str(k)} for k in range(38)],
+            "coverage_fraction": 0.93,
+            "tilts_covered": 0.8,
+            "fit": LENS,
+            "other_model": None,
+        },
+        "sweeps": [{"station": "markers", "distance_m": 5.0, "nodes": 3, "done": 3, "poses": nodes}],
+        "fit": {
+            "calibration_id": "x",
+            "models": models,
+            "paper": {"loo_deg": [0.017, 0.02]},
+            "parallax": {"distance_known": True, "largest_deg": 0.0134},
+        },
+        "settle": {"axes": [axis("left", "x"), axis("right", "y", slower_ms=0.5)]},
+        "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.44, "pointing_rms_px": 1.3, "poses": 40},
+        "pictures": [],
+        "calibrations": [],
+        "running": None,
+        "problems": ["sweep x: line 7 is damaged"],
+    }
+    return document | changes
+
+
+def drift_document(day: int, *, shift_deg: float, applied: bool = False) -> Document:
+    eyes = [
+        {
+            "eye": eye,
+            "shift_x_deg": shift_deg,
+            "shift_y_deg": -shift_deg / 2.0,
+            "rotation_deg": 0.0,
+            "scale": 1.0,
+            "sigma_deg": 0.002,
+            "significant": shift_deg > 0.01,
+        }
+        for eye in ("left", "right")
+    ]
+    return {
+        "id": f"drf-{day}",
+        "created_utc": f"2026-03-{day:02d}T10:00:00+00:00",
+        "calibration_id": "x",
+        "looks": 5,
+        "applied": applied,
+        "eyes": eyes,
+        "vergence_known": False,
+        "detail": "",
+    }
+
+
+def picture() -> bytes:
+    figure = Figure(figsize=(4.0, 3.0))
+    figure.subplots().imshow(np.arange(12.0).reshape(3, 4))
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()

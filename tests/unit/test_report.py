@@ -1,0 +1,200 @@
+"""The report: Table 2 as measured, all parts there or named as missing, nothing loaded from anywhere."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import foveacam_server
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.report import (
+    PICTURES,
+    Specification,
+    drift_facts,
+    report_html,
+    session_facts,
+    table2,
+)
+from foveacam_pipeline.models import load_calibration
+
+from .report_session import drift_document, node, picture, session_document
+
+CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+SESSION = session_facts(session_document())
+EMPTY = ("meta", "img", "link", "br", "rect", "line", "circle", "path", "polygon")
+
+
+class Tags(HTMLParser):
+    """What a page holds: every attribute that may load something, and whether its tags close."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.sources: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in EMPTY:
+            self.open.append(tag)
+        names = ("src", "href", "srcset", "poster", "data", "action", "xlink:href")
+        self.sources += [value or "" for name, value in attrs if name in names]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in EMPTY:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(page: str) -> Tags:
+    tags = Tags()
+    tags.feed(page)
+    tags.close()
+    assert tags.open == []
+    return tags
+
+
+def rows() -> dict[tuple[str, str], Specification]:
+    return {(row.group, row.name): row for row in table2(CALIBRATION, SESSION)}
+
+
+def numbers(text: str | None) -> list[float]:
+    return [float(found) for found in re.findall(r"\d+\.?\d*", text or "")]
+
+
+def test_table_2_has_the_paper_s_rows_and_values() -> None:
+    assert [row.paper for row in table2(CALIBRATION, None)] == [
+        "25.6° × 19.4°",
+        "2.86° × 2.15°",
+        "~55 px/°",
+        "~502 px/°",
+        "≈ f/21.5",
+        "20° × 20°",
+        "22.9° × 22.2°",
+        "< 1 ms",
+        "< 2 ms",
+        "~0.08 px/step",
+    ]
+
+
+def test_table_2_is_filled_with_what_the_simulated_rig_has() -> None:
+    found = rows()
+    # The simulated rig is built to Table 2: 100 mm on 3.45 µm, 1440 x 1080; it is off by 0.1 % or so.
+    assert numbers(found["Optical field of view", "Fovea"].measured) == pytest.approx(
+        [2.868, 2.151], rel=5e-3
+    )
+    assert numbers(found["Angular resolution", "Fovea"].measured) == pytest.approx([502.0], abs=2.0)
+    assert numbers(found["Angular resolution", "Wide"].measured) == pytest.approx([55.1], abs=0.2)
+    assert numbers(found["Optical field of view", "Wide"].measured) == pytest.approx([25.7, 19.5], abs=0.2)
+    # 0.060 and 0.052 °/V at rest, less where the mirror saturates, times 3.05 mV and 502 px/°.
+    assert numbers(found["MEMS actuation", "Step precision"].measured) == pytest.approx([0.08], abs=0.01)
+
+
+def test_the_extended_field_is_the_steering_range_and_one_fovea() -> None:
+    found = rows()
+    steering, field, both = (
+        numbers(found[key].measured)
+        for key in (
+            ("Steering", "Actuation range"),
+            ("Optical field of view", "Fovea"),
+            ("Steering", "Extended FoV"),
+        )
+    )
+    assert both == pytest.approx([steering[0] + field[0], steering[1] + field[1]], abs=0.15)  # rounded thrice
+
+
+def test_the_slowest_axis_counts() -> None:
+    found = rows()
+    assert found["MEMS actuation", "Settle time (worst case)"].measured == "6.2 ms"
+    assert "to one fovea pixel 10.5 ms" in found["MEMS actuation", "Settle time (worst case)"].note
+    assert found["MEMS actuation", "Response time"].measured == "3.60 ms"
+
+
+def test_a_full_report_shows_every_part() -> None:
+    page = report_html(
+        CALIBRATION,
+        session=SESSION,
+        pictures=dict.fromkeys(PICTURES, picture()),
+        drift=[drift_facts(drift_document(2, shift_deg=0.02)), drift_facts(drift_document(1, shift_deg=0.0))],
+    )
+    tags = read(page)
+    assert "Not measured" not in tags.text
+    assert page.count("data:image/png;base64,") == len(PICTURES)
+    for words in ("0.061 px", "38", "93 %", "0.210 px", "2100 Hz", "0.0134", CALIBRATION.id, "f/21.5"):
+        assert words in tags.text
+    assert "blurred: 3.1 px, 2 px is the limit" in tags.text
+    assert "Could not be read: sweep x: line 7 is damaged" in tags.text
+
+
+def test_parts_that_were_not_measured_say_so_and_how() -> None:
+    text = read(report_html(CALIBRATION)).text
+    assert text.count("Not measured:") == 7
+    for command in ("wide", "mirrors", "rectify", "check", "settle", "drift"):
+        assert f"foveacam calibrate {command}" in text
+    assert text.count("not measured") == 3  # aperture, response, settling
+
+
+@pytest.mark.parametrize("part", ["board", "wide", "fit", "settle", "check"])
+def test_any_part_of_a_session_may_be_missing(part: str) -> None:
+    facts = session_facts(session_document(**{part: None}))
+    assert CALIBRATION.id in read(report_html(CALIBRATION, session=facts)).text
+
+
+def test_a_sweep_that_has_not_begun_is_no_trouble() -> None:
+    sweep: dict[str, object] = {"station": "markers", "distance_m": None, "nodes": 81, "done": 0, "poses": []}
+    facts = session_facts(session_document(sweeps=[sweep]))
+    assert "0 of 81" in read(report_html(CALIBRATION, session=facts)).text
+
+
+def test_one_pose_in_the_middle_is_drawn_too() -> None:
+    sweep = {"station": "markers", "nodes": 81, "done": 1, "poses": [node(0, 0.0, 0.0)]}
+    assert "<path" in report_html(CALIBRATION, session=session_facts(session_document(sweeps=[sweep])))
+
+
+def test_nothing_is_loaded_from_anywhere() -> None:
+    page = report_html(CALIBRATION, session=SESSION, pictures={"loo": picture()})
+    tags = read(page)
+    assert all(source.startswith(("data:image/", "#")) for source in tags.sources)
+    assert "default-src 'none'" in page
+    assert not re.search(r"url\(|@import|<script|<link|<iframe", page)
+
+
+def test_words_of_the_operator_are_shown_not_run() -> None:
+    label = '"><img src=x onerror=alert(1)>'
+    hostile = session_facts(session_document(label=label))
+    page = report_html(replace(CALIBRATION, label="<script>1</script>"), session=hostile)
+    assert "<script" not in page
+    assert "<img src=x" not in page
+    assert label in read(page).text
+
+
+def test_the_same_measurements_give_the_same_page() -> None:
+    pages = {report_html(CALIBRATION, session=SESSION, pictures={"loo": picture()}) for _ in range(2)}
+    assert len(pages) == 1
+
+
+def test_what_is_no_picture_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="is neither PNG nor JPEG; draw it again"):
+        report_html(CALIBRATION, pictures={"loo": b"<svg/>"})
+
+
+def test_drift_is_told_in_order_with_its_outcome() -> None:
+    checks = [
+        drift_facts(drift_document(day, shift_deg=shift, applied=applied))
+        for day, shift, applied in ((3, 0.03, True), (1, 0.001, False), (2, 0.02, False))
+    ]
+    text = read(report_html(CALIBRATION, drift=checks)).text
+    places = [text.index(f"2026-03-0{day} 10:00 UTC") for day in (1, 2, 3)]
+    assert places == sorted(places)
+    for outcome in ("within its error", "significant", "applied"):
+        assert outcome in text
+
+
+def test_a_document_of_another_shape_is_named() -> None:
+    with pytest.raises(
+        InvalidInput, match=r"session 'ses-1': check\.epipolar_rms_px: .*; measure that part again"
+    ):
+        session_facts(session_document(check={"epipolar_rms_px": "good", "poses": 3}))
