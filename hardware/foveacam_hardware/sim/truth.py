@@ -58,9 +58,9 @@ class Truth:
         self.controller = controller
         """The controller's far end, whose faults are attributes (in this process) or methods (in its own)."""
 
-    def static_projection(self, role: Role, volts: MirrorVolts) -> View:
-        """Return a fovea's projection with its mirror at rest under `volts`, without drift."""
-        return self.world.static_view(role, volts)
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+        """Return a fovea's projection, its mirror at rest under `volts`, with the drift of `t_ns` or none."""
+        return self.world.static_view(role, volts, t_ns=t_ns)
 
     def projection(self, role: Role, t_ns: int) -> Projection:
         """Return a camera's projection at a moment, as the renderer takes it."""

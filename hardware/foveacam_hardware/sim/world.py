@@ -170,9 +170,10 @@ class World:
         """Return the time of the scene's motions, seconds since the world began."""
         return (t_ns - self.t0_ns) * 1e-9
 
-    def static_view(self, role: Role, volts: MirrorVolts) -> View:
-        """Return an eye as it sees when its mirror has come to rest, without drift (truth)."""
-        return self.eyes[role].view(*self.mirrors.rest_tilt_rad(role, volts))
+    def static_view(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+        """Return an eye as it sees when its mirror is at rest, with the drift of a moment or none (truth)."""
+        tilt_rad = self.mirrors.rest_tilt_rad(role, volts)
+        return self.eyes[role].view(*tilt_rad) if t_ns is None else self._eye_view(role, tilt_rad, t_ns)
 
     def bearing_deg(self, t_ns: int) -> tuple[float, float]:
         """Return how far the pan-tilt has turned the rig, (pan, tilt), degrees."""
