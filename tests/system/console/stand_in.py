@@ -85,6 +85,7 @@ class StandIn:
     def work(self, job: Document) -> None:
         """Let this job be the one that runs, or that ran, in the session."""
         self.answers[f"/jobs/{job['id']}"] = job
+        self.answers["/jobs"] = [job]
         over = job["ended_utc"] is not None
         self.session = self.session | {"running": None if over else job["id"]}
         self.tell("job.updated", job)

@@ -35,7 +35,7 @@ def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
     def open_(step: str) -> Console:
         console = open_console(f"{stand_in.url}#/calibration/{step}")
         console.page.locator("#wizard-title").wait_for()
-        console.page.locator(".wizard-side .panel .pose, .wizard-side .lead").first.wait_for()
+        console.page.locator(".wizard-side .inside p").first.wait_for()
         return console
 
     return open_
@@ -100,18 +100,17 @@ def test_calibrating_everything_begins_a_session_and_runs_all_steps(
 def test_running_step_tells_how_far_it_is_and_can_be_cancelled(
     stand_in: StandIn, open_wizard: OpenWizard
 ) -> None:
-    stand_in.answers["/jobs/job-7"] = documents.job("job-7")
-    stand_in.session = stand_in.session | {"running": "job-7"}
+    stand_in.work(documents.job("job-7"))
     console = open_wizard("mirrors")
     bar = console.page.locator(".job")
     expect(bar).to_contain_text("34 of 81, 2 min left")
     expect(bar.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "42")
-    stand_in.tell(
-        "calibration.progress",
-        {"session_id": documents.SESSION_ID, "step": "mirrors", "done": 35, "total": 81, "note": "node 36"},
-    )
+    further = {"done": 35, "total": 81, "eta_s": 90.0, "note": "node 36"}
+    stand_in.answers["/jobs/job-7"] = documents.job("job-7", changes={"progress": further})
+    stand_in.tell("calibration.progress", {"session_id": documents.SESSION_ID, "step": "mirrors"} | further)
     expect(bar).to_contain_text("35 of 81")
     expect(step(console, "mirrors").get_by_role("button", name="Go on measuring")).to_be_disabled()
+    expect(console.page.locator(".badges a")).to_have_text(re.compile("Calibrating 4[13] %"))
     with console.page.expect_response(re.compile("/jobs/job-7/cancel$")):
         bar.get_by_role("button", name="Cancel").click()
     stand_in.work(documents.job("job-7", state="cancelled"))
@@ -175,8 +174,7 @@ def test_nodes_fill_up_as_the_poses_come_and_say_why_an_eye_was_refused(
 def test_pictures_of_the_procedure_replace_the_plain_ones_while_it_runs(
     stand_in: StandIn, open_wizard: OpenWizard
 ) -> None:
-    stand_in.answers["/jobs/job-7"] = documents.job("job-7")
-    stand_in.session = stand_in.session | {"running": "job-7"}
+    stand_in.work(documents.job("job-7"))
     stand_in.annotated = True
     console = open_wizard("mirrors")
     expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_visible()

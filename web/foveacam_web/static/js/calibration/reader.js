@@ -44,7 +44,7 @@ export class CalibrationReader {
   }
 
   async readAll() {
-    await this.readHealth();
+    await Promise.all([this.readHealth(), this.#reads.read("work", () => this.#work.resume())]);
     if (!this.#store.state.wizard) return;
     await Promise.all([this.readRecords(), this.readSessions(), this.readDrift(), this.readPanTilt()]);
   }
@@ -77,8 +77,6 @@ export class CalibrationReader {
       const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
       if (id) await this.#load(id);
       else this.#store.set({ session: null });
-      const running = sessions.find((each) => each.running);
-      if (running?.running) await this.#work.resume(running.running, running.id);
     });
   }
 
@@ -108,7 +106,7 @@ export class CalibrationReader {
   hear(event) {
     const data = event.data ?? {};
     this.#work.hear(event);
-    if (event.kind === "calibration.health" || event.kind === "fixation.done") void this.readHealth();
+    if (event.kind === "calibration.health") void this.readHealth();
     if (event.kind === "rig.calibration") void this.readAll();
     if (!this.#store.state.wizard) return;
     if (event.kind === "calibration.pose") this.#pose(data);

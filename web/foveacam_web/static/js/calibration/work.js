@@ -41,16 +41,12 @@ export class WorkFollower {
     this.#take(job);
   }
 
-  /**
-   * Follow a job that was found running.
-   * @param {string} job_id
-   * @param {string | null} session_id
-   */
-  async resume(job_id, session_id) {
-    const { work } = this.#store.state;
-    if (work?.job_id === job_id) return this.#lookUp();
-    const job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job_id}`));
-    this.follow(job, { step: stepOf(job.kind), session_id });
+  /** Look up what runs now: after the page opened or the server came back. */
+  async resume() {
+    if (isRunning(this.#store.state.work)) return this.#lookUp();
+    const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
+    const job = jobs.find(isOurs);
+    if (job) this.follow(job, { step: stepOf(job.kind), session_id: null });
   }
 
   /** Forget how the last one ended. */
@@ -66,7 +62,7 @@ export class WorkFollower {
     if (event.kind !== "job.updated") return;
     const job = /** @type {JobDocument} */ (data["job"] ?? data);
     if (work && job.id === work.job_id) this.#take(job);
-    else if (!isRunning(work) && /calibrat|drift/.test(String(job.kind)) && job.ended_utc === null) {
+    else if (!isRunning(work) && isOurs(job)) {
       this.follow(job, { step: stepOf(job.kind), session_id: null });
     }
   }
@@ -119,6 +115,14 @@ export class WorkFollower {
   #set(work) {
     this.#store.set({ work });
   }
+}
+
+/**
+ * Whether a job calibrates, and has not ended.
+ * @param {JobDocument} job
+ */
+function isOurs({ kind, ended_utc }) {
+  return (/^(calibration\.|drift)/).test(String(kind)) && ended_utc === null;
 }
 
 /**

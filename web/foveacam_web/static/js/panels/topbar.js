@@ -2,6 +2,7 @@
 
 import { addressOf } from "../calibration/route.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
+import { isRunning } from "../calibration/work.js";
 import { fill, h, say } from "../dom.js";
 import { baseline, clockTime, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -28,7 +29,7 @@ export function mountBadges(place, { store, openLease }) {
   const rig = h("span", { class: "rig-name" });
   const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
   const state = h("span", { class: "badge", role: "status" });
-  const calibration = h("a", { class: "badge plain button", href: addressOf("overview") });
+  const calibration = h("a", { class: "badge plain link", href: addressOf("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   fill(place, rig, simulated, state, calibration, lease);
   store.on(["rig", "stream", "stop"], (now) => {
@@ -38,7 +39,7 @@ export function mountBadges(place, { store, openLease }) {
     simulated.title = now.rig?.scene ? `Scene “${now.rig.scene}”` : "";
     showState(state, now);
   });
-  store.on(["rig", "health"], (now) => showCalibration(calibration, now));
+  store.on(["rig", "health", "work"], (now) => showCalibration(calibration, now));
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
@@ -61,10 +62,15 @@ function showState(badge, { rig, stream, stop }) {
  */
 function showCalibration(badge, now) {
   badge.hidden = !now.rig;
-  const { tone, text, reason } = verdictOf(now);
-  badge.className = `badge button ${tone}`;
+  const { tone, text, reason } = now.work && isRunning(now.work) ? runningWords(now.work) : verdictOf(now);
+  badge.className = `badge link ${tone}`;
   say(badge, text);
   badge.title = reason;
+}
+
+/** @param {import("../calibration/documents.js").Work} work */
+function runningWords({ done, total, note }) {
+  return { tone: "plain mine", text: total ? `Calibrating ${Math.floor((100 * done) / total)} %` : "Calibrating", reason: sentence(note) };
 }
 
 /**
