@@ -97,6 +97,29 @@ def test_calibrating_everything_begins_a_session_and_runs_all_steps(
     assert stand_in.orders(RUNS) == [{"step": "all", "options": {"activate": True}}]
 
 
+def test_page_goes_along_with_the_steps_while_everything_is_calibrated(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.session = stand_in.session | {"sweeps": [documents.sweep("markers", 5.0, done=81)]}
+    stand_in.work(documents.job("job-7", kind="calibration.all"))
+    console = open_wizard("overview")
+    expect(console.page.locator(".job")).to_contain_text("Everything")
+    progress = {"session_id": documents.SESSION_ID, "step": "mirrors", "done": 0, "total": 81, "note": ""}
+    stand_in.tell("calibration.progress", progress)
+    expect(step(console, "mirrors")).to_be_visible()
+    for done in (5, 6):
+        near = documents.sweep("markers near", 2.5, done=done)
+        stand_in.session = stand_in.session | {"sweeps": [stand_in.session["sweeps"][0], near]}
+        with console.page.expect_response(re.compile(f"/{documents.SESSION_ID}$")):
+            stand_in.tell("calibration.progress", progress | {"done": done})
+    chosen = step(console, "mirrors").locator(".station[aria-pressed=true]")
+    expect(chosen).to_contain_text("markers near")
+    console.page.get_by_role("link", name="Overview").click()
+    stand_in.tell("calibration.progress", progress | {"step": "fit"})
+    expect(console.page.locator(".job")).to_contain_text("Everything: fit")
+    expect(step(console, "overview")).to_be_visible()
+
+
 def test_running_step_tells_how_far_it_is_and_can_be_cancelled(
     stand_in: StandIn, open_wizard: OpenWizard
 ) -> None:
@@ -156,16 +179,11 @@ def test_nodes_fill_up_as_the_poses_come_and_say_why_an_eye_was_refused(
     mirrors.get_by_role("button", name=re.compile("markers near")).click()
     waiting = mirrors.locator(".node[data-index='40'] .left")
     expect(waiting).to_have_attribute("data-state", "waiting")
-    stand_in.tell(
-        "calibration.pose",
-        {
-            "session_id": documents.SESSION_ID,
-            "station": "markers near",
-            "index": 40,
-            "left": "centred",
-            "right": "refused",
-        },
-    )
+    near = documents.sweep("markers near", 2.5, done=41)
+    near["poses"][40]["right"] = "refused"
+    stand_in.session = stand_in.session | {"sweeps": [stand_in.session["sweeps"][0], near]}
+    pose = {"session_id": documents.SESSION_ID, "station": "markers near", "index": 40}
+    stand_in.tell("calibration.pose", pose | {"left": "centred", "right": "refused"})
     expect(waiting).to_have_attribute("data-state", "centred")
     mirrors.locator(".node[data-index='40']").hover()
     expect(detail).to_contain_text("left centred; right refused")
@@ -231,7 +249,7 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     fit = step(console, "fit")
     expect(fit.locator("tr.chosen")).to_contain_text("polynomial7")
     expect(fit).to_contain_text("Paper: error on poses left out")
-    expect(fit).to_contain_text("the parallax of Eq. 1 was corrected")
+    expect(fit).to_contain_text("The target is 2.5 m away by its print; the parallax of Eq. 1 was taken out.")
     slider = fit.get_by_role("slider")
     slider.fill("80")
     assert fit.locator(".pair").evaluate("box => box.style.getPropertyValue('--part')") == "80%"

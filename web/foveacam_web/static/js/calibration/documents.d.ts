@@ -71,6 +71,10 @@ export type WideState = {
   tilts_covered: number | null;
   fit: LensFit | null;
   other_model: LensFit | null;
+  /** Why this model counts, or why there is none yet. */
+  reason?: string | null;
+  /** How many views have a corner of the board in each part of the picture, row by row. */
+  cells?: number[][];
 };
 
 export type NodeState = "centred" | "rim" | "refused" | "waiting";

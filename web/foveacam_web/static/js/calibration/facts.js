@@ -61,9 +61,19 @@ function valueText(value, name) {
   if (typeof value === "string") return value;
   if (Array.isArray(value)) return value.map((each) => valueText(each, name)).join(", ");
   if (value && typeof value === "object") {
-    return Object.entries(value).map(([part, each]) => `${part.replaceAll("_", " ")} ${valueText(each, hasUnit(part) ? part : name)}`).join(", ");
+    return Object.entries(value).map(([part, each]) => `${title(part).toLowerCase()} ${valueText(each, hasUnit(part) ? part : name)}`).join(", ");
   }
   return MISSING;
+}
+
+/**
+ * The parts of a document that are documents themselves, such as one for each station.
+ * @param {Record<string, unknown>} document
+ * @returns {[string, Record<string, unknown>][]}
+ */
+export function parts(document) {
+  return Object.entries(document).flatMap(([name, value]) =>
+    value && typeof value === "object" && !Array.isArray(value) ? [[name, /** @type {Record<string, unknown>} */ (value)]] : []);
 }
 
 /** @param {string} name */

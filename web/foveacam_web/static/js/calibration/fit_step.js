@@ -1,8 +1,8 @@
 // Step 3: the models. Volts to angle and the rectification, chosen by cross-validation and shown beside the paper's.
 
 import { changing, h } from "../dom.js";
-import { MISSING, number } from "../format.js";
-import { facts, sentenceNames, sentences } from "./facts.js";
+import { MISSING, number, sentence } from "../format.js";
+import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { badge, choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
@@ -115,7 +115,14 @@ function paperOf(fit) {
 /** @param {FitResult | null} fit */
 function parallaxOf(fit) {
   if (!fit?.parallax) return [nothing("The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.")];
-  return [...sentences(fit.parallax).map((text) => h("p", { class: "lead", text })), figures(facts(fit.parallax, sentenceNames(fit.parallax)))];
+  const stations = parts(fit.parallax);
+  if (stations.length === 0) return report(fit.parallax);
+  return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
+}
+
+/** @param {Record<string, unknown>} document */
+function report(document) {
+  return [...sentences(document).map((text) => h("p", { class: "lead", text: sentence(text) })), figures(facts(document, sentenceNames(document)))];
 }
 
 /** @param {Picture[]} pictures */

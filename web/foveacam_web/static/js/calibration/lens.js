@@ -1,7 +1,7 @@
 // Both models of the wide lens beside each other: what they fit, what they see, how sure a pixel's direction is.
 
 import { h } from "../dom.js";
-import { MISSING, number } from "../format.js";
+import { MISSING, number, sentence } from "../format.js";
 import { nothing } from "./parts.js";
 
 /**
@@ -23,10 +23,11 @@ const ROWS = [
 
 /** @param {WideState | null} wide */
 export function lensTable(wide) {
-  if (!wide?.fit) return [nothing("Not fitted yet: that takes views from all over the picture, some of them tilted.")];
+  if (!wide?.fit) return [nothing(sentence(wide?.reason) || "Not fitted yet: that takes views from all over the picture, some of them tilted.")];
   const fits = wide.other_model ? [wide.fit, wide.other_model] : [wide.fit];
   return [h("table", { class: "compare" },
     h("thead", {}, h("tr", {}, h("td", {}), fits.map((fit, index) =>
       h("th", { scope: "col" }, NAMES[fit.model] ?? fit.model, index === 0 && h("span", { class: "badge good", text: "in use" }))))),
-    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) }))))))];
+    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) })))))),
+    wide.reason ? h("p", { class: "lead", text: sentence(wide.reason) }) : null];
 }

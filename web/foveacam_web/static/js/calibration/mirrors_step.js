@@ -4,6 +4,7 @@ import { changing, h } from "../dom.js";
 import { number } from "../format.js";
 import { NodeGrid } from "./nodegrid.js";
 import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "./parts.js";
+import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
@@ -19,38 +20,65 @@ export function makeMirrorsStep(context) {
   const live = h("div", { class: "live-slot" });
   const grid = new NodeGrid();
   const stations = h("div", { class: "station-choice", role: "group", "aria-label": "Station" });
-  const state = { station: "" };
+  const chosen = new ChosenStation();
   const empty = h("div", {});
   const showStations = changing(stations, (/** @type {Place[]} */ places) => places.map((place) => stationButton(place, () => choose(place.name))));
   const showEmpty = changing(empty, (/** @type {string} */ text) => (text ? [nothing(text)] : []));
   const update = () => {
     const places = placesOf(store.state);
-    if (!places.some(({ name }) => name === state.station)) state.station = places.find(({ running }) => running)?.name ?? places[0]?.name ?? "";
-    showStations(places.map((place) => ({ ...place, chosen: place.name === state.station })));
-    const sweep = store.state.session?.sweeps.find((each) => each.station === state.station) ?? null;
+    chosen.follow(places, store.state);
+    showStations(places.map((place) => ({ ...place, chosen: place.name === chosen.name })));
+    const sweep = store.state.session?.sweeps.find((each) => each.station === chosen.name) ?? null;
     grid.update(sweep);
     grid.element.hidden = !sweep?.poses.length;
     showEmpty(sweep?.poses.length ? "" : places.length ? "Nothing measured at this station yet." : "No station with markers is set up. Name one in the rig's file: where to point, and how far away the markers are.");
   };
   const choose = (/** @type {string} */ name) => {
-    state.station = name;
+    chosen.pick(name);
     update();
   };
   store.on(["session", "pan_tilt", "work"], update);
   const element = h("div", { class: "step step-mirrors" },
     h("div", { class: "seeing" },
-      h("div", { class: "stack" }, panel("Measure", runForm(context, () => state.station)), panel("Sweep", stations, empty, grid.element)), live));
+      h("div", { class: "stack" }, panel("Measure", runForm(context, () => chosen.name)), panel("Sweep", stations, empty, grid.element)), live));
   return { element, live };
 }
 
-/** @typedef {{name: string, distance_m: number | null, done: number, nodes: number, refused: number, running: boolean, chosen: boolean}} Place */
+/** @typedef {{name: string, distance_m: number | null, done: number, nodes: number, refused: number, chosen: boolean}} Place */
+
+/** The station whose grid is shown: the one that was picked, else the one where poses are coming in. */
+class ChosenStation {
+  name = "";
+  #picked_in = "";
+  #job = "";
+  /** @type {Map<string, number>} */
+  #done = new Map();
+
+  /** @param {string} name */
+  pick(name) {
+    this.name = name;
+    this.#picked_in = this.#job;
+  }
+
+  /**
+   * @param {Place[]} places
+   * @param {ConsoleState} state
+   */
+  follow(places, { work, session }) {
+    this.#job = `${session?.id} ${work?.job_id}`;
+    const growing = places.find(({ name, done }) => done > (this.#done.get(name) ?? done));
+    this.#done = new Map(places.map(({ name, done }) => [name, done]));
+    if (growing && isRunning(work) && this.#picked_in !== this.#job) this.name = growing.name;
+    if (!places.some(({ name }) => name === this.name)) this.name = places[0]?.name ?? "";
+  }
+}
 
 /**
  * The stations with markers, whether set up now or measured once.
  * @param {ConsoleState} state
  * @returns {Place[]}
  */
-function placesOf({ session, pan_tilt, work }) {
+function placesOf({ session, pan_tilt }) {
   const sweeps = session?.sweeps ?? [];
   const known = (pan_tilt?.stations ?? []).filter(({ target }) => target === "markers");
   const names = [...new Set([...known.map(({ name }) => name), ...sweeps.map(({ station }) => station)])];
@@ -58,8 +86,7 @@ function placesOf({ session, pan_tilt, work }) {
     const sweep = sweeps.find((each) => each.station === name);
     return {
       name, distance_m: sweep?.distance_m ?? known.find((each) => each.name === name)?.distance_m ?? null,
-      done: sweep?.done ?? 0, nodes: sweep?.nodes ?? 0, refused: refusals(sweep),
-      running: Boolean(work?.note.includes(`${name} `) || work?.note.endsWith(name)), chosen: false,
+      done: sweep?.done ?? 0, nodes: sweep?.nodes ?? 0, refused: refusals(sweep), chosen: false,
     };
   });
 }

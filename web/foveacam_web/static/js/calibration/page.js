@@ -14,10 +14,11 @@ import { makeMirrorsStep, mirrorsProgress } from "./mirrors_step.js";
 import { mountPanTilt } from "./pantilt.js";
 import { badge, panel } from "./parts.js";
 import { mountRecords } from "./records.js";
-import { addressOf, PAGES } from "./route.js";
+import { addressOf, go, PAGES } from "./route.js";
 import { makeSessionChoice, mountSessions } from "./sessions.js";
 import { makeSettleStep, settleProgress } from "./settle_step.js";
 import { makeWideStep, wideProgress } from "./wide_step.js";
+import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
@@ -49,6 +50,7 @@ export function mountWizard(place, context) {
     h("div", { class: "wizard-body" },
       h("div", { class: "wizard-step" }, [...steps.values()].map(({ element }) => element)),
       h("aside", { class: "wizard-side" }, h("section", { class: "panel", "aria-label": "Pan-tilt" }, h("header", {}, h("h3", { text: "Pan-tilt" })), turner))));
+  advance(store);
   store.on(["wizard"], ({ wizard }) => {
     for (const [page, { element, live: slot }] of steps) {
       element.hidden = page !== wizard;
@@ -134,6 +136,22 @@ function makeTabs({ store }) {
     for (const { page, show } of shows) show(PROGRESS[page]?.(state) ?? null);
   });
   return h("nav", { class: "wizard-tabs", "aria-label": "Steps of calibrating" }, links.map(({ link }) => link));
+}
+
+/**
+ * While everything is calibrated, go on to the step that begins; whoever looks at another page stays there.
+ * @param {WizardContext["store"]} store
+ */
+function advance(store) {
+  let before = "";
+  store.on(["work"], ({ work, wizard }) => {
+    const stage = work && isRunning(work) && work.step === "all" ? work.stage : "";
+    if (stage === before) return;
+    const following = wizard === before || (wizard === "overview" && before === "all");
+    before = stage;
+    const next = PAGES.find(({ page }) => page === stage);
+    if (following && next) go(next.page);
+  });
 }
 
 /**

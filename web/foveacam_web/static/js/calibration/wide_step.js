@@ -46,7 +46,7 @@ function coverOf({ wide, width, height }) {
   const taken = wide?.samples ?? [];
   const fraction = wide?.coverage_fraction ?? null;
   return [
-    drawCoverage(taken, { width, height }),
+    drawCoverage(taken, { width, height, cells: wide?.cells ?? null }),
     h("p", { class: "legend" }, fraction === null ? "Each dot is the middle of one view of the board." : `${number(fraction * 100, 0)} % of the picture covered`),
     drawTilts(taken, wide?.tilts_covered ?? null),
   ];
