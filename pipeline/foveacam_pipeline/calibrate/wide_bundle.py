@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.models.intrinsics import Intrinsics
 
 POSE = 6
 FOCAL_AND_CENTRE = 4
@@ -25,12 +26,16 @@ _RAYLEIGH_MEDIAN = 1.1774
 _KNEE = 3.0
 """Distance of a corner, in noise of a coordinate, from which it counts by its distance, not the square."""
 _FINEST_PX = 1e-5
-_PRIOR_RADIAL = 1.0
+_SURE_RADIAL = 1.0
 """Assumed standard deviation of a radial coefficient about 0: wide for any real lens, yet it keeps numerator
 and denominator of the rational model from running away together."""
-_PRIOR_TANGENTIAL = 0.05
-_FIELD_GUESS = 2.2
-"""Focal length over image width, of the wide camera (Table 2), where the views themselves say nothing."""
+_SURE_TANGENTIAL = 0.05
+_SURE_FOCAL = 0.5
+_SURE_CENTRE = 0.25
+"""Assumed standard deviations over the focal length and over the image's width: they matter only where the
+views say nothing, and there make it show."""
+FOCAL_OVER_WIDTH = 2.2
+"""Of the wide camera (Table 2), where the views themselves say nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,19 +63,23 @@ class Bundle:
     normals: NDArray[np.float64]
     rights: NDArray[np.float64]
     sigma_px: float
-
-    @property
-    def prior(self) -> NDArray[np.float64]:
-        """(p, p) what was assumed of the lens beforehand, as a normal matrix."""
-        return prior_of(len(self.lens))
+    prior: "Prior"
 
 
-def prior_of(unknowns: int) -> NDArray[np.float64]:
-    """Return the (p, p) normal matrix of what is assumed of any lens: its coefficients are not huge."""
-    sigma = np.full(unknowns, np.inf)
-    sigma[FOCAL_AND_CENTRE:] = _PRIOR_RADIAL
-    sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _PRIOR_TANGENTIAL
-    return np.diag(1.0 / sigma**2)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prior:
+    """What is assumed of a lens before any view: `lens` (p,), and how firmly, as a normal matrix (p, p)."""
+
+    lens: NDArray[np.float64]
+    normal: NDArray[np.float64]
+
+
+def prior_about(lens: NDArray[np.float64], *, width: int) -> Prior:
+    """Return what is assumed of a lens about a first guess (4 + k,) of it: very little."""
+    sigma = np.full(len(lens), _SURE_RADIAL)
+    sigma[:FOCAL_AND_CENTRE] = [_SURE_FOCAL * lens[0]] * 2 + [_SURE_CENTRE * width] * 2
+    sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _SURE_TANGENTIAL
+    return Prior(lens=lens.copy(), normal=np.diag(1.0 / sigma**2))
 
 
 def project(
@@ -84,6 +93,12 @@ def project(
     return np.asarray(pixels, dtype=np.float64)[:, 0, :], rows.reshape(len(places_m), 2, -1)
 
 
+def lens_of(intrinsics: Intrinsics) -> NDArray[np.float64]:
+    """Return a calibrated camera as the (4 + k,) numbers that are fitted here."""
+    known = (intrinsics.fx_px, intrinsics.fy_px, intrinsics.cx_px, intrinsics.cy_px, *intrinsics.distortion)
+    return np.array(known, dtype=np.float64)
+
+
 def first_lens(
     views: Sequence[SeenBoard], *, width: int, height: int, coefficients: int
 ) -> NDArray[np.float64]:
@@ -93,7 +108,7 @@ def first_lens(
     guess = np.asarray(cv2.initCameraMatrix2D(objects, images, (width, height)), dtype=np.float64)
     focal = float(np.sqrt(abs(guess[0, 0] * guess[1, 1])))
     if not 0.2 * width < focal < 20.0 * width:
-        focal = _FIELD_GUESS * width
+        focal = FOCAL_OVER_WIDTH * width
     return np.array([focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, *np.zeros(coefficients)])
 
 
@@ -115,12 +130,14 @@ def fit_bundle(
     views: Sequence[SeenBoard],
     lens: NDArray[np.float64],
     *,
+    prior: Prior,
     free: NDArray[np.bool_] | None = None,
     poses: NDArray[np.float64] | None = None,
 ) -> Bundle:
     """Fit lens and poses to the views from a first lens; `free`: (p,) which of its numbers may move."""
     moving = np.ones(len(lens), dtype=np.bool_) if free is None else free
-    state = _State(views, lens, np.array([first_pose(v, lens) for v in views]) if poses is None else poses)
+    first = np.array([first_pose(view, lens) for view in views]) if poses is None else poses
+    state = _State(views, prior, lens, first)
     for _ in range(_SCALES):
         sigma_px = state.spread_px()
         state = _descend(state, moving, sigma_px)
@@ -129,14 +146,23 @@ def fit_bundle(
     return state.bundle()
 
 
+def fit_pose(view: SeenBoard, lens: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2) residuals, px, of a view under a known lens: only the board's place is fitted."""
+    nothing = Prior(lens=lens, normal=np.zeros((len(lens), len(lens))))
+    return fit_bundle([view], lens, prior=nothing, free=np.zeros(len(lens), dtype=np.bool_)).residuals_px[0]
+
+
 class _State:
     """A lens and poses, with the residuals and their derivatives."""
 
     def __init__(
-        self, views: Sequence[SeenBoard], lens: NDArray[np.float64], poses: NDArray[np.float64]
+        self,
+        views: Sequence[SeenBoard],
+        prior: Prior,
+        lens: NDArray[np.float64],
+        poses: NDArray[np.float64],
     ) -> None:
-        self.views, self.lens, self.poses = views, lens, poses
-        self.prior = prior_of(len(lens))
+        self.views, self.prior, self.lens, self.poses = views, prior, lens, poses
         projected = [project(view.places_m, pose, lens) for view, pose in zip(views, poses, strict=True)]
         self.residuals = [
             view.corners_px - pixels for view, (pixels, _) in zip(views, projected, strict=True)
@@ -157,7 +183,8 @@ class _State:
         """Return Huber's loss over the variance, and what the prior adds."""
         lengths = np.linalg.norm(np.concatenate(self.residuals), axis=1) / sigma_px
         loss = np.where(lengths < _KNEE, lengths**2, _KNEE * (2.0 * lengths - _KNEE))
-        return float(loss.sum() + self.lens @ self.prior @ self.lens)
+        away = self.lens - self.prior.lens
+        return float(loss.sum() + away @ self.prior.normal @ away)
 
     def parts(
         self, sigma_px: float, damping: float = 0.0
@@ -183,12 +210,13 @@ class _State:
     def stepped(self, moving: NDArray[np.bool_], sigma_px: float, damping: float) -> "_State":
         """Return the state after one damped step."""
         normals, rights, back = self.parts(sigma_px, damping)
-        normal = normals.sum(axis=0) + self.prior
-        right = rights.sum(axis=0) - self.prior @ self.lens
+        normal = normals.sum(axis=0) + self.prior.normal
+        right = rights.sum(axis=0) - self.prior.normal @ (self.lens - self.prior.lens)
         step = np.zeros(len(self.lens))
-        step[moving] = solve_scaled(normal[np.ix_(moving, moving)], right[moving], damping=damping)
+        if moving.any():
+            step[moving] = solve_scaled(normal[np.ix_(moving, moving)], right[moving], damping=damping)
         poses = self.poses + np.array([steps[:, 0] - steps[:, 1:] @ step for steps in back])
-        return _State(self.views, self.lens + step, poses)
+        return _State(self.views, self.prior, self.lens + step, poses)
 
     def bundle(self) -> Bundle:
         """Return the result, its noise by the degrees of freedom."""
@@ -207,6 +235,7 @@ class _State:
             normals=normals * share,
             rights=rights * share,
             sigma_px=noise_px,
+            prior=self.prior,
         )
 
 
