@@ -57,8 +57,9 @@ class Base:
         return not self._pan_tilt.moves_itself
 
     def prepare(self) -> None:
-        """Home it when nobody knows where it stands."""
+        """Let it come to rest; home it when nobody knows where it stands."""
         self._check()
+        self._wait("the pan-tilt's last move", timeout_ms=self._settings.home_ms)
         if not self.by_hand and not self._pan_tilt.state.homed:
             self._pan_tilt.home()
             self._until_homed()

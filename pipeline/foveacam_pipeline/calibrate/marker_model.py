@@ -21,7 +21,7 @@ CELLS = 6
 HALF = CELLS / 2
 MARGIN_CELLS = 0.6
 """How much of the white around it is looked at."""
-LARGEST_SAMPLE = 6_000
+LARGEST_SAMPLE = 3_000
 LARGEST_CANDIDATES = 40_000
 FLAT_SHARE = 0.1
 """Of the pixels that show no edge, so many are looked at, for the light."""

@@ -39,6 +39,10 @@ from foveacam_pipeline.calibrate.watcher import Watcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 EYES = (Role.LEFT, Role.RIGHT)
+MARKER_ROOM = 0.62
+"""Half a marker that may be turned by some degrees, of its side."""
+OVERHANG = 0.8
+"""Share of the room beside a marker that a pose beyond the volts may use up."""
 
 
 class PoseMeter:
@@ -194,18 +198,36 @@ class PoseMeter:
         found = gaze_by_wide(sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom)
         return None if found is None else direction_rad(found, self._eyes_m[sight.role])
 
-    def retreat_rad(self, pose: SweepPose) -> NDArray[np.float64] | None:
-        """Return how far a gaze must give way for eyes beyond their volts to reach it, (2,) rad, or None."""
+    def retreat_rad(self, pose: SweepPose) -> NDArray[np.float64]:
+        """Return how far a gaze must give way for the eyes that were refused beyond their volts, (2,) rad."""
+        beyond = [role for role in EYES if (pose.refusal(role) or "").startswith(BEYOND)]
+        return self._give_way(np.array(pose.node_rad), beyond, overhang_rad=np.zeros(2))
+
+    def reachable(self, node_rad: NDArray[np.float64], distance_m: float | None) -> NDArray[np.float64]:
+        """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
+        settings = self._settings
+        known = [
+            role for role in EYES if self.predictions[role].nearest_rad(node_rad) < settings.approach_rad
+        ]
+        if self.fovea_size is None or distance_m is None:
+            return node_rad
+        half_field = np.array(self.fovea_size) / (2.0 * settings.zoom * self._wide.fx_px)
+        half_marker = MARKER_ROOM * settings.layout.side_m / distance_m
+        overhang_rad = OVERHANG * np.maximum(half_field - half_marker, 0.0)
+        return node_rad + self._give_way(node_rad, known, overhang_rad=overhang_rad)
+
+    def _give_way(
+        self, node_rad: NDArray[np.float64], roles: list[Role], *, overhang_rad: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         shift_rad = np.zeros(2)
-        for role in EYES:
-            if not (pose.refusal(role) or "").startswith(BEYOND):
-                continue
-            prediction, node = self.predictions[role], np.array(pose.node_rad)
-            wanted_v = prediction.volts(node)
+        for role in roles:
+            prediction = self.predictions[role]
+            wanted_v = prediction.volts(node_rad)
             over_v = wanted_v - clamp_volts(wanted_v, self._settings.max_v)
-            give_rad = -np.linalg.solve(prediction.slope(node), over_v)
+            give_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
+            give_rad -= np.clip(give_rad, -overhang_rad, overhang_rad)
             shift_rad = np.where(np.abs(give_rad) > np.abs(shift_rad), give_rad, shift_rad)
-        return shift_rad if shift_rad.any() else None
+        return shift_rad
 
     def learn(self, pose: SweepPose) -> None:
         """Learn from a pose that was measured before."""

@@ -111,6 +111,7 @@ class _Run:
     watch: Watcher
     settings: SweepSettings
     path: Path
+    distance_m: float | None = None
 
     def opened(self, station: Station, known: Sweep | None, by_hand: HandTurned) -> Sweep:
         """Look straight ahead, try the mirrors, and return the sweep to go on with."""
@@ -121,6 +122,7 @@ class _Run:
         else:
             self.base.turn_to(AHEAD)
         at_rest = open_sweep(self.meter, self.settings)
+        self.distance_m = self.meter.locate(at_rest).distance_m
         check_volts(self.meter, self.plan, self.settings)
         fovea_size = self.meter.fovea_size
         if fovea_size is None:
@@ -163,11 +165,11 @@ class _Run:
             else:
                 index = to_do.pop(0)
                 self._approach(here, nodes[index])
-                stands = self.base.turn_to(nodes[index])
+                stands = self.base.turn_to(self.meter.reachable(nodes[index], self.distance_m))
             here = nodes[index]
             pose = self._measure(index, here, stands)
-            shift_rad = None if self.base.by_hand else self.meter.retreat_rad(pose)
-            if shift_rad is not None:
+            shift_rad = self.meter.retreat_rad(pose)
+            if shift_rad.any() and not self.base.by_hand:
                 pose = self._retreated(pose, shift_rad)
             if index not in poses or _count(pose) >= _count(poses[index]):
                 append_pose(self.path, pose)
