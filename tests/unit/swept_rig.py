@@ -22,8 +22,8 @@ MAX_V = 170.0
 EYES = (Role.LEFT, Role.RIGHT)
 CELLS = [(x, y) for x in (-0.01, 0.0, 0.01, 0.02) for y in (-0.02, 0.0, 0.01)]
 PLACES_M = np.array([(-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03), *CELLS])
-PIVOT_M = np.array([0.002, 0.03, -0.02])
-"""Where the pan-tilt turns the rig about, rig frame."""
+PAN_M, TILT_M = np.array([0.002, 0.055, -0.033]), np.array([0.001, 0.052, -0.036])
+"""Points of the pan and of the tilt axis of the base, rig frame."""
 
 
 class SweptRig:
@@ -48,8 +48,8 @@ class SweptRig:
     def wide_pixels(self, points_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return raw wide pixels (n, 2) of points (n, 3)."""
         ideal = points_rig_m[:, :2] / points_rig_m[:, 2:] * self._lens.focal_px
-        ideal = ideal + np.array([self._lens.centre_x_px, self._lens.centre_y_px])
-        return self._lens.distorted_px(np.asarray(ideal, dtype=np.float64))
+        centre = np.array([self._lens.centre_x_px, self._lens.centre_y_px])
+        return np.asarray(self._lens.distorted_px(ideal + centre), dtype=np.float64)
 
     def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the rays (n, 3) of raw wide pixels."""
@@ -69,7 +69,7 @@ class SweptRig:
 
         def miss(at_v: NDArray[np.float64]) -> NDArray[np.float64]:
             view = self.static_projection(role, MirrorVolts(x_v=float(at_v[0]), y_v=float(at_v[1])))
-            return view.pixels(point_rig_m[None])[0] - target_px
+            return np.asarray(view.pixels(point_rig_m[None])[0] - target_px, dtype=np.float64)
 
         for _ in range(8):
             now = miss(volts)
@@ -116,14 +116,13 @@ def markers_in_rig(
     pan_tilt: PanTiltPose, *, distance_m: float, turn: NDArray[np.float64]
 ) -> dict[Role, NDArray[np.float64]]:
     """Return the corners (k, 3) of each camera's marker, rig frame, when the base points at `pan_tilt`."""
-    rig_from_world = rotation(np.array([pan_tilt.tilt_rad, 0.0, 0.0])) @ rotation(
-        np.array([0.0, -pan_tilt.pan_rad, 0.0])
-    )
+    pan = rotation(np.array([0.0, -pan_tilt.pan_rad, 0.0]))
+    tilt = rotation(np.array([pan_tilt.tilt_rad, 0.0, 0.0]))
     corners = {}
     for role in (Role.WIDE, *EYES):
         flat = np.column_stack([PLACES_M + MarkerLayout().middle_m(role), np.zeros(len(PLACES_M))])
         world = flat @ turn.T + np.array([0.0, 0.0, distance_m])
-        corners[role] = (world - PIVOT_M) @ rig_from_world.T + PIVOT_M
+        corners[role] = ((world - PAN_M) @ pan.T + PAN_M - TILT_M) @ tilt.T + TILT_M
     return corners
 
 

@@ -98,6 +98,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
         mirrors[role] = fit_mirror_models(
             eye.volts_v,
             _gaze_from_pivot(eye, pivots[role]),
+            group=eye.group,
             orders=choice.mirror_orders,
             spring_orders=choice.spring_orders,
         )

@@ -125,7 +125,7 @@ def apply_field(
     a, b, c, d, e, f = field.polynomial(angles_rad).T[:, :, None]
     x, y = np.moveaxis((raw_px - np.array(field.centre_px)) / field.scale_px, -1, 0)
     places = np.stack([a * x + b * y, c * x + d * y], axis=-1)
-    return np.asarray(places / (1.0 + e * x + f * y)[..., None], dtype=np.float64)
+    return np.asarray(field.scale_px * places / (1.0 + e * x + f * y)[..., None], dtype=np.float64)
 
 
 def _scaled(

@@ -6,20 +6,20 @@ stiffen with few terms for the cross-talk. The winner is handed on as one polyno
 
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.springs import fit_stiffening, stretched
 from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_polynomial
 from foveacam_pipeline.models.mirror import MirrorModel
 
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
-SPRING_ORDERS = (2, 3, 4, 5, 6)
+SPRING_ORDERS = (2, 3, 4, 5, 6, 7)
 PAPER_ORDER = 3
 SAMPLES_PER_TERM = 3
 """A model with fewer samples a coefficient is not tried: robust weights would serve its noise."""
@@ -30,8 +30,6 @@ _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
 _WRITTEN_ORDER = 11
 """Of the polynomial that writes the springs down: it leaves 1e-7 rad over the calibrated volts."""
-_MOST_STIFFENING = 2.0
-_STIFFENING_STEP = 1e-3
 
 logger = logging.getLogger(__name__)
 
@@ -96,22 +94,33 @@ class _Candidate:
     def terms(self) -> int:
         return len(exponents(self.order)) + (self.family is Family.SPRINGS)
 
+    def drive(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the polynomial is a function of, (n, 2), under volts (n, 2)."""
+        if self.family is Family.POLYNOMIAL:
+            return volts_v
+        return stretched(volts_v / self.max_v, self.stiffening)
+
     def __call__(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the angles (n, 2), rad, of volts (n, 2)."""
-        if self.family is Family.POLYNOMIAL:
-            return self.fit.polynomial(volts_v)
-        return self.fit.polynomial(stretched(volts_v / self.max_v, self.stiffening))
+        return self.fit.polynomial(self.drive(volts_v))
 
 
 def fit_mirror_models(
     volts_v: NDArray[np.float64],
     angles_rad: NDArray[np.float64],
     *,
+    group: NDArray[np.int64] | None = None,
     orders: tuple[int, ...] = ORDERS,
     spring_orders: tuple[int, ...] = SPRING_ORDERS,
 ) -> MirrorFit:
-    """Fit every model with samples enough to (n, 2) volts and gaze angles, rad, and elect one."""
+    """Fit every model with samples enough to (n, 2) volts and gaze angles, rad, and elect one.
+
+    `group`: (n,), samples with the same number are left out together. A node that was swept at two distances
+    would otherwise vouch for itself, and an order high enough to pass through all nodes would win.
+    """
     candidates = _candidates(volts_v, angles_rad, orders, spring_orders)
+    if group is not None:
+        candidates = [replace(c, fit=_left_out_together(c, volts_v, group)) for c in candidates]
     judged = _judged_rad(candidates)
     limit = min(judged) * (1.0 + TOLERANCE)
     fitting = [k for k, error in enumerate(judged) if error <= limit]
@@ -140,18 +149,6 @@ def fit_mirror(
 ) -> MirrorModel:
     """Fit a mirror to (n, 2) volts and the (n, 2) gaze angles, rad, measured under them."""
     return fit_mirror_models(volts_v, angles_rad, orders=orders).model
-
-
-def stretched(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
-    """Return (n, 2) deflections u of springs with u + k u^3 = `share`: (n, 2), k >= 0 for each axis."""
-    columns = []
-    for drive, k in zip(share.T, stiffening, strict=True):
-        if k < 1e-9:
-            columns.append(drive)
-            continue
-        scale = math.sqrt(1.0 / (3.0 * k))  # the one real root of a cubic without turning points
-        columns.append(2.0 * scale * np.sinh(np.arcsinh(drive / (2.0 * k * scale**3)) / 3.0))
-    return np.column_stack(columns)
 
 
 def _candidates(
@@ -185,28 +182,30 @@ def _candidates(
     return found + [_springs(volts_v, angles_rad, max_v, order) for order in stiff]
 
 
+def _left_out_together(
+    candidate: _Candidate, volts_v: NDArray[np.float64], group: NDArray[np.int64]
+) -> PolynomialFit:
+    """Return the fit with residuals as they would be without the whole group: (I - H_gg)^-1 r_g."""
+    fit = candidate.fit
+    basis = np.linalg.qr(fit.polynomial.basis(candidate.drive(volts_v)))[0]
+    left_out = np.empty_like(fit.residuals)
+    for axis in (0, 1):
+        weights, residuals = fit.weights[:, axis], fit.residuals[:, axis]
+        reach = np.linalg.inv(basis.T @ (basis * weights[:, None]))
+        for number in np.unique(group):
+            rows = np.flatnonzero(group == number)
+            hat = basis[rows] @ reach @ (basis[rows] * weights[rows, None]).T
+            left_out[rows, axis] = np.linalg.lstsq(np.eye(len(rows)) - hat, residuals[rows], rcond=1e-9)[0]
+    return replace(fit, loo_residuals=left_out)
+
+
 def _springs(
     volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], max_v: NDArray[np.float64], order: int
 ) -> _Candidate:
-    """Return the springs whose stiffening leaves a polynomial of this order the least to do."""
-    share = volts_v / max_v
-
-    def squares(kx: float, ky: float) -> float:
-        fit = fit_polynomial(stretched(share, (max(kx, 0.0), max(ky, 0.0))), angles_rad, order, "square")
-        return float(np.sum(fit.residuals**2))
-
-    start = np.full(2, 0.15, dtype=np.float64)  # a tenth less reach at full drive than the slope at rest promises
-    scale = max(squares(0.15, 0.15), 1e-300)
-    found = minimize(
-        lambda k: squares(float(k[0]), float(k[1])) / scale, start, method="Nelder-Mead", tol=_STIFFENING_STEP
-    )
-    kx, ky = np.clip(found.x, 0.0, _MOST_STIFFENING).tolist()
-    return _Candidate(
-        family=Family.SPRINGS,
-        stiffening=(kx, ky),
-        max_v=max_v,
-        fit=fit_polynomial(stretched(share, (kx, ky)), angles_rad, order),
-    )
+    stiffening = fit_stiffening(volts_v / max_v, angles_rad, order=order)
+    drive = stretched(volts_v / max_v, stiffening)
+    fit = fit_polynomial(drive, angles_rad, order)
+    return _Candidate(family=Family.SPRINGS, stiffening=stiffening, max_v=max_v, fit=fit)
 
 
 def _judged_rad(candidates: list[_Candidate]) -> list[float]:
@@ -266,8 +265,8 @@ def _model_sigma(
     richer = candidate.order + 2
     lack = np.zeros_like(variance)
     if len(exponents(richer)) * 2 <= len(volts_v):
-        drive = stretched(volts_v / candidate.max_v, candidate.stiffening)
-        lack = np.maximum(0.0, variance - fit_polynomial(drive, angles_rad, richer).scatter ** 2)
+        finer = fit_polynomial(candidate.drive(volts_v), angles_rad, richer)
+        lack = np.maximum(0.0, variance - finer.scatter**2)
     sigma: NDArray[np.float64] = np.sqrt(variance * parameters + lack)
     return sigma
 

@@ -17,7 +17,8 @@ class EyeSweep:
     `volts_v`: (n, 2) drive. `angles_rad`: (n, 2) direction of what the image centre sees, from the eye's
     reference point. `depth_m`: (n,) Z of the target. `raw_px`: (n, m, 2) corners found in the fovea image,
     NaN where one was not seen. `plane_px`: (n, m, 2) the same corners on the virtual pinhole plane of the
-    reference point, relative to what the image centre sees.
+    reference point, relative to what the image centre sees. `group`: (n,) int, poses with the same number
+    looked the same way (at targets of several distances); cross-validation leaves them out together.
     """
 
     volts_v: NDArray[np.float64]
@@ -25,6 +26,7 @@ class EyeSweep:
     depth_m: NDArray[np.float64]
     raw_px: NDArray[np.float64]
     plane_px: NDArray[np.float64]
+    group: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         poses = len(as_finite_rows(self.volts_v, columns=2, name="volts_v"))

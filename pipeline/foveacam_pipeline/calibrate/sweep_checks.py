@@ -5,12 +5,12 @@ Every refusal names what was found and what to do; nothing is repaired in silenc
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_pipeline.calibrate.marker_target import TAPE_TOLERANCE, TargetPose, check_order
 from foveacam_pipeline.calibrate.sweep import Sweep
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import DAC_STEP_V
@@ -18,26 +18,10 @@ from foveacam_pipeline.models.mirror import DAC_STEP_V
 EYES = (Role.LEFT, Role.RIGHT)
 FEWEST_POSES = 30
 """Three poses for each of the ten coefficients of the paper's cubic."""
-LARGEST_MISS_PX = 0.6
-"""Wide px of a corner over all poses; a tenth of it is usual, a millimetre of spacing at 5 m is 0.6."""
-LARGEST_TAPE_ERROR = 0.05
+_FEWEST_FOR_AXES = 5
 _LEAST_SPAN_V = 20.0
 _THINNEST = 0.15
 """Share of the longer axis of a cloud of poses, or of the livelier axis of a mirror."""
-
-
-class EyeSamples(Protocol):
-    """What is asked of the measurements of one eye."""
-
-    @property
-    def volts_v(self) -> NDArray[np.float64]:
-        """(n, 2) drive."""
-        ...
-
-    @property
-    def angles_rad(self) -> NDArray[np.float64]:
-        """(n, 2) gaze."""
-        ...
 
 
 def check_sweeps(sweeps: Sequence[Sweep], wide: Intrinsics, *, rig_id: str) -> None:
@@ -49,8 +33,8 @@ def check_sweeps(sweeps: Sequence[Sweep], wide: Intrinsics, *, rig_id: str) -> N
         header = sweep.header
         if header.rig_id != rig_id:
             raise NotCalibrated(
-                f"sweep at {header.station.name!r} was made on rig {header.rig_id!r}, this rig is {rig_id!r}; "
-                "give this rig's sweeps"
+                f"sweep at {header.station.name!r} was made on rig {header.rig_id!r}, this is "
+                f"{rig_id!r}; give this rig's sweeps"
             )
         if header.wide_size != (wide.width, wide.height):
             raise InvalidInput(
@@ -77,105 +61,93 @@ def check_markers(sweep: Sweep) -> None:
     """Raise when an eye looked at a marker that is not its own, or when the markers hang in another order."""
     layout, station = sweep.header.layout, sweep.header.station.name
     for role in EYES:
-        strangers = Counter(
-            eye.corners.id for pose in sweep.poses if (eye := pose.eye(role)) and _stranger(eye.corners.id, layout.id_of(role))
-        )
+        own = layout.id_of(role)
+        seen = Counter(eye.corners.id for pose in sweep.poses if (eye := pose.eye(role)) is not None)
+        strangers = [(count, marker) for marker, count in seen.items() if marker != own]
         if strangers:
-            marker, count = strangers.most_common(1)[0]
+            count, marker = max(strangers)
             owner = layout.role_of(marker)
+            whose = f"the {owner} camera's" if owner else "nobody's"
             raise InvalidInput(
-                f"sweep at {station!r}: in {count} poses the {role} eye was centred on marker {marker}, which is "
-                f"{f'the {owner} camera' if owner else 'nobody'}'s, instead of {layout.id_of(role)}; "
-                "swap the markers or correct the ids, and sweep again"
+                f"sweep at {station!r}: in {count} poses the {role} eye looked at marker {marker}, which is "
+                f"{whose}, instead of {own}; swap the markers or correct the ids, and sweep again"
             )
-    turned = sum(_left_of_right(pose.wide, layout.left_id, layout.right_id) is False for pose in sweep.poses)
-    if 2 * turned > len(sweep.poses):
-        raise InvalidInput(
-            f"sweep at {station!r}: in {turned} of {len(sweep.poses)} poses the wide camera sees the left eye's "
-            "marker to the right of the right eye's; they are swapped or hang upside down: hang them as laid "
-            "out, and sweep again"
-        )
+    turned = 0
+    for pose in sweep.poses:
+        try:
+            check_order(pose.wide, layout)
+        except InvalidInput as error:
+            turned, reason = turned + 1, error
+    if turned and 2 * turned > len(sweep.poses):
+        raise InvalidInput(f"sweep at {station!r}, {turned} of {len(sweep.poses)} poses: {reason}")
 
 
-def check_target(sweep: Sweep, *, miss_px: float, distance_m: float) -> None:
-    """Raise when the target is not built as the layout says: corners that miss, or a size off the tape's."""
+def check_target(sweep: Sweep, poses: Sequence[TargetPose]) -> None:
+    """Raise when the target is not as far as its station says: then print or tape is of a wrong size."""
     layout, station = sweep.header.layout, sweep.header.station
-    said = f"side {1e3 * layout.side_m:g} mm, spacing {1e3 * layout.spacing_m:g} mm"
-    if miss_px > LARGEST_MISS_PX:
+    if station.distance_m is None:
+        return
+    distance_m = float(np.median([pose.distance_m for pose in poses]))
+    if abs(distance_m / station.distance_m - 1.0) > TAPE_TOLERANCE:
         raise InvalidInput(
-            f"sweep at {station.name!r}: the corners miss the target as laid out ({said}) by {miss_px:.2f} wide "
-            f"px, up to {LARGEST_MISS_PX:g} is usual; measure side and spacing on the print and hang the "
-            "markers in one plane"
-        )
-    if station.distance_m is not None and abs(distance_m / station.distance_m - 1.0) > LARGEST_TAPE_ERROR:
-        raise InvalidInput(
-            f"sweep at {station.name!r}: markers of {said} appear {distance_m:.3f} m away, the station says "
-            f"{station.distance_m:g} m; measure the print and the distance again: one of them is of a wrong size"
+            f"sweep at {station.name!r}: markers of {1e3 * layout.side_m:g} mm, "
+            f"{1e3 * layout.spacing_m:g} mm apart, appear {distance_m:.3f} m away, the station says "
+            f"{station.distance_m:g} m; measure the print and the distance again: one of them is wrong"
         )
 
 
-def check_eye_seen(sweeps: Sequence[Sweep], role: Role) -> None:
-    """Raise when an eye has too few poses, with the reason that was given most often."""
-    poses = sum(len(sweep.poses) for sweep in sweeps)
-    accepted = sum(len(sweep.accepted(role)) for sweep in sweeps)
+def check_eye_seen(sweeps: Sequence[Sweep], role: Role, *, accepted: int) -> None:
+    """Raise when an eye has too few poses, with the reasons that were given most often."""
     if accepted >= FEWEST_POSES:
         return
+    poses = sum(len(sweep.poses) for sweep in sweeps)
     reasons = Counter(reason for sweep in sweeps for pose in sweep.poses if (reason := pose.refusal(role)))
     why = "; ".join(f"{reason} ({count} times)" for reason, count in reasons.most_common(2))
-    hidden = "its marker was hidden from it throughout" if accepted == 0 else "that is too few for a cubic"
+    hidden = "its marker was hidden from it throughout" if accepted == 0 else "too few for a cubic"
     raise InvalidInput(
         f"{role} eye: measured at {accepted} of {poses} poses, {hidden}; at least {FEWEST_POSES} are needed"
         + (f" ({why})" if why else "")
-        + "; see what hides the marker, and resume the sweep"
+        + "; see to the reason, and resume the sweep"
     )
 
 
-def check_eye(eye: EyeSamples, role: Role, *, max_v: float) -> None:
-    """Raise when an eye's poses lie along a line, beyond the volts, or one axis of its mirror does nothing."""
-    volts = eye.volts_v
-    if (np.abs(volts) > max_v + 2.0 * DAC_STEP_V).any():
+def check_axes(
+    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], *, role: Role, max_v: float
+) -> None:
+    """Raise when (n, 2) volts lie beyond the limits, or one axis of the mirror does not follow them."""
+    if len(volts_v) and float(np.abs(volts_v).max()) > max_v + 2.0 * DAC_STEP_V:
         raise InvalidInput(
-            f"{role} eye: the sweep holds {float(np.abs(volts).max()):.1f} V, beyond the mirrors' ±{max_v:g} V; "
-            "it is not this rig's, or was changed; sweep again"
+            f"{role} eye: the sweep holds {float(np.abs(volts_v).max()):.1f} V, beyond the mirrors' "
+            f"±{max_v:g} V; it is not this rig's, or was changed; sweep again"
         )
-    dead = _dead_axis(volts, eye.angles_rad)
+    dead = _dead_axis(volts_v, angles_rad) if len(volts_v) >= _FEWEST_FOR_AXES else None
     if dead is not None:
         raise InvalidInput(
-            f"{role} eye: the {dead} axis of its mirror does not follow its volts (it is dead or unplugged); "
-            "check the mirror and its cable, then sweep again"
+            f"{role} eye: the {dead} axis of its mirror does not follow its volts (dead or unplugged); check "
+            "the mirror and its cable, then sweep again"
         )
-    spread = np.linalg.svd(volts - volts.mean(axis=0), compute_uv=False)
-    if np.ptp(volts, axis=0).min() < _LEAST_SPAN_V or spread[1] < _THINNEST * spread[0]:
-        span = np.ptp(volts, axis=0)
+
+
+def check_spread(volts_v: NDArray[np.float64], *, role: Role) -> None:
+    """Raise when the poses of an eye lie nearly on a line: nothing can be fitted across it."""
+    span = np.ptp(volts_v, axis=0)
+    spread = np.linalg.svd(volts_v - volts_v.mean(axis=0), compute_uv=False)
+    if span.min() < _LEAST_SPAN_V or spread[1] < _THINNEST * spread[0]:
         raise InvalidInput(
-            f"{role} eye: its poses span {span[0]:.0f} V by {span[1]:.0f} V and lie nearly on a line; sweep a "
-            "grid in both directions"
+            f"{role} eye: its poses span {span[0]:.0f} V by {span[1]:.0f} V and lie nearly on a line; "
+            "sweep a grid in both directions"
         )
 
 
 def _dead_axis(volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]) -> str | None:
-    """Return the axis along which the gaze does not follow the volts, though these were driven."""
+    """Return the axis along which the gaze hardly follows the volts, though these were driven."""
     driven = np.column_stack([np.ones(len(volts_v)), volts_v])
-    slopes = np.linalg.lstsq(driven, angles_rad, rcond=None)[0][1:]
-    moved = np.abs(np.diag(slopes)) * np.ptp(volts_v, axis=0)
+    slopes = np.abs(np.diag(np.linalg.lstsq(driven, angles_rad, rcond=None)[0][1:]))
     span = np.ptp(volts_v, axis=0)
     for axis, name in enumerate("xy"):
-        idle = np.abs(slopes[axis, axis]) < _THINNEST * np.abs(slopes[1 - axis, 1 - axis])
-        if idle and span[axis] >= _LEAST_SPAN_V and moved[axis] < _THINNEST * moved[1 - axis]:
+        if span[axis] >= _LEAST_SPAN_V and slopes[axis] < _THINNEST * slopes[1 - axis]:
             return name
     return None
-
-
-def _stranger(found: int, own: int) -> bool:
-    return found != own
-
-
-def _left_of_right(wide: dict[int, object], left_id: int, right_id: int) -> bool | None:
-    """Return whether the left marker stands left of the right one; None when one is missing."""
-    if left_id not in wide or right_id not in wide:
-        return None
-    places = [np.mean(getattr(wide[marker], "corners_px")[:, 0]) for marker in (left_id, right_id)]
-    return bool(places[0] < places[1])
 
 
 def _size(size: tuple[int, int]) -> str:
