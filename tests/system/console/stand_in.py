@@ -187,7 +187,7 @@ def application(stand_in: StandIn) -> FastAPI:
     @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "DELETE"])
     async def rest(path: str, request: Request) -> Response:
         if path.endswith((".png", ".jpg")):
-            return Response(picture(path.rsplit("/", 1)[1]), media_type="image/jpeg")
+            return Response(picture(Path(path).name), media_type="image/jpeg")
         body = json.loads(await request.body() or b"null")
         status, document = stand_in.answer(request.method, f"/{path}", body)
         return JSONResponse(document, status_code=status)

@@ -235,7 +235,7 @@ def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
     mirrors = step(console, "mirrors")
     mirrors.get_by_text("Grid and options").click()
     mirrors.get_by_label("Nodes across").fill("5")
-    mirrors.get_by_label("Up to ±").first.fill("4.5")
+    mirrors.get_by_label("Across up to ±").fill("4.5")
     mirrors.get_by_label("Measure at").select_option("one")
     mirrors.get_by_role("button", name="Go on measuring").click()
     expect(console.page.locator(".job.running")).to_be_visible()

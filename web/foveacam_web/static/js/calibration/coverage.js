@@ -17,7 +17,7 @@ const ROWS = 9;
  */
 export function drawCoverage(samples, { width, height, cells: counts }) {
   const cell = { width: width / COLUMNS, height: height / ROWS };
-  const held = counts ? coveredOf(counts) : middlesOf(samples, cell);
+  const held = coveredOf(counts ?? []);
   const cells = Array.from({ length: COLUMNS * ROWS }, (_, index) => [index % COLUMNS, Math.floor(index / COLUMNS)]).map(([x = 0, y = 0]) =>
     s("rect", { class: held.has(`${x} ${y}`) ? "cell held" : "cell", x: x * cell.width, y: y * cell.height, width: cell.width, height: cell.height }));
   const words = samples.length === 0 ? "No view yet." : `${samples.length} views${counts ? ` in ${held.size} of ${COLUMNS * ROWS} parts of the picture` : ""}.`;
@@ -30,14 +30,6 @@ export function drawCoverage(samples, { width, height, cells: counts }) {
 /** @param {number[][]} counts */
 function coveredOf(counts) {
   return new Set(counts.flatMap((row, y) => row.flatMap((count, x) => (count > 0 ? [`${x} ${y}`] : []))));
-}
-
-/**
- * @param {WideSample[]} samples
- * @param {{width: number, height: number}} cell
- */
-function middlesOf(samples, cell) {
-  return new Set(samples.map(({ centre_px: [x, y] }) => `${Math.floor(x / cell.width)} ${Math.floor(y / cell.height)}`));
 }
 
 /**

@@ -115,8 +115,8 @@ function runForm({ store, orders }, station) {
   const where = choiceField("Measure at", [["", "every station with markers"], ["one", "the chosen station"]]);
   const across = numberField("Nodes across", { min: 3, max: 41, hint: "9" });
   const down = numberField("Nodes down", { min: 3, max: 41, hint: "9" });
-  const ax = numberField("Up to ±", { min: 0.5, max: 12, step: "any", unit: "° ax", hint: "as the rig" });
-  const ay = numberField("Up to ±", { min: 0.5, max: 12, step: "any", unit: "° ay", hint: "as the rig" });
+  const ax = numberField("Across up to ±", { min: 0.5, max: 12, step: "any", unit: "°", hint: "as the rig" });
+  const ay = numberField("Down up to ±", { min: 0.5, max: 12, step: "any", unit: "°", hint: "as the rig" });
   const spacing = choiceField("Spacing", [["", "as usual"], ["rim", "denser near the rim"], ["even", "even"]]);
   const again = tickField("Start over: forget what was measured", false);
   const act = () => {

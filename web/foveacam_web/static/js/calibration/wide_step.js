@@ -59,7 +59,7 @@ function runForm({ store, orders }) {
   const rows = numberField("Rows", { min: 3, max: 40 });
   const square = numberField("Square", { min: 0.5, max: 500, step: "any", unit: "mm" });
   const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
-  const views = numberField("Views wanted", { min: 3, max: 200, hint: "until covered" });
+  const views = numberField("Views wanted", { min: 3, max: 200, hint: "as usual" });
   const model = choiceField("Lens model", [["", "the better one"], ["five", "five coefficients"], ["rational", "rational"]]);
   const offer = () => (marker.element.hidden = kind.value() !== "charuco");
   const act = () => allHold(columns, rows, square, marker, views) && orders.run("wide", {
