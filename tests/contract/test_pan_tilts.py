@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import pytest
@@ -187,6 +188,20 @@ def test_a_hold_stops_it_on_its_way(bench: Bench) -> None:
     assert abs(bench.rig.bearing_deg(bench.clock.now_ns())[0]) < 59.0
     pan_tilt.move_to(bearing(1.0, 0.0))  # and it moves again
     assert bench.rest().fault is None
+
+
+def test_a_hold_from_another_thread_goes_through_while_its_state_is_read(bench: Bench) -> None:
+    pan_tilt = bench.homed()
+    pan_tilt.move_to(bearing(60.0, 0.0))
+
+    with ThreadPoolExecutor(1) as other:
+        held = other.submit(pan_tilt.hold)
+        state = bench.rest()
+        held.result()
+
+    assert bench.rest().fault is None
+    assert state.connected
+    assert abs(bench.rig.bearing_deg(bench.clock.now_ns())[0]) <= 60.0
 
 
 def test_the_last_of_two_moves_counts(bench: Bench) -> None:

@@ -1,6 +1,7 @@
 """Puts the simulated rig together: one world, the real drivers on its far end, and the simulated cameras."""
 
 import math
+from contextlib import ExitStack
 
 from foveacam_hardware.contract import Clock, MonotonicClock, PanTiltLimits, PanTiltPose, Role, VirtualClock
 from foveacam_hardware.drivers.controller import ControllerMirrors
@@ -64,13 +65,12 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     stage = Stage(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
-    board = _board(world, clock, inline=inline)  # starts its process, while the controller starts its own
-    try:
+    with ExitStack() as undo:  # whatever stops a far end's process: leave no thread behind
+        undo.callback(stage.close)
+        board = _board(world, clock, inline=inline)  # it starts while the controller starts
+        undo.callback(board.close)
         controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
-    except BaseException:  # whatever stops the controller's process: leave no thread behind
-        board.close()
-        stage.close()
-        raise
+        undo.pop_all()
     mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     head = TriggeredHead(
