@@ -64,7 +64,7 @@ def judged(
 ) -> DriftCheck:
     """Return what the places say of the calibration that they were looked at with."""
     if not places:
-        return _nothing(calibration, looks=looks, duration_s=duration_s)
+        return _nothing(calibration, settings, looks=looks, duration_s=duration_s)
     fit = fit_drift(places, calibration, settings)
     marked = tuple(
         replace(place, agrees=bool(missed < AGREES)) for place, missed in zip(places, fit.missed, strict=True)
@@ -183,13 +183,15 @@ def _two_pictures(head: Head, clock: Clock) -> tuple[Frame, Frame]:
     return first, head.wide(max_age_ms=FRESH_MS)
 
 
-def _nothing(calibration: Calibration, *, looks: int, duration_s: float) -> DriftCheck:
+def _nothing(
+    calibration: Calibration, settings: DriftSettings, *, looks: int, duration_s: float
+) -> DriftCheck:
     still = EyeDrift(
         turn=EyeTurn(),
-        shift_sigma_rad=(math.inf, math.inf),
-        roll_sigma_rad=math.inf,
+        shift_sigma_rad=(settings.turn_prior_rad, settings.turn_prior_rad),
+        roll_sigma_rad=settings.roll_prior_rad,
         moved_px=0.0,
-        sigma_px=math.inf,
+        sigma_px=math.sqrt(2.0) * settings.turn_prior_rad * calibration.fovea_f_px,
         significant=False,
     )
     return DriftCheck(

@@ -1,0 +1,143 @@
+"""How far a fovea's picture is from another one of the same scene, to a few hundredths of a pixel."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.contrast import even
+from foveacam_pipeline.verge.template import peak
+
+REDUCTION = 4
+HALF_PX = 136
+"""Half side of the patch that is followed."""
+SIDEWAYS_PX = 60
+"""How far from the line of the step a patch is looked for."""
+QUIET_SIGMA_PX = 1.5
+SHADING_PX, CONTRAST_PX, LEAST_CONTRAST = 12.0, 10.0, 3.0
+ROUNDS = 12
+STOP_PX = 0.003
+LARGEST_ROUND_PX = 6.0
+LEAST_SCORE = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shift:
+    """Where a picture shows what the reference shows, minus where the reference does, px; and how alike."""
+
+    x_px: float
+    y_px: float
+    score: float
+
+    @property
+    def seen(self) -> bool:
+        """Whether the patch was found at all."""
+        return self.score >= LEAST_SCORE
+
+
+class Reference:
+    """A settled picture, against which others are measured.
+
+    `towards_px`: (2,) where a picture before the step shows the things in the middle, px from there: the
+    patch is chosen so that it is in view from there to as far beyond the end as a ringing mirror goes.
+    `search_px`: (2,) how far beside that it is looked for; for a step that is not known yet.
+    """
+
+    def __init__(
+        self,
+        gray: NDArray[np.uint8],
+        *,
+        towards_px: NDArray[np.float64],
+        search_px: NDArray[np.float64] | None = None,
+    ) -> None:
+        height, width = gray.shape
+        middle = np.array([(width - 1) / 2.0, (height - 1) / 2.0])
+        self._at = np.rint(middle - towards_px * 0.3).astype(np.intp)
+        ends = np.array([towards_px, -0.7 * towards_px, [0.0, 0.0]])
+        spare = np.full(2, SIDEWAYS_PX) if search_px is None else search_px
+        self._low = np.floor(ends.min(axis=0) - spare)
+        self._high = np.ceil(ends.max(axis=0) + spare)
+        self._even = _evened(gray)
+        self._patch = _cut(self._even, self._at)
+        self._small = cv2.resize(
+            self._patch, None, fx=1 / REDUCTION, fy=1 / REDUCTION, interpolation=cv2.INTER_AREA
+        )
+
+    @property
+    def texture_px(self) -> float:
+        """How sharply the patch is placed along its worse axis: the slope of its brightness, 1 / px."""
+        slope_y, slope_x = np.gradient(self._patch.astype(np.float64))
+        moments = np.array(
+            [
+                [np.mean(slope_x**2), np.mean(slope_x * slope_y)],
+                [np.mean(slope_x * slope_y), np.mean(slope_y**2)],
+            ]
+        )
+        return math.sqrt(max(0.0, float(np.linalg.eigvalsh(moments)[0])))
+
+    def shift(self, gray: NDArray[np.uint8]) -> Shift:
+        """Return how far a picture is from the reference."""
+        image = _evened(gray)
+        coarse, score = self._coarse(image)
+        if score < LEAST_SCORE:
+            return Shift(x_px=math.nan, y_px=math.nan, score=score)
+        fine, score = self._refined(image, coarse)
+        return Shift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
+
+    def _coarse(self, image: NDArray[np.float32]) -> tuple[NDArray[np.float64], float]:
+        """Search along the step, and a little beyond and beside it, at a quarter of the size."""
+        low, high = self._at + self._low - HALF_PX, self._at + self._high + HALF_PX
+        height, width = image.shape
+        x0, y0 = (int(max(0, v)) // REDUCTION * REDUCTION for v in low)
+        x1, y1 = int(min(width, high[0])), int(min(height, high[1]))
+        part = cv2.resize(
+            image[y0:y1, x0:x1],
+            ((x1 - x0) // REDUCTION, (y1 - y0) // REDUCTION),
+            interpolation=cv2.INTER_AREA,
+        )
+        scores = cv2.matchTemplate(part, self._small, cv2.TM_CCOEFF_NORMED)
+        x, y, score = peak(np.nan_to_num(scores).astype(np.float32))
+        start = self._at - HALF_PX
+        return np.array([x0 + REDUCTION * x - start[0], y0 + REDUCTION * y - start[1]]), score
+
+    def _refined(
+        self, image: NDArray[np.float32], start: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], float]:
+        """Gauss-Newton steps of the place, brightness and contrast being free."""
+        slope_y, slope_x = np.gradient(self._patch.astype(np.float64))
+        columns = np.column_stack([slope_x.ravel(), slope_y.ravel()])
+        columns -= columns.mean(axis=0)
+        inverse = np.linalg.inv(columns.T @ columns)
+        reference = self._patch.ravel() - float(self._patch.mean())
+        shift, score = start.copy(), 0.0
+        for _ in range(ROUNDS):
+            seen = _cut(image, self._at + shift).ravel()
+            seen = seen - float(seen.mean())
+            power = float(seen @ seen)
+            if power <= 0.0:
+                return start, 0.0
+            gain = float(reference @ seen) / power
+            score = float(reference @ seen) / math.sqrt(power * float(reference @ reference))
+            step = inverse @ (columns.T @ (reference - gain * seen))
+            if float(np.abs(step).max()) > LARGEST_ROUND_PX:
+                return start, score
+            shift = shift + step
+            if float(np.abs(step).max()) < STOP_PX:
+                break
+        return shift, score
+
+
+def _evened(gray: NDArray[np.uint8]) -> NDArray[np.float32]:
+    quiet = np.asarray(cv2.GaussianBlur(gray.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
+    return even(quiet, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST)
+
+
+def _cut(image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.intp]) -> NDArray[np.float32]:
+    side = 2 * HALF_PX
+    corner = np.asarray(at_px, dtype=np.float64) - HALF_PX
+    matrix = np.array([[1.0, 0.0, corner[0]], [0.0, 1.0, corner[1]]])
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    view = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(view, dtype=np.float32)

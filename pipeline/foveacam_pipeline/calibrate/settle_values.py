@@ -1,0 +1,162 @@
+"""What a characterisation of the mirrors' settling is asked for, and what it found."""
+
+import math
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
+
+NOISE = 3.0
+"""What is below so many standard deviations of a place at rest cannot be told from rest."""
+AXES = ("x", "y")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettleSettings:
+    """How the mirrors are stepped and watched."""
+
+    step_v: float = 17.0
+    """About a degree."""
+    centre: StereoVolts = PARKED
+    """The steps go to and fro about this; something textured that stands still must be in view there."""
+    exposure_ns: int = 50_000
+    gain_db: float = 24.0
+    """Short, so that a picture shows a moment; bright enough to be measured."""
+    settled_us: int = 60_000
+    """After so long every mirror is at rest."""
+    longest_us: int = 40_000
+    """Nothing is expected to move any more after this."""
+    delays: int = 36
+    """How many delays between the step and the picture, up to when nothing moves."""
+    wide_open_hz: int = 1000
+    """Cut-off of the drive filter with which the mirror itself is made to ring."""
+    ringing_us: int = 9_000
+    ringing_delays: int = 44
+    limit_px: float = 1.0
+    limit_share: float = 0.01
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resonance:
+    """A mirror's own swing after a step: frequency, quality, and their standard errors."""
+
+    frequency_hz: float
+    quality: float
+    frequency_sigma_hz: float
+    quality_sigma: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """What one axis did after a step.
+
+    `times_us`: from the command to the middle of the exposure. `left_px`: distance from rest along the step.
+    `unrecognised`: how many pictures are left out because nobody knows what they show.
+    """
+
+    times_us: tuple[float, ...]
+    left_px: tuple[float, ...]
+    unrecognised: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisSettle:
+    """One axis of one eye.
+
+    `step_px`: how far the picture moved, with the sign of its motion along the step. `noise_px`: standard
+    deviation of a measured place at rest. `settle_us`, `settle_share_us`: when it was within `limit_px`, and
+    within `limit_share` of the step, for good. `resonance`: None where the data do not show one; `ringing`
+    says why.
+    """
+
+    role: Role
+    axis: str
+    step_v: float
+    step_px: float
+    noise_px: float
+    settle_us: float
+    settle_share_us: float
+    resonance: Resonance | None
+    ringing: str
+    trace: Trace
+    open_trace: Trace
+
+    def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
+        """Return when a step of `step_px` is within `within_px` of rest: every step is this one, scaled."""
+        return time_below(self.trace, abs(self.step_px) * within_px / abs(step_px), floor_px=self.noise_px)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettleReport:
+    """All four axes, and with what they were measured."""
+
+    rig_id: str
+    created_utc: str
+    low_pass_hz: int | None
+    """Cut-off of the drive filter in normal use; None when the rig does not say."""
+    exposure_us: float
+    limit_px: float
+    limit_share: float
+    axes: tuple[AxisSettle, ...]
+
+    def axis(self, role: Role, axis: str) -> AxisSettle:
+        """Return one axis of one eye."""
+        return next(found for found in self.axes if found.role is role and found.axis == axis)
+
+    @property
+    def settle_us(self) -> float:
+        """Return when the slowest axis was within `limit_px`."""
+        return max(found.settle_us for found in self.axes)
+
+    def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
+        """Return how long to wait after a step of `step_px` in any direction: for a raster, for a trigger."""
+        return max(found.settle_for_us(step_px, within_px=within_px) for found in self.axes)
+
+
+def time_below(trace: Trace, limit_px: float, *, floor_px: float) -> float:
+    """Return when a trace was below a limit for good, µs.
+
+    Between two pictures it falls as fast as from one to the next; below what can be measured, as fast as it
+    fell before.
+    """
+    envelope = _envelope(trace)
+    if limit_px < NOISE * floor_px:
+        return _beyond_noise(envelope, limit_px, floor_px=NOISE * floor_px)
+    above = [point for point in envelope if point[1] > limit_px]
+    after = envelope[len(above) :]
+    if not after:
+        return math.inf
+    if not above:
+        return after[0][0]
+    (last_us, last_px), (next_us, next_px) = above[-1], after[0]
+    share = math.log(last_px / limit_px) / math.log(last_px / max(next_px, 1e-3 * limit_px))
+    return last_us + min(1.0, share) * (next_us - last_us)
+
+
+def _envelope(trace: Trace) -> list[tuple[float, float]]:
+    """Return (µs, px): the most that is still to come at each time; it never rises."""
+    most, envelope = 0.0, []
+    for t_us, left_px in sorted(zip(trace.times_us, trace.left_px, strict=True), reverse=True):
+        most = max(most, abs(left_px))
+        envelope.append((t_us, most))
+    return envelope[::-1]
+
+
+def _beyond_noise(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
+    """Return when a limit below the noise is reached, carried on from a decade above the noise."""
+    falling = [point for point in envelope if floor_px < point[1] < 30.0 * floor_px]
+    if len(falling) < 2:
+        return math.inf
+    (first_us, first_px), (last_us, last_px) = falling[0], falling[-1]
+    rate_per_us = math.log(first_px / last_px) / (last_us - first_us) if last_px < first_px else 0.0
+    return last_us + math.log(last_px / limit_px) / rate_per_us if rate_per_us > 0.0 else math.inf
+
+
+def moved(volts: StereoVolts, axis: str, by_v: float) -> StereoVolts:
+    """Return volts with one axis of both mirrors moved."""
+
+    def one(mirror: MirrorVolts) -> MirrorVolts:
+        if axis == "x":
+            return MirrorVolts(x_v=mirror.x_v + by_v, y_v=mirror.y_v)
+        return MirrorVolts(x_v=mirror.x_v, y_v=mirror.y_v + by_v)
+
+    return StereoVolts(left=one(volts.left), right=one(volts.right))
