@@ -1,21 +1,22 @@
-"""The `foveacam` program: serve, bench, doctor, version. Errors are one line; no traceback reaches a user."""
+"""The `foveacam` program: serve, calibrate, bench, doctor, version.
+
+Errors are one line; no traceback reaches a user.
+"""
 
 import json
 import logging
 import os
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from pydantic import ValidationError
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
-from foveacam_server.plain_words import explain_validation
-from foveacam_server.settings import Settings
+from foveacam_server.calibrate_cli import app as calibrate_app
+from foveacam_server.settings import checked_settings
 
 app = typer.Typer(
     name="foveacam",
@@ -24,6 +25,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+app.add_typer(calibrate_app)
 
 _USAGE_ERROR = 2
 _FAILURE = 1
@@ -72,7 +75,7 @@ def serve(
         "data": data,
         "calibration": calibration,
     }
-    run_server(_settings(chosen), console=Console())
+    run_server(checked_settings(chosen), console=Console())
 
 
 @app.command()
@@ -108,7 +111,7 @@ def doctor(
     from foveacam_server.diagnosis import diagnose, diagnosis_table
 
     chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
-    findings = diagnose(_settings(chosen))
+    findings = diagnose(checked_settings(chosen))
     if as_json:
         typer.echo(json.dumps({finding.name: finding.document() for finding in findings}))
     else:
@@ -141,15 +144,6 @@ def main() -> None:
             "run again with FOVEACAM_LOG=debug and report what it prints",
             _FAILURE,
         )
-
-
-def _settings(chosen: Mapping[str, object]) -> Settings:
-    given = {name: value for name, value in chosen.items() if value is not None}
-    try:
-        return Settings(**given)  # type: ignore[arg-type]  # pydantic checks each value
-    except ValidationError as error:
-        words = explain_validation(error.errors())
-        raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error
 
 
 def _fail(message: str, status: int) -> None:

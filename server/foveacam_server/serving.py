@@ -7,7 +7,6 @@ import socket
 import uvicorn
 from fastapi import FastAPI
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig_config import SimulatedRigConfig
@@ -16,6 +15,7 @@ from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.stream_socket import listen
 from foveacam_server.settings import Settings
+from foveacam_server.simulation import check_simulation, compile_renderer
 
 GRACE_S = 1
 """How long open requests may take when the server shuts down; streams never end by themselves."""
@@ -78,11 +78,11 @@ def run_server(settings: Settings, *, console: Console) -> None:
     """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
     config = rig_config(settings)
     if isinstance(config, SimulatedRigConfig):
-        _check_simulation(config)
+        check_simulation(config)
     app = create_app(settings)
     with listen(settings.host, settings.port) as listener:
         if isinstance(config, SimulatedRigConfig):
-            _compile_renderer(console)
+            compile_renderer(console)
         server = _Greeting(
             uvicorn.Config(
                 app,
@@ -109,23 +109,6 @@ def _failure(app: FastAPI) -> FoveaError | None:
     """Return why the application could not start."""
     found = getattr(app.state, "failure", None)
     return found if isinstance(found, FoveaError) else None
-
-
-def _check_simulation(config: SimulatedRigConfig) -> None:
-    from foveacam_hardware.sim.presets import find_preset
-    from foveacam_hardware.sim.scenes.loader import load_scene
-
-    find_preset(config.preset)
-    load_scene(config.scene)
-
-
-def _compile_renderer(console: Console) -> None:
-    from foveacam_hardware.sim.render import warm_up
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("preparing the simulated rig (first start: about a minute)")
-        warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))
 
 
 def _url(settings: Settings, *, port: int) -> str:

@@ -2,11 +2,15 @@
 
 import os
 import secrets
+from collections.abc import Mapping
 from ipaddress import ip_address
 from pathlib import Path
 
-from pydantic import Field, SecretStr, field_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.plain_words import explain_validation
 
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
 TOKEN_BYTES = 16
@@ -60,3 +64,13 @@ class Settings(BaseSettings):
             return ip_address(self.host).is_loopback
         except ValueError:
             return False
+
+
+def checked_settings(chosen: Mapping[str, object]) -> Settings:
+    """Return the settings with what was given on the command line; raise `InvalidInput` in plain words."""
+    given = {name: value for name, value in chosen.items() if value is not None}
+    try:
+        return Settings(**given)  # type: ignore[arg-type]  # pydantic checks each value
+    except ValidationError as error:
+        words = explain_validation(error.errors())
+        raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotCalibrated
+from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.calibrations import FACTORY, CalibrationService
@@ -81,3 +83,68 @@ def test_unknown_id_is_not_found(events: EventLog, folder: Path) -> None:
     service = CalibrationService(chosen=None, folder=folder, events=events)
     with pytest.raises(NotFound):
         service.get("0000")
+
+
+def own(folder: Path, label: str, created_utc: str) -> Calibration:
+    """Return a calibration of the rig's own, kept in `folder`."""
+    factory = load_calibration(FACTORY / f"{RIG}.json")
+    made = replace(factory, label=label, origin="measured", created_utc=created_utc)
+    RecordStore(folder).add(made)
+    return made
+
+
+def test_calibration_put_in_force_stays_so_after_a_restart(events: EventLog, folder: Path) -> None:
+    older = own(folder, "older", "2098-01-01T00:00:00+00:00")
+    own(folder, "newer", "2099-01-01T00:00:00+00:00")
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    assert service.require().label == "newer"
+    service.activate(older.id)
+    again = CalibrationService(chosen=None, folder=folder, events=events)
+    again.choose_for(RIG)
+    assert again.require().id == older.id
+
+
+def test_new_calibration_comes_into_force_neither_now_nor_by_a_restart(
+    events: EventLog, folder: Path
+) -> None:
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    before = service.require()
+    new = replace(before, label="new", origin="measured", created_utc="2099-01-01T00:00:00+00:00")
+    service.add(new)
+    assert service.require() is before
+    assert service.get(new.id) is new
+    again = CalibrationService(chosen=None, folder=folder, events=events)
+    again.choose_for(RIG)
+    assert again.require().id == before.id
+
+
+def test_change_of_calibration_is_told_with_its_reach(events: EventLog, folder: Path) -> None:
+    newer = own(folder, "newer", "2099-01-01T00:00:00+00:00")
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    told: list[str] = []
+    service.on_change(lambda calibration: told.append(calibration.id))
+    service.choose_for(RIG)
+    factory = load_calibration(FACTORY / f"{RIG}.json")
+    service.activate(factory.id)
+    assert told == [newer.id, factory.id]
+    assert service.reach_rad == factory.reach_rad()
+    assert events.recent(1)[0].data["id"] == factory.id
+
+
+def test_calibration_of_another_rig_cannot_be_added(events: EventLog, folder: Path) -> None:
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    with pytest.raises(NotCalibrated, match="sim-paper"):
+        service.add(load_calibration(FACTORY / "sim-paper.json"))
+    assert list(folder.glob("*.json")) == []
+
+
+def test_damaged_note_of_what_is_in_force_is_as_none(events: EventLog, folder: Path) -> None:
+    newer = own(folder, "newer", "2099-01-01T00:00:00+00:00")
+    (folder / "in_force").mkdir()
+    (folder / "in_force" / f"{RIG}.txt").write_bytes(b"\xff\xfe" * 80)
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    assert service.require().id == newer.id

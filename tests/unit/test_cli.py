@@ -144,7 +144,7 @@ def test_bench_prints_a_table_for_people(
 def test_data_folder_of_another_server_is_named_with_a_remedy(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
-    monkeypatch.setattr("foveacam_server.serving._compile_renderer", lambda console: None)
+    monkeypatch.setattr("foveacam_server.serving.compile_renderer", lambda console: None)
     with Store(data):
         assert run(monkeypatch, "serve", "--port", "0") == 1
     line = one_line(capsys)

@@ -59,6 +59,8 @@ class WideStageDocument(Told):
     tilts_covered: int
     fit: WideFitDocument | None
     other_model: WideFitDocument | None
+    reason: str
+    """Why this model was taken, or why there is no fit."""
 
 
 class SweepPoseDocument(Told):

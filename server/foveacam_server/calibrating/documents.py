@@ -1,6 +1,7 @@
 """A calibration session as one document: what was measured so far, and what came of it."""
 
 from collections.abc import Callable
+from functools import partial
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_server.calibrating.pictures import picture_documents
@@ -27,7 +28,7 @@ def session_document(session: CalibrationSession, *, url: str, running: str | No
 
     wide = part(lambda: wide_documents(session, url=url))
     board, stage = wide if isinstance(wide, tuple) else (None, None)
-    sweeps = [part(lambda path=path: sweep_document(path)) for path in sweep_paths(session.folder)]
+    sweeps = [part(partial(sweep_document, path)) for path in sweep_paths(session.folder)]
     return {
         "id": head.id,
         "label": head.label,

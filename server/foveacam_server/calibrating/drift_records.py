@@ -44,17 +44,15 @@ class DriftRecords:
         return sorted(found, key=lambda document: str(document["created_utc"]), reverse=True)
 
 
-def drift_document(
-    check: DriftCheck, *, check_id: str, created_utc: str, new_calibration_id: str | None
-) -> Document:
-    """Return a check as REST shows it."""
+def drift_document(check: DriftCheck, *, check_id: str, created_utc: str) -> Document:
+    """Return a check as REST shows it, before anything was made of it."""
     return {
         "id": check_id,
         "created_utc": created_utc,
         "calibration_id": check.calibration_id,
         "looks": check.looks,
-        "applied": new_calibration_id is not None,
-        "new_calibration_id": new_calibration_id,
+        "applied": False,
+        "new_calibration_id": None,
         "eyes": [_eye(role, check.eye(role)) for role in (Role.LEFT, Role.RIGHT)],
         "vergence_known": check.vergence_known,
         "locked": check.locked,

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
 Nodes = Annotated[int, Field(ge=3, le=41)]
 Extent = Annotated[float, Field(gt=0.0, le=12.0)]
 
@@ -24,8 +25,9 @@ class BoardOption(_Options):
 
 
 class WideOptions(_Options):
-    """Stage 1; `views`: how many to take, `model`: which lens model counts."""
+    """Stage 1; `views`: how many to take, `model`: which lens model counts, `station`: where it is shown."""
 
+    station: Name | None = None
     board: BoardOption | None = None
     views: Annotated[int, Field(ge=3, le=200)] | None = None
     model: Literal["five", "rational"] | None = None
@@ -34,7 +36,7 @@ class WideOptions(_Options):
 class MirrorsOptions(_Options):
     """Stage 2: where, how many poses, how far, and whether to forget what was measured before."""
 
-    stations: Annotated[list[str], Field(min_length=1, max_length=16)] | None = None
+    stations: Annotated[list[Name], Field(min_length=1, max_length=16)] | None = None
     nodes: Annotated[list[Nodes], Field(min_length=2, max_length=2)] | None = None
     extent_ax_deg: Extent | None = None
     extent_ay_deg: Extent | None = None

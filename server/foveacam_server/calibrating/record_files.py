@@ -21,6 +21,15 @@ from foveacam_server.runtime.names import utc_now
 FileFormat = Literal["foveacam", "authors"]
 
 
+def known_format(name: str) -> FileFormat:
+    """Return the format of that name; raise `InvalidInput` for another."""
+    if name == "foveacam":
+        return "foveacam"
+    if name == "authors":
+        return "authors"
+    raise InvalidInput(f"--format {name}: the formats are foveacam and authors")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportFacts:
     """What an import must know of the rig; the authors' files leave out how far away their markers stood."""

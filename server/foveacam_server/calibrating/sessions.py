@@ -23,12 +23,16 @@ _ID = re.compile(r"ses-[0-9a-f]{1,32}")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionHead:
-    """Who a session is, and the calibrations that were fitted from it, oldest first."""
+    """Who a session is, and the calibrations that were fitted from it, oldest first.
+
+    `baseline_m`: nominal distance between the rig's mirrors.
+    """
 
     id: str
     label: str
     rig_id: str
     created_utc: str
+    baseline_m: float
     calibrations: tuple[str, ...] = ()
 
 
@@ -58,11 +62,12 @@ class CalibrationSession:
                 label=str(document["label"]),
                 rig_id=str(document["rig_id"]),
                 created_utc=str(document["created_utc"]),
+                baseline_m=float(document["baseline_m"]),
                 calibrations=tuple(str(known) for known in document["calibrations"]),
             )
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise InvalidInput(
-                f"{self.folder / HEAD}: {error} is missing; restore the file or delete the session"
+                f"{self.folder / HEAD}: {error} is wrong or missing; restore the file or delete the session"
             ) from error
 
     def add_calibration(self, calibration_id: str) -> None:
@@ -93,12 +98,20 @@ class CalibrationSession:
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         beside = path.with_name(f".{path.name}.part")
-        with beside.open("w", encoding="utf-8") as stream:
-            json.dump(document, stream, indent=1, allow_nan=False)
-            stream.write("\n")
-            stream.flush()
-            os.fsync(stream.fileno())
-        beside.replace(path)
+        try:
+            with beside.open("w", encoding="utf-8") as stream:
+                json.dump(document, stream, indent=1, allow_nan=False)
+                stream.write("\n")
+                stream.flush()
+                os.fsync(stream.fileno())
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing was measured in it yet."""
+        return {path.name for path in self.folder.iterdir()} <= {HEAD}
 
     @property
     def bytes(self) -> int:
@@ -112,7 +125,7 @@ class SessionShelf:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def create(self, *, label: str, rig_id: str) -> CalibrationSession:
+    def create(self, *, label: str, rig_id: str, baseline_m: float) -> CalibrationSession:
         """Begin a session."""
         self.folder.mkdir(parents=True, exist_ok=True)
         session = CalibrationSession(self.folder / new_id("ses"))
@@ -126,6 +139,7 @@ class SessionShelf:
                 "label": label,
                 "rig_id": rig_id,
                 "created_utc": utc_now(),
+                "baseline_m": baseline_m,
                 "calibrations": [],
             },
         )

@@ -1,11 +1,22 @@
 """What a step of a calibration works with: a rig for a while, who watches, and where results go."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from foveacam_hardware.contract import Clock, Head, InvalidInput, PanTilt, Role, Station, StationTarget
+from foveacam_hardware.contract import (
+    CameraSettings,
+    Clock,
+    Head,
+    InvalidInput,
+    NotConnected,
+    PanTilt,
+    Role,
+    Station,
+    StationTarget,
+)
 from foveacam_pipeline.calibrate.watcher import Watcher
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -27,6 +38,7 @@ class Workplace:
     stations: tuple[Station, ...]
     clock: Clock
     serials: Mapping[Role, str]
+    fovea_settings: CameraSettings | None
     max_v: float
     use: Callable[[str], AbstractContextManager[Hands]]
 
@@ -55,6 +67,23 @@ class Workplace:
             found=f"the stations are {', '.join(repr(s.name) for s in self.stations) or 'none'}",
             remedy=remedy,
         )
+
+    def sweep_stations(self, names: Sequence[str] | None) -> tuple[Station, ...]:
+        """Return where to sweep: the stations named, else all with markers, the farthest first."""
+        there = self.stations_of(StationTarget.MARKERS)
+        if names is None:
+            return tuple(sorted(there, key=lambda station: -(station.distance_m or math.inf)))
+        named = tuple(self.station(name) for name in names)
+        for station in named:
+            if station.target is not StationTarget.MARKERS:
+                known = ", ".join(repr(other.name) for other in there)
+                raise InvalidInput(
+                    f"station {station.name!r} has no markers, a sweep needs them; choose among {known}",
+                    asked=f"a sweep at {station.name!r}",
+                    found="no markers",
+                    remedy=f"choose among {known}",
+                )
+        return named
 
 
 class StepWatcher(Watcher, Protocol):
@@ -91,3 +120,14 @@ class Registry(Protocol):
     def activate(self, calibration_id: str) -> Calibration:
         """Put one in force."""
         ...
+
+
+def no_pan_tilt(asked: str) -> NotConnected:
+    """Return the refusal of a rig on a fixed base."""
+    remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
+    return NotConnected(
+        f"asked to {asked}: this rig has no pan-tilt; {remedy}",
+        asked=asked,
+        found="no pan-tilt",
+        remedy=remedy,
+    )

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
-from foveacam_server.calibrating.wide_documents import remove_sample, thumbnail_path
+from foveacam_server.calibrating.wide_documents import remove_sample, samples_of, thumbnail_path
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_runs import SESSIONS_URL, CalibrationRuns, Equipment
 from foveacam_server.runtime.job_table import Job
@@ -25,9 +25,11 @@ class CalibrationDesk:
     def create(self, label: str) -> Document:
         """Begin a session of this rig."""
         status = self._hardware.status
-        if status.rig_id is None:
+        if status.rig_id is None or status.baseline_m is None:
             raise refusals.not_open(status.problems)
-        return self._document(self._shelf.create(label=label, rig_id=status.rig_id))
+        return self._document(
+            self._shelf.create(label=label, rig_id=status.rig_id, baseline_m=status.baseline_m)
+        )
 
     def every(self) -> list[Document]:
         """Return all sessions, newest first."""
@@ -52,9 +54,14 @@ class CalibrationDesk:
 
     def remove_sample(self, session_id: str, sample_id: str) -> Document:
         """Take a view of the board out of the fit of the lens."""
+        from foveacam_server.calibrating.wide_step import redraw  # figures load for seconds
+
         session = self._shelf.get(session_id)
         self._runs.check_idle(session_id, "remove a view")
-        remove_sample(session, sample_id)
+        fits = remove_sample(session, sample_id)
+        samples = samples_of(session)
+        if samples is not None:
+            redraw(session, samples, fits[0] if fits else None)
         return self._document(session)
 
     def thumbnail(self, session_id: str, sample_id: str) -> Path:

@@ -4,6 +4,7 @@ from functools import lru_cache
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, exported, imported
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.runtime import refusals
@@ -25,11 +26,13 @@ class CalibrationRecords:
         calibration: CalibrationService,
         *,
         sessions: SessionShelf,
+        drift: DriftRecords,
         hardware: HardwareThread,
         health: CalibrationHealth,
     ) -> None:
         self._service = calibration
         self._sessions = sessions
+        self._drift = drift
         self._hardware = hardware
         self._health = health
         self._compared = lru_cache(maxsize=8)(self._compare)
@@ -68,7 +71,7 @@ class CalibrationRecords:
         """Return the report of a calibration as one HTML page."""
         from foveacam_server.calibrating.reports import report_page  # figures load for seconds
 
-        return report_page(self._service.get(calibration_id), sessions=self._sessions)
+        return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
 
     def _compare(self, a: str, b: str) -> tuple[Document, bytes]:
         from foveacam_server.calibrating.comparisons import compared  # figures load for seconds

@@ -12,11 +12,19 @@ from foveacam_hardware.contract import (
     Clock,
     InvalidInput,
     PanTiltPose,
-    StationTarget,
+    Role,
 )
-from foveacam_server.calibrating.options import STEPS, AllRun, FitRun, MirrorsRun, Run, WideRun
+from foveacam_server.calibrating.options import (
+    STEPS,
+    AllRun,
+    FitRun,
+    MirrorsOptions,
+    MirrorsRun,
+    Run,
+    WideRun,
+)
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
-from foveacam_server.calibrating.workplace import Hands, Workplace
+from foveacam_server.calibrating.workplace import Hands, Workplace, no_pan_tilt
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_watch import JobWatch
 from foveacam_server.runtime.calibrations import CalibrationService
@@ -107,14 +115,10 @@ class CalibrationRuns:
         if isinstance(run, MirrorsRun | AllRun):
             self._check_sweep(run.options if isinstance(run, MirrorsRun) else run.options.mirrors, status)
 
-    def _check_sweep(self, options: object, status: RigStatus) -> None:
-        workplace = self._workplace_of(status)
-        workplace.stations_of(StationTarget.MARKERS)
-        for name in getattr(options, "stations", None) or []:
-            if workplace.station(name).target is not StationTarget.MARKERS:
-                raise InvalidInput(f"station {name!r} has no markers; sweep where markers stand")
+    def _check_sweep(self, options: MirrorsOptions, status: RigStatus) -> None:
+        self._workplace_of(status).sweep_stations(options.stations)
         if status.pan_tilt is None:
-            raise refusals.no_pan_tilt("sweep the mirrors")
+            raise no_pan_tilt("sweep the mirrors")
 
     def _work(self, context: JobContext) -> str:
         from foveacam_server.calibrating.steps import run_step  # fits and pictures load for seconds
@@ -148,6 +152,7 @@ class CalibrationRuns:
             stations=status.stations,
             clock=self._with.clock,
             serials={camera.role: camera.info.serial for camera in status.cameras},
+            fovea_settings=next((c.settings for c in status.cameras if c.role is Role.LEFT), None),
             max_v=status.max_v,
             use=use,
         )

@@ -1,19 +1,16 @@
 """Drift checks as jobs: one shot into the scene, written down, applied when it is sure and asked for."""
 
-from dataclasses import replace
 from pathlib import Path
 
-from foveacam_server.calibrating.drift_records import DriftRecords, drift_document
+from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.calibration_watch import JobWatch
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext
-from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document
 
 KIND = "drift"
 DRIFT_URL = "/api/v1/drift_checks"
-CORRECTED = ", corrected for drift"
 
 
 class DriftChecks:
@@ -41,33 +38,27 @@ class DriftChecks:
         return trend_picture(self.records)
 
     def _work(self, context: JobContext) -> str:
-        from foveacam_pipeline.calibrate.drift import applied, one_shot
-        from foveacam_pipeline.calibrate.drift_values import DriftSettings
+        from foveacam_server.calibrating.drift_step import check_drift, keep_check  # loads for a while
 
         wished = context.job.request
-        calibration = self._with.calibration.require()
         watch = JobWatch(
             context, session_id=None, sink=self._with.sink, events=self._with.events, clock=self._with.clock
         )
-        watch.stage("drift")
-        settings = DriftSettings(distance_m=wished.get("distance_m"))
-        hardware = self._with.hardware
+        hardware, calibration = self._with.hardware, self._with.calibration
         with hardware.session(f"drift check {context.job.id}", cancelled=context.cancelled) as head:
-            found = one_shot(head, calibration, clock=self._with.clock, watch=watch, settings=settings)
-        created_utc = utc_now()
-        new = None
-        if wished.get("apply") and found.locked and found.significant:
-            new = applied(calibration, found, created_utc=created_utc.replace("Z", "+00:00"))
-            new = replace(new, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
-            self._with.calibration.add(new)
-            self._with.calibration.activate(new.id)
-            watch.fitted(new)
-        document = drift_document(
-            found,
-            check_id=new_id("drf"),
-            created_utc=created_utc,
-            new_calibration_id=None if new is None else new.id,
+            document, corrected = check_drift(
+                head,
+                calibration.require(),
+                distance_m=wished.get("distance_m"),
+                clock=self._with.clock,
+                watch=watch,
+            )
+        document = keep_check(
+            document,
+            corrected if wished.get("apply") else None,
+            records=self.records,
+            registry=calibration,
+            watch=watch,
         )
-        self.records.add(document)
-        self._with.events.emit("calibration.drift", found.detail, data=document)
+        self._with.events.emit("calibration.drift", document["detail"], data=document)
         return f"{DRIFT_URL}/{document['id']}"

@@ -115,7 +115,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         stopping=stopping,
         calibration=calibration,
         records=CalibrationRecords(
-            calibration, sessions=sessions, hardware=hardware, health=CalibrationHealth()
+            calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=CalibrationHealth()
         ),
         sessions=desk,
         drift=drift,

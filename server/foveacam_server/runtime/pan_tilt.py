@@ -13,6 +13,7 @@ from foveacam_hardware.contract import (
     PanTiltState,
     Station,
 )
+from foveacam_server.calibrating.workplace import no_pan_tilt
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
@@ -154,5 +155,5 @@ def _begin(rig: Rig, move: Callable[[PanTilt], None], *, halted: Callable[[], bo
 
 def _of(rig: Rig) -> PanTilt:
     if rig.pan_tilt is None:
-        raise refusals.no_pan_tilt("turn the rig")
+        raise no_pan_tilt("turn the rig")
     return rig.pan_tilt

@@ -45,14 +45,3 @@ def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
         found="the rig is still opening",
         remedy="try again in a moment",
     )
-
-
-def no_pan_tilt(asked: str) -> NotConnected:
-    """Return the refusal of a rig on a fixed base."""
-    remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
-    return NotConnected(
-        f"asked to {asked}: this rig has no pan-tilt; {remedy}",
-        asked=asked,
-        found="no pan-tilt",
-        remedy=remedy,
-    )

@@ -1,0 +1,136 @@
+"""Stage 2 as a step of a session: sweeps the markers at every station wanted, or goes on where it ended."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep_plan import Spacing, SweepPlan
+from foveacam_pipeline.calibrate.sweep_run import run_sweep
+from foveacam_pipeline.calibrate.sweep_settings import SweepSettings
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_server.calibrating.options import MirrorsOptions
+from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.workplace import StepWatcher, Workplace, no_pan_tilt
+from foveacam_server.runtime.names import utc_now
+
+
+def measure_mirrors(
+    session: CalibrationSession,
+    options: MirrorsOptions,
+    wide: Intrinsics,
+    *,
+    workplace: Workplace,
+    watch: StepWatcher,
+) -> None:
+    """Sweep every station of markers, or those named."""
+    for station in workplace.sweep_stations(options.stations):
+        watch.stage("mirrors")
+        path = session.folder / sweep_filename(station)
+        if options.restart:
+            set_aside(path)
+        with workplace.use(f"the sweep at {station.name}") as hands:
+            if hands.pan_tilt is None:
+                raise no_pan_tilt("sweep the mirrors")
+            run_sweep(
+                hands.head,
+                hands.pan_tilt,
+                station,
+                wide,
+                plan=planned(options, path),
+                clock=workplace.clock,
+                watch=PoseTeller(watch, station=station.name, path=path),
+                folder=session.folder,
+                settings=_settings(workplace),
+            )
+
+
+def planned(options: MirrorsOptions, path: Path) -> SweepPlan:
+    """Return the grid to sweep: what the options say; else that of the sweep on file; else 9 x 9."""
+    known = load_sweep(path).header.plan if path.exists() else SweepPlan()
+    columns, rows = options.nodes or (known.columns, known.rows)
+    return SweepPlan(
+        columns=columns,
+        rows=rows,
+        half_width_rad=_rad(options.extent_ax_deg, known.half_width_rad),
+        half_height_rad=_rad(options.extent_ay_deg, known.half_height_rad),
+        spacing=known.spacing if options.spacing is None else Spacing(options.spacing),
+    )
+
+
+def set_aside(path: Path) -> None:
+    """Give the file of a sweep another name, under which nothing looks for it; nothing is lost."""
+    if not path.exists():
+        return
+    number = 1
+    while (aside := path.with_name(f"{path.name}.old{number}")).exists():
+        number += 1
+    path.rename(aside)
+
+
+class PoseTeller:
+    """Passes everything on to a watcher, and tells of every pose that has come to the sweep's file."""
+
+    def __init__(self, watch: StepWatcher, *, station: str, path: Path) -> None:
+        self._watch = watch
+        self._station = station
+        self._path = path
+        self._told_bytes = path.stat().st_size if path.exists() else 0
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Pass it on, after the poses."""
+        self._tell_poses()
+        self._watch.progress(done, total=total, note=f"{self._station}: {note}" if note else self._station)
+
+    def cancelled(self) -> bool:
+        """Ask the watcher."""
+        return self._watch.cancelled()
+
+    def show(self, name: str, image: NDArray[np.uint8]) -> None:
+        """Pass it on."""
+        self._watch.show(name, image)
+
+    def _tell_poses(self) -> None:
+        if not self._path.exists():
+            return
+        with self._path.open("rb") as stream:
+            stream.seek(self._told_bytes)
+            fresh = stream.read()
+        whole = fresh.rfind(b"\n") + 1
+        self._told_bytes += whole
+        for line in fresh[:whole].splitlines():
+            pose = json.loads(line)
+            if "index" in pose:  # the first line is the header
+                self._watch.pose(
+                    self._station,
+                    index=pose["index"],
+                    left=_state(pose[Role.LEFT.value]),
+                    right=_state(pose[Role.RIGHT.value]),
+                )
+
+
+def _state(eye: "dict[str, object] | None") -> str:
+    if eye is None:
+        return "refused"
+    return "rim" if eye["rim"] else "centred"
+
+
+def _settings(workplace: Workplace) -> SweepSettings:
+    return SweepSettings(
+        rig_id=workplace.rig_id,
+        created_utc=utc_now(),
+        wide_serial=workplace.serials.get(Role.WIDE, ""),
+        left_serial=workplace.serials.get(Role.LEFT, ""),
+        right_serial=workplace.serials.get(Role.RIGHT, ""),
+        baseline_m=workplace.baseline_m,
+        max_v=workplace.max_v,
+    )
+
+
+def _rad(given_deg: float | None, usual_rad: float) -> float:
+    return usual_rad if given_deg is None else math.radians(given_deg)

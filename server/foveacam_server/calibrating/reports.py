@@ -1,0 +1,56 @@
+"""The report of a calibration from what is kept of it: its session, its pictures, its drift checks."""
+
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.calibrate.report import (
+    DriftFacts,
+    SessionFacts,
+    drift_facts,
+    report_html,
+    session_facts,
+)
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.calibrating.documents import session_document
+from foveacam_server.calibrating.drift_records import DriftRecords
+from foveacam_server.calibrating.pictures import TITLES
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+
+
+def report_page(calibration: Calibration, *, sessions: SessionShelf, drift: DriftRecords) -> str:
+    """Return one self-contained HTML page; what is not kept is said to be missing."""
+    session = _session_of(calibration, sessions)
+    return report_html(
+        calibration,
+        session=None if session is None else _facts(session),
+        pictures={} if session is None else _pictures(session),
+        drift=_drift_of(calibration, drift),
+    )
+
+
+def _session_of(calibration: Calibration, sessions: SessionShelf) -> CalibrationSession | None:
+    if calibration.session_id is None:
+        return None
+    try:
+        return sessions.get(calibration.session_id)
+    except FoveaError:
+        return None
+
+
+def _facts(session: CalibrationSession) -> SessionFacts:
+    return session_facts(session_document(session, url="", running=None))
+
+
+def _pictures(session: CalibrationSession) -> dict[str, bytes]:
+    paths = {name: Path(session.folder / "pictures" / f"{name}.png") for name in TITLES}
+    return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
+
+
+def _drift_of(calibration: Calibration, drift: DriftRecords) -> list[DriftFacts]:
+    """Return the checks of this calibration and the one that it came of, oldest first."""
+    mine = [
+        document
+        for document in drift.every()
+        if calibration.id in (document["calibration_id"], document["new_calibration_id"])
+    ]
+    return [drift_facts(document) for document in reversed(mine)]

@@ -1,0 +1,48 @@
+"""The settle characterisation as a step of a session: how fast each mirror axis comes to rest."""
+
+from foveacam_hardware.contract import StationTarget
+from foveacam_pipeline.calibrate.settle import characterise
+from foveacam_pipeline.calibrate.settle_values import AxisSettle, SettleReport
+from foveacam_server.calibrating.documents import SETTLE
+from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.turning import turn_to_station
+from foveacam_server.calibrating.workplace import StepWatcher, Workplace
+from foveacam_server.runtime.documents import rounded
+from foveacam_server.runtime.names import utc_now
+from foveacam_server.runtime.store import Document
+
+
+def measure_settle(session: CalibrationSession, *, workplace: Workplace, watch: StepWatcher) -> SettleReport:
+    """Measure all four axes where the rig's markers stand, or where the rig happens to look."""
+    watch.stage("settle")
+    there = [station for station in workplace.stations if station.target is StationTarget.MARKERS]
+    with workplace.use("the settle characterisation") as hands:
+        if there and hands.pan_tilt is not None:
+            turn_to_station(hands.pan_tilt, there[0], clock=workplace.clock, watch=watch)
+        report = characterise(
+            hands.head,
+            clock=workplace.clock,
+            rig_id=workplace.rig_id,
+            created_utc=utc_now(),
+            watch=watch,
+            before=workplace.fovea_settings,
+        )
+    session.write(SETTLE, settle_document(report))
+    return report
+
+
+def settle_document(report: SettleReport) -> Document:
+    """Return what was found as REST shows it."""
+    return {"axes": [_axis(axis) for axis in report.axes]}
+
+
+def _axis(axis: AxisSettle) -> Document:
+    resonance = axis.resonance
+    return {
+        "eye": axis.role.value,
+        "axis": axis.axis,
+        "settle_ms": rounded(axis.settle_us / 1e3, 3),
+        "settle_1pct_ms": rounded(axis.settle_share_us / 1e3, 3),
+        "resonance_hz": None if resonance is None else rounded(resonance.frequency_hz, 1),
+        "quality": None if resonance is None else rounded(resonance.quality, 2),
+    }

@@ -1,0 +1,67 @@
+"""What lies in a data directory of calibrations, read without disturbing a server that works with it."""
+
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.calibrating.drift_records import DriftRecords
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.documents import calibration_document
+from foveacam_server.runtime.pinned import pinned_id
+from foveacam_server.runtime.store import Document
+
+CURRENT = "current"
+
+
+class Shelves:
+    """Calibrations, sessions and drift checks of one data directory."""
+
+    def __init__(self, data: Path, *, factory: Path = FACTORY) -> None:
+        self.folder = data / "calibrations"
+        self.records = RecordStore(self.folder)
+        self.sessions = SessionShelf(self.folder / "sessions")
+        self.drift = DriftRecords(folder=self.folder / "drift")
+        self._factory = factory
+
+    def every(self) -> list[Calibration]:
+        """Return all calibrations, newest first: those kept here, then those that ship with the program."""
+        shipped = []
+        for path in sorted(self._factory.glob("*.json")):
+            try:
+                shipped.append(load_calibration(path))
+            except FoveaError:
+                continue
+        return [*self.records.every().calibrations, *shipped]
+
+    def find(self, wanted: str) -> Calibration:
+        """Return the one whose id begins with `wanted`; `current`: the one in force, of the only rig."""
+        known = {calibration.id: calibration for calibration in self.every()}
+        if wanted == CURRENT:
+            found = [calibration for calibration in known.values() if self._in_force(calibration)]
+            own = {calibration.rig_id for calibration in self.records.every().calibrations}
+            found = [calibration for calibration in found if calibration.rig_id in own]
+        else:
+            found = [known[name] for name in known if wanted and name.startswith(wanted)]
+        if len(found) == 1:
+            return found[0]
+        if not found:
+            raise NotFound(
+                f"calibration {wanted!r}: none in {self.folder}; see `foveacam calibrate list`", asked=wanted
+            )
+        ids = ", ".join(calibration.id for calibration in found)
+        raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
+
+    def document(self, calibration: Calibration) -> Document:
+        """Return a calibration as REST shows it."""
+        return calibration_document(calibration, current=self._in_force(calibration))
+
+    def _in_force(self, calibration: Calibration) -> bool:
+        of_rig = [known for known in self.every() if known.rig_id == calibration.rig_id]
+        pinned = pinned_id(self.folder, calibration.rig_id)
+        if any(known.id == pinned for known in of_rig):
+            return calibration.id == pinned
+        return calibration.id == max(of_rig, key=lambda known: known.created).id

@@ -1,0 +1,42 @@
+"""Turns the rig to a station and waits until it rests, or says where the operator shall turn it."""
+
+import math
+
+from foveacam_hardware.contract import Clock, DeviceFault, PanTilt, Station, Timeout
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+
+TURN_S = 40.0
+HOME_S = 120.0
+POLL_NS = 20_000_000
+REST_NS = 200_000_000
+
+
+def turn_to_station(pan_tilt: PanTilt, station: Station, *, clock: Clock, watch: Watcher) -> None:
+    """Bring the rig to where `station` says; a rig that is turned by hand is taken to stand there."""
+    if not pan_tilt.moves_itself:
+        pan_deg, tilt_deg = math.degrees(station.pose.pan_rad), math.degrees(station.pose.tilt_rad)
+        watch.progress(0, total=1, note=f"turn the rig to {station.name}: {pan_deg:.0f}°, {tilt_deg:.0f}°")
+        pan_tilt.move_to(station.pose)
+        return
+    if not pan_tilt.state.homed:
+        watch.progress(0, total=1, note="homing the pan-tilt")
+        pan_tilt.home()
+        _wait(pan_tilt, HOME_S, what="homing", clock=clock, watch=watch)
+    watch.progress(0, total=1, note=f"turning the rig to {station.name}")
+    pan_tilt.move_to(station.pose)
+    _wait(pan_tilt, TURN_S, what=f"turning to {station.name}", clock=clock, watch=watch)
+    clock.sleep_until_ns(clock.now_ns() + REST_NS)
+
+
+def _wait(pan_tilt: PanTilt, longest_s: float, *, what: str, clock: Clock, watch: Watcher) -> None:
+    deadline_ns = clock.now_ns() + round(longest_s * 1e9)
+    while (state := pan_tilt.state).moving:
+        if watch.cancelled():
+            pan_tilt.hold()
+        check(watch, doing=what)
+        if clock.now_ns() > deadline_ns:
+            pan_tilt.hold()
+            raise Timeout(f"pan-tilt: {what} was not over within {longest_s:g} s; free it and try again")
+        clock.sleep_until_ns(clock.now_ns() + POLL_NS)
+    if state.fault is not None:
+        raise DeviceFault(f"pan-tilt: {state.fault}; clear the fault and try again")

@@ -1,0 +1,98 @@
+"""Stage 1 as a step of a session: views of a board from the rig or from a folder, the lens fitted to them."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from foveacam_hardware.contract import Station, StationTarget
+from foveacam_pipeline.calibrate.boards import Board, Charuco, board_from
+from foveacam_pipeline.calibrate.fit_wide import WideFit, fit_wide
+from foveacam_pipeline.calibrate.wide_images import samples_from_images
+from foveacam_pipeline.calibrate.wide_pictures import coverage_picture, residuals_picture
+from foveacam_pipeline.calibrate.wide_run import WideSettings, calibrate_wide
+from foveacam_pipeline.calibrate.wide_samples import WideSamples
+from foveacam_server.calibrating.options import BoardOption, WideOptions
+from foveacam_server.calibrating.pictures import draw
+from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.turning import turn_to_station
+from foveacam_server.calibrating.wide_documents import samples_of, write_result
+from foveacam_server.calibrating.workplace import StepWatcher, Workplace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImageFolder:
+    """Images to use instead of the rig; `pattern` of their names."""
+
+    folder: Path
+    pattern: str = "*"
+
+
+def measure_wide(
+    session: CalibrationSession, options: WideOptions, *, workplace: Workplace, watch: StepWatcher
+) -> None:
+    """Turn the rig to the board, take views, fit the lens; views of an earlier run count as well."""
+    watch.stage("wide")
+    known = samples_of(session)
+    board = _board(options.board, known)
+    settings = WideSettings(folder=session.folder)
+    if options.views is not None:
+        settings = WideSettings(folder=session.folder, views=options.views)
+    with workplace.use("the calibration of the wide camera") as hands:
+        if hands.pan_tilt is not None:
+            station = _station(options, board, workplace)
+            turn_to_station(hands.pan_tilt, station, clock=workplace.clock, watch=watch)
+        samples = calibrate_wide(hands.head, board, clock=workplace.clock, watch=watch, settings=settings)
+    _conclude(session, samples, options, watch=watch)
+
+
+def measure_wide_images(
+    session: CalibrationSession, images: ImageFolder, options: WideOptions, *, watch: StepWatcher
+) -> None:
+    """Find the board in the images of a folder and fit the lens."""
+    watch.stage("wide")
+    samples = samples_from_images(
+        images.folder, _board(options.board, None), pattern=images.pattern, watch=watch
+    )
+    samples.save(session.folder)
+    _conclude(session, samples, options, watch=watch)
+
+
+def redraw(session: CalibrationSession, samples: WideSamples, fit: WideFit | None) -> None:
+    """Draw the pictures of stage 1 anew."""
+    makers = {"coverage": partial(coverage_picture, samples, fit)}
+    if fit is not None:
+        makers["wide_residuals"] = partial(residuals_picture, samples, fit)
+    draw(session, makers)
+
+
+def _conclude(
+    session: CalibrationSession, samples: WideSamples, options: WideOptions, *, watch: StepWatcher
+) -> None:
+    taken = len(samples)
+    watch.progress(taken, total=taken, note="fitting the lens")
+    fits = write_result(session, samples, model=options.model)
+    redraw(session, samples, fits[0] if fits else None)
+    if not fits:
+        fit_wide(samples, options.model or "five")  # says what is wrong with the views
+    watch.progress(taken, total=taken, note=f"{fits[0].rms_px:.3f} px rms")
+
+
+def _board(given: BoardOption | None, known: WideSamples | None) -> Board:
+    """Return the board that was named, else that of the views so far, else the usual one."""
+    if given is None:
+        return Charuco() if known is None else known.board
+    return board_from(
+        given.kind,
+        columns=given.columns,
+        rows=given.rows,
+        square_m=given.square_mm / 1e3,
+        marker_m=None if given.marker_mm is None else given.marker_mm / 1e3,
+    )
+
+
+def _station(options: WideOptions, board: Board, workplace: Workplace) -> Station:
+    """Return where the board is shown: the station named, else one of the board's kind, else the first."""
+    if options.station is not None:
+        return workplace.station(options.station)
+    there = workplace.stations_of(StationTarget.BOARD)
+    return next((station for station in there if board.kind in station.name.lower()), there[0])

@@ -1,0 +1,25 @@
+"""What every command does before it opens a simulated rig: checks its names, compiles its renderer."""
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from foveacam_hardware.rig_config import SimulatedRigConfig
+
+
+def check_simulation(config: SimulatedRigConfig) -> None:
+    """Raise `InvalidInput` for a preset or a scene that there is not."""
+    from foveacam_hardware.sim.presets import find_preset
+    from foveacam_hardware.sim.scenes.loader import load_scene
+
+    find_preset(config.preset)
+    load_scene(config.scene)
+
+
+def compile_renderer(console: Console) -> None:
+    """Prepare the renderer of the simulated rig, which takes a minute the first time."""
+    from foveacam_hardware.sim.render import warm_up
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("preparing the simulated rig (first start: about a minute)")
+        warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))

@@ -1,0 +1,131 @@
+"""`foveacam calibrate`: what it is told, what it keeps, and one line for everything that is refused."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server import cli
+from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.store import Store
+
+RIG = "sim-rig120"
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("FOVEACAM_DATA", str(tmp_path / "data"))
+    return tmp_path / "data"
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """Run `foveacam calibrate` and return its exit status."""
+    monkeypatch.setattr("sys.argv", ["foveacam", "calibrate", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert isinstance(ended.value.code, int)
+    return ended.value.code
+
+
+def own(data: Path, label: str = "mine") -> Calibration:
+    """Return a calibration that is kept in the data directory."""
+    factory = load_calibration(FACTORY / f"{RIG}.json")
+    made = replace(factory, label=label, origin="measured", created_utc="2098-01-01T00:00:00+00:00")
+    RecordStore(data / "calibrations").add(made)
+    return made
+
+
+def test_list_names_own_and_factory_calibrations(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    made = own(data)
+    assert run(monkeypatch, "list", "--json") == 0
+    listed = {found["id"]: found for found in json.loads(capsys.readouterr().out)}
+    assert listed[made.id]["label"] == "mine"
+    assert listed[made.id]["current"]
+    assert sum(found["origin"] == "factory" for found in listed.values()) == 2
+
+
+def test_use_puts_in_force_what_an_id_begins_with(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    own(data)
+    factory = load_calibration(FACTORY / f"{RIG}.json")
+    assert run(monkeypatch, "use", factory.id[:8], "--json") == 0
+    assert json.loads(capsys.readouterr().out) == {"id": factory.id}
+    assert run(monkeypatch, "list", "--json") == 0
+    listed = {found["id"]: found["current"] for found in json.loads(capsys.readouterr().out)}
+    assert listed[factory.id]
+
+
+def test_exported_file_is_imported_as_the_same(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path, tmp_path: Path
+) -> None:
+    made = own(data)
+    file = tmp_path / "rig.json"
+    assert run(monkeypatch, "export", made.id, str(file)) == 0
+    assert run(monkeypatch, "import", str(file), "--data", str(tmp_path / "other"), "--json") == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert json.loads(printed[-1])["id"] == made.id
+    assert (tmp_path / "other" / "calibrations" / f"{made.id}.json").is_file()
+
+
+def test_report_is_a_page_that_names_the_calibration(
+    monkeypatch: pytest.MonkeyPatch, data: Path, tmp_path: Path
+) -> None:
+    made = own(data)
+    page = tmp_path / "report.html"
+    assert run(monkeypatch, "report", "current", "--output", str(page)) == 0
+    assert made.id in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("use", "0123"), "foveacam calibrate list"),
+        (("use", ""), "none in"),
+        (("export", "current", "out.json"), "none in"),
+        (("import", "nowhere.json"), "there is no file nowhere.json"),
+        (("mirrors",), "no calibration session yet"),
+        (("rectify", "--session", "ses-0"), "no calibration session ses-0"),
+        (("rectify", "--order", "0"), "order"),
+        (("mirrors", "--nodes", "9by9"), "such as 9x9"),
+        (("mirrors", "--nodes", "2x9"), "nodes"),
+        (("wide", "--board", "9x6"), "--square-mm"),
+        (("wide", "--images", "."), "--board 9x6 --square-mm 25"),
+        (("wide", "--model", "fisheye"), "model"),
+        (("wide", "--images", "nowhere", "--board", "9x6", "--square-mm", "25"), "there is no such folder"),
+        (("check", "--scene", "moon"), "no calibration session yet"),
+        (("wide", "--rig", "nowhere.toml"), "nowhere.toml"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    told: str,
+) -> None:
+    assert run(monkeypatch, *arguments) != 0
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1, captured.err
+    assert captured.err.startswith("foveacam: ")
+    assert told in captured.err
+    assert "foresaw" not in captured.err
+
+
+def test_data_directory_of_a_running_server_is_left_alone(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    with Store(data):
+        assert run(monkeypatch, "wide") != 0
+        assert "in use by another FoveaCam server" in capsys.readouterr().err
+        assert run(monkeypatch, "list", "--json") == 0
+
+
+def test_nothing_is_begun_when_the_options_are_wrong(monkeypatch: pytest.MonkeyPatch, data: Path) -> None:
+    assert run(monkeypatch, "wide", "--views", "1") != 0
+    assert not (data / "calibrations" / "sessions").exists()

@@ -1,0 +1,115 @@
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_server.calibrating.documents import session_document
+from foveacam_server.calibrating.pictures import picture_documents, picture_path, write_picture
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.wide_documents import lens_of
+from foveacam_server.errors import NotFound
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> SessionShelf:
+    return SessionShelf(tmp_path / "sessions")
+
+
+def test_session_is_found_again_by_its_id(shelf: SessionShelf) -> None:
+    made = shelf.create(label="spring", rig_id="rig-1", baseline_m=0.2)
+    head = SessionShelf(shelf.folder).get(made.id).head
+    assert (head.id, head.label, head.rig_id, head.baseline_m) == (made.id, "spring", "rig-1", 0.2)
+
+
+def test_calibrations_of_a_session_are_listed_once_newest_last(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    for calibration_id in ("aa", "bb", "aa"):
+        session.add_calibration(calibration_id)
+    assert session.head.calibrations == ("bb", "aa")
+
+
+@pytest.mark.parametrize("wanted", ["ses-0", "..", "../../etc", "ses-zz", ""])
+def test_what_is_no_session_is_not_found(shelf: SessionShelf, wanted: str) -> None:
+    with pytest.raises(NotFound, match="no calibration session"):
+        shelf.get(wanted)
+
+
+def test_removed_session_is_gone_with_its_files(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    session.write("fit-result.json", {"models": []})
+    shelf.remove(session.id)
+    assert shelf.every() == []
+    assert not session.folder.exists()
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"format": "other"}', '{"format": 1, "version": 1}'])
+def test_damaged_head_is_passed_over_in_the_list_and_named_when_asked_for(
+    shelf: SessionShelf, content: str
+) -> None:
+    whole = shelf.create(label="whole", rig_id="rig-1", baseline_m=0.2)
+    damaged = shelf.create(label="damaged", rig_id="rig-1", baseline_m=0.2)
+    (damaged.folder / "session.json").write_text(content)
+    assert [session.id for session in shelf.every()] == [whole.id]
+    with pytest.raises(InvalidInput, match=r"session\.json"):
+        _ = damaged.head
+
+
+def test_empty_session_says_so_in_every_part(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    document = session_document(session, url="/s", running="job-1")
+    assert document["bytes"] > 0
+    assert document["running"] == "job-1"
+    for part in ("board", "wide", "fit", "settle", "check"):
+        assert document[part] is None
+    for part in ("sweeps", "pictures", "calibrations", "problems"):
+        assert document[part] == []
+
+
+def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    (session.folder / "fit-result.json").write_text('{"mod')
+    (session.folder / "sweep-markers.jsonl").write_text("nonsense\n")
+    session.write("settle-result.json", {"axes": []})
+    document = session_document(session, url="/s", running=None)
+    assert document["settle"] == {"axes": []}
+    assert document["fit"] is None
+    assert document["sweeps"] == []
+    assert len(document["problems"]) == 2
+    assert "fit-result.json" in document["problems"][1]
+
+
+def test_step_that_needs_the_wide_camera_says_which_step_comes_first(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    with pytest.raises(NotCalibrated, match="run the step wide first"):
+        lens_of(session)
+
+
+def test_picture_has_another_address_when_it_was_drawn_anew(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    write_picture(session, "loo", b"first")
+    first = picture_documents(session, url="/s")
+    path = picture_path(session, "loo")
+    path.write_bytes(b"second")
+    os.utime(path, ns=(0, path.stat().st_mtime_ns + 5_000_000))
+    second = picture_documents(session, url="/s")
+    assert first[0]["name"] == "loo"
+    assert first[0]["url"].startswith("/s/pictures/loo.png?v=")
+    assert first[0]["url"] != second[0]["url"]
+
+
+def test_picture_that_nobody_draws_is_not_found(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    with pytest.raises(NotFound, match="there are: none"):
+        picture_path(session, "loo")
+    with pytest.raises(NotFound):
+        picture_path(session, "../session")
+
+
+def test_files_are_written_whole(shelf: SessionShelf) -> None:
+    session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    session.write("check-result.json", {"poses": 1})
+    with pytest.raises(ValueError, match="JSON"):
+        session.write("check-result.json", {"poses": float("nan")})
+    assert json.loads((session.folder / "check-result.json").read_text()) == {"poses": 1}
