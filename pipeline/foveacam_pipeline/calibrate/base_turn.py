@@ -36,7 +36,7 @@ class TurnSettings:
     poll_ms: float = 10.0
     near_rad: float = math.radians(0.6)
     still_px: float = 0.15
-    still_frames: int = 4
+    still_frames: int = 8
 
 
 class Base:
@@ -71,6 +71,11 @@ class Base:
         self._wait("the pan-tilt's move", timeout_ms=self._settings.turn_ms)
         self._clock.sleep_until_ns(self._clock.now_ns() + round(self._settings.rest_ms * 1e6))
         return self._pan_tilt.state.pose
+
+    def ask(self, node_rad: NDArray[np.float64]) -> None:
+        """Tell whoever turns the base by hand which bearing is wanted."""
+        self._check()
+        self._pan_tilt.move_to(base_pose(node_rad, self._station.pose))
 
     def hold(self) -> None:
         """Stop it where it is."""

@@ -23,6 +23,8 @@ CLEAR = 0.55
 CLEARER = 0.05
 """And by so much it must beat any other place."""
 GUARD = 9
+FULL_LEVEL = 251.0
+"""White this near to the end of the scale is cut off there by its own noise."""
 HALVED = 2
 
 
@@ -141,6 +143,11 @@ def view_doubt(view: MarkerView, *, most_px: float) -> str | None:
         return (
             f"blurred: the edges of marker {view.id} spread by {view.blur_px:.1f} px (sigma), at most "
             f"{most_px:g}; focus, and keep rig and target at rest"
+        )
+    if view.white_level > FULL_LEVEL:
+        return (
+            f"over-exposed: the white around marker {view.id} is at {view.white_level:.0f} of 255, moving "
+            "its edges; expose for a shorter time"
         )
     if not view.complete:
         return f"marker {view.id} is partly seen: {len(view.corners_px)} of its corners; uncover it"

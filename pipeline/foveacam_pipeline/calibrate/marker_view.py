@@ -61,7 +61,8 @@ class MarkerView:
     `corners_px`: (k, 2) float64, raw pixels: the outer corners first (clockwise from the marker's own upper
     left), then the cell corners inside. `places_m`: (k, 2) float64, where each of them is printed.
     `sharpness`: 1 / px, the inverse of the sigma of the edges' blur. `complete`: every corner is in the
-    image, uncovered. `sigma_px`: standard error of a corner, from what the fit leaves.
+    image, uncovered. `sigma_px`: standard error of a corner, from what the fit
+    leaves. `white_level`: of the paper, 0 to 255.
     """
 
     id: int
@@ -70,6 +71,7 @@ class MarkerView:
     sharpness: float
     complete: bool
     sigma_px: float = 0.0
+    white_level: float = 0.0
 
     def __post_init__(self) -> None:
         corners = as_finite_rows(self.corners_px, columns=2, name=f"corners of marker {self.id}")

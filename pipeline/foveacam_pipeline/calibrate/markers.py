@@ -83,6 +83,7 @@ def mean_view(views: list[MarkerView]) -> MarkerView:
         sharpness=float(np.mean([view.sharpness for view in views])),
         complete=all(view.complete for view in views),
         sigma_px=float(np.sqrt(np.mean([view.sigma_px**2 for view in views]) / len(views))),
+        white_level=float(np.mean([view.white_level for view in views])),
     )
 
 
@@ -177,6 +178,7 @@ def _view(
         sharpness=1.0 / fit.blur_px,
         complete=bool(seen.all()),
         sigma_px=fit.sigma_px,
+        white_level=fit.white,
     )
 
 

@@ -97,6 +97,7 @@ class _Marker(_Document):
     sharpness: Annotated[float, Field(gt=0.0)]
     complete: bool
     sigma_px: float
+    white_level: float = 0.0
 
     def build(self) -> MarkerView:
         return MarkerView(
@@ -106,6 +107,7 @@ class _Marker(_Document):
             sharpness=self.sharpness,
             complete=self.complete,
             sigma_px=self.sigma_px,
+            white_level=self.white_level,
         )
 
 

@@ -118,6 +118,7 @@ class _Run:
         total = self.plan.columns * self.plan.rows
         self.watch.progress(0, total=total, note="looking straight ahead, trying both mirrors")
         if self.base.by_hand:
+            self.base.ask(AHEAD)
             by_hand.wait_for(AHEAD[None], done=0, total=total)
         else:
             self.base.turn_to(AHEAD)
@@ -160,6 +161,7 @@ class _Run:
             check(self.watch, doing="the sweep")
             done = len(nodes) - len(to_do)
             if self.base.by_hand:
+                self.base.ask(nodes[to_do[0]])
                 index = to_do.pop(by_hand.wait_for(nodes[to_do], done=done, total=len(nodes)))
                 stands = None
             else:
