@@ -46,13 +46,15 @@ class FitChoice:
     """Which models may stand for election.
 
     `mirror_orders`, `spring_orders`, `field_orders`: of the polynomials; one alone leaves no choice.
-    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does.
+    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does. `walks`: measure
+    where gazes leave and where the pupil stands, if the targets' distances show it; else it is as drawn.
     """
 
     mirror_orders: tuple[int, ...] = ORDERS
     spring_orders: tuple[int, ...] = SPRING_ORDERS
     field_orders: tuple[int, ...] = FIELD_ORDERS
     pose_by_pose: bool = False
+    walks: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,18 +82,18 @@ def fit_rig(sweep: RigSweep, choice: FitChoice | None = None) -> RigFit:
     marker stood aside; then everything is fitted once more.
     """
     choice = choice or FitChoice()
-    first_pupil_m = _fit_pupil(sweep)
+    first_pupil_m = _fit_pupil(sweep, choice)
     sharper = replace(
         sweep,
         left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
         right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
     )
-    return _fit_eyes(sharper, choice, pupil_m=_fit_pupil(sharper))
+    return _fit_eyes(sharper, choice, pupil_m=_fit_pupil(sharper, choice))
 
 
 def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
     eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
-    pivots = {role: fit_pivot(eye) for role, eye in eyes.items()}
+    pivots = {role: fit_pivot(eye) if choice.walks else PivotFit() for role, eye in eyes.items()}
     widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
     mirrors, fields, fitted = {}, {}, {}
     for role, eye in eyes.items():
@@ -208,15 +210,15 @@ def _fit_fields(
     )
 
 
-def _fit_pupil(sweep: RigSweep) -> float:
+def _fit_pupil(sweep: RigSweep, choice: FitChoice) -> float:
     """Return the pupil's distance behind the pivots for which near and far targets agree best, m."""
-    if not (sweep.left.has_two_depths and sweep.right.has_two_depths):
+    if not (choice.walks and sweep.left.has_two_depths and sweep.right.has_two_depths):
         return sweep.pupil_m
-    choice = FitChoice(field_orders=(_PUPIL_ORDER,))
+    cubic = FitChoice(field_orders=(_PUPIL_ORDER,))
 
     def disagreement(pupil_m: float) -> float:
         fits = [
-            _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
+            _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=cubic).field
             for eye in (sweep.left, sweep.right)
         ]
         return fits[0].loo_px ** 2 + fits[1].loo_px ** 2

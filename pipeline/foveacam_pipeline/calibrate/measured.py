@@ -92,7 +92,6 @@ class Placed:
 class _Row:
     eye: EyePose
     node: tuple[int, int]
-    node_rad: tuple[float, float]
     angles_rad: NDArray[np.float64]
     depth_m: float
     plane_px: NDArray[np.float64]
@@ -112,6 +111,7 @@ def rig_sweep(
     size = sweeps[0].header.fovea_size
     centre_px = np.array([(size[0] - 1) / 2.0, (size[1] - 1) / 2.0])
     rows = {role: _rows(placed, role, drawing, distance, centre_px=centre_px) for role in EYES}
+    group = dict(zip(((p.sweep, p.pose.index) for p in placed), same_node(placed), strict=True))
     max_v = max(sweep.header.max_v for sweep in sweeps)
     for role in EYES:
         volts, angles = _volts(rows[role]), np.array([row.angles_rad for row in rows[role]]).reshape(-1, 2)
@@ -124,8 +124,8 @@ def rig_sweep(
         origin="measured",
         label=label,
         wide=wide,
-        left=_eye_sweep(rows[Role.LEFT], one_depth=distance is Distance.UNKNOWN),
-        right=_eye_sweep(rows[Role.RIGHT], one_depth=distance is Distance.UNKNOWN),
+        left=_eye_sweep(rows[Role.LEFT], group, one_depth=distance is Distance.UNKNOWN),
+        right=_eye_sweep(rows[Role.RIGHT], group, one_depth=distance is Distance.UNKNOWN),
         baseline_m=drawing.baseline_m,
         fovea_f_px=drawing.fovea_f_px,
         fovea_width=size[0],
@@ -255,14 +255,13 @@ def _row(
     return _Row(
         eye=eye,
         node=(placed.sweep, placed.pose.index),
-        node_rad=placed.pose.node_rad,
         angles_rad=np.arctan(centre / f_px),
         depth_m=float(normal @ (target.middle_m - reference_m) / (normal @ ray)),
         plane_px=corners - centre,
     )
 
 
-def _eye_sweep(rows: Sequence[_Row], *, one_depth: bool) -> EyeSweep:
+def _eye_sweep(rows: Sequence[_Row], group: dict[tuple[int, int], int], *, one_depth: bool) -> EyeSweep:
     """Return the rows as arrays, corners padded with NaN; `one_depth` hides how the distances differ."""
     longest = max(len(row.plane_px) for row in rows)
     raw, plane = np.full((2, len(rows), longest, 2), np.nan)
@@ -276,14 +275,15 @@ def _eye_sweep(rows: Sequence[_Row], *, one_depth: bool) -> EyeSweep:
         depth_m=np.full(len(rows), 1.0 / np.mean(1.0 / depth_m)) if one_depth else depth_m,
         raw_px=raw,
         plane_px=plane,
-        group=same_node(np.array([row.node_rad for row in rows])),
+        group=np.array([group[row.node] for row in rows], dtype=np.int64),
     )
 
 
-def same_node(nodes_rad: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return (n,) int: the number of the first of (n, 2) planned gazes that is nearly the same."""
+def same_node(placed: Sequence[Placed]) -> list[int]:
+    """Return for each pose the number of the first one that was planned for nearly the same gaze."""
+    nodes_rad = np.array([one.pose.node_rad for one in placed])
     apart = np.linalg.norm(nodes_rad[:, None, :] - nodes_rad[None, :, :], axis=2)
-    return np.asarray(np.argmax(apart < SAME_NODE_RAD, axis=1), dtype=np.int64)
+    return [int(first) for first in np.argmax(apart < SAME_NODE_RAD, axis=1)]
 
 
 def _volts(rows: Sequence[_Row]) -> NDArray[np.float64]:

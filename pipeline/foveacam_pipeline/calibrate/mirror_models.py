@@ -173,13 +173,15 @@ def _candidates(
         for order in sorted(orders)
         if len(exponents(order)) <= rooms
     ]
-    if not found:
-        fit_polynomial(volts_v, angles_rad, min(orders))  # raises with the number of samples needed
-        raise InvalidInput(
-            f"mirror: {len(volts_v)} poses are too few for {SAMPLES_PER_TERM} a coefficient; add poses"
-        )
     stiff = [order for order in sorted(spring_orders) if len(exponents(order)) + 1 <= rooms]
-    return found + [_springs(volts_v, angles_rad, max_v, order) for order in stiff]
+    found += [_springs(volts_v, angles_rad, max_v, order) for order in stiff]
+    if not found:
+        fewest = min((*orders, *spring_orders))
+        raise InvalidInput(
+            f"mirror: {len(volts_v)} poses are too few, order {fewest} needs "
+            f"{SAMPLES_PER_TERM * len(exponents(fewest))}; add poses or lower the order"
+        )
+    return found
 
 
 def _left_out_together(
