@@ -154,7 +154,7 @@ class EyeCentring:
             )
             return
         self._doubtful += 1
-        self.command_v = sight.volts_v
+        self.command_v = clamp_volts(sight.volts_v, self._max_v)  # as reported: rounded to codes
         if self._doubtful >= self._settings.most_doubtful:
             beyond = f"{self._needs()}, and there " if rim else ""
             self.refuse(f"{beyond}{reason}")
