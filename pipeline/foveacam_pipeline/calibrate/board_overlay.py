@@ -9,7 +9,9 @@ from foveacam_pipeline.calibrate.coverage import COLUMNS, ROWS, Coverage
 
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 HALF = 0.5
-_VEIL = 0.16
+_VEIL = 0.22
+_BAND = 30
+_DARK = (17, 20, 26)
 _SHIFT = 3
 
 
@@ -21,14 +23,14 @@ def draw_overlay(
     base = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small.copy()
     height, width = base.shape[:2]
     veil = cv2.resize((cover.cells > 0).astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
+    lined = base.copy()
+    for x in range(1, COLUMNS):
+        cv2.line(lined, (x * width // COLUMNS, 0), (x * width // COLUMNS, height - 1), GREEN, 1)
+    for y in range(1, ROWS):
+        cv2.line(lined, (0, y * height // ROWS), (width - 1, y * height // ROWS), GREEN, 1)
+    base = cv2.addWeighted(base, 1.0 - _VEIL, lined, _VEIL, 0.0)
     green = cv2.addWeighted(base, 1.0 - _VEIL, np.full_like(base, GREEN), _VEIL, 0.0)
     picture: NDArray[np.uint8] = np.where(veil[..., None] > 0, green, base).astype(np.uint8)
-    for column in range(1, COLUMNS):
-        x = column * width // COLUMNS
-        cv2.line(picture, (x, 0), (x, height - 1), GREEN, 1)
-    for row in range(1, ROWS):
-        y = row * height // ROWS
-        cv2.line(picture, (0, y), (width - 1, y), GREEN, 1)
     if view is not None:
         _draw_corners(picture, view)
     _draw_words(picture, words, AMBER if view is None else GREEN)
@@ -45,6 +47,6 @@ def _draw_corners(picture: NDArray[np.uint8], view: BoardView) -> None:
 
 
 def _draw_words(picture: NDArray[np.uint8], words: str, colour: tuple[int, int, int]) -> None:
-    at = (12, picture.shape[0] - 14)
-    for ink, thickness in (((0, 0, 0), 4), (colour, 1)):
-        cv2.putText(picture, words, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, ink, thickness, cv2.LINE_AA)
+    height, width = picture.shape[:2]
+    cv2.rectangle(picture, (0, height - _BAND), (width - 1, height - 1), _DARK, -1)
+    cv2.putText(picture, words, (12, height - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)

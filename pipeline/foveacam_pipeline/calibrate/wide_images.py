@@ -39,7 +39,7 @@ def samples_from_images(
         first_size = first_size or (path.name, width, height)
         if (width, height) != first_size[1:]:
             raise InvalidInput(
-                f"{path.name} is {width} x {height} px, {first_size[0]} is {first_size[1]} x {first_size[2]}; "
+                f"{path.name} is {width} x {height} px, {first_size[0]} {first_size[1]} x {first_size[2]}; "
                 "give images of one camera, uncropped, or choose some by a pattern"
             )
         view = detect_board(gray, board, effort="thorough")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Head, Timeout
 from foveacam_pipeline.calibrate.auto_capture import WORDS, AutoCapture, Verdict
+from foveacam_pipeline.calibrate.board_attitude import TILTS
 from foveacam_pipeline.calibrate.board_detector import BoardView, detect_board, explain_absence
 from foveacam_pipeline.calibrate.board_overlay import draw_overlay
 from foveacam_pipeline.calibrate.boards import Board
@@ -19,6 +20,9 @@ from foveacam_pipeline.calibrate.fit_wide import LEAST_VIEWS
 from foveacam_pipeline.calibrate.watcher import Watcher, check
 from foveacam_pipeline.calibrate.wide_samples import FILE, WideSample, WideSamples, thumbnail
 
+_CONTENT_VIEWS = 15
+_CONTENT_FRACTION = 0.9
+
 logger = logging.getLogger(__name__)
 
 
@@ -26,14 +30,16 @@ logger = logging.getLogger(__name__)
 class WideSettings:
     """How many views to take, and how patiently.
 
-    `views`: enough, however they cover; fewer do when nothing new has been shown for `patience_s`.
-    `every_s`: time between images. `still_px`: how far a corner may stray of a board that is held still.
+    `views`: enough, however they cover; fewer do when nothing new has been shown for `patience_s`, or for
+    `content_s` once the image is covered and the board was tilted every way. `every_s`: time between images,
+    twice that while nothing changes. `still_px`: how far a corner may stray of a board that is held still.
     `frames`: averaged for a view. `folder`: where views are kept as they are taken, and from where a former
     run is continued.
     """
 
     views: int = 40
-    patience_s: float = 15.0
+    patience_s: float = 20.0
+    content_s: float = 6.0
     every_s: float = 0.08
     still_px: float = 0.4
     frames: int = 3
@@ -63,14 +69,14 @@ def calibrate_wide(
     while len(samples) < settings.views:
         check(watch, doing="taking views of the board")
         before = len(samples)
-        run.look()
+        pause_s = run.look()
         now_ns = clock.now_ns()
         if len(samples) > before:
             news_ns = now_ns
-        elif now_ns - news_ns > settings.patience_s * 1e9:
+        elif now_ns - news_ns > run.patience_s * 1e9:
             run.finish_or_raise()
             break
-        clock.sleep_until_ns(now_ns + int(settings.every_s * 1e9))
+        clock.sleep_until_ns(now_ns + int(pause_s * 1e9))
     return samples
 
 
@@ -99,8 +105,15 @@ class _Run:
         self._seen = False
         self._tell(Verdict(state="no board"))
 
-    def look(self) -> None:
-        """Take one image and keep the view when there is reason to."""
+    @property
+    def patience_s(self) -> float:
+        """How long to wait for something new."""
+        cover, enough = self._covering.coverage, len(self._samples) >= _CONTENT_VIEWS
+        content = enough and cover.fraction >= _CONTENT_FRACTION and cover.tilts_covered == len(TILTS)
+        return self._settings.content_s if content else self._settings.patience_s
+
+    def look(self) -> float:
+        """Take one image, keep the view when there is reason to, and return how soon to look again, s."""
         frame = self._head.wide(max_age_ms=0.5e3 * self._settings.every_s)
         image = _eight_bits(frame)
         gray = _gray(image)
@@ -117,10 +130,12 @@ class _Run:
         self._tell(verdict)
         cover = self._covering.coverage
         self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=WORDS[verdict.state]))
+        idle = verdict.state in ("taken", "nothing new")
+        return self._settings.every_s * (2.0 if idle else 1.0)
 
     def finish_or_raise(self) -> None:
         """End with the views there are, or say why that will not do."""
-        taken, patience_s = len(self._samples), self._settings.patience_s
+        taken, patience_s = len(self._samples), self.patience_s
         if taken >= LEAST_VIEWS:
             logger.info("nothing new for %.0f s: %d views", patience_s, taken)
             return
