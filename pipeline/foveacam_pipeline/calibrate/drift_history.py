@@ -5,8 +5,9 @@ import os
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import BinaryIO
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.drift_values import DriftCheck
@@ -63,20 +64,21 @@ class DriftHistory:
             "check": content,
         }
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line, allow_nan=False) + "\n")
+        with self._path.open("ab+") as file:
+            if file.tell() and not _ends_with_newline(file):
+                file.write(b"\n")  # after a line that was cut off
+            file.write(json.dumps(line, allow_nan=False).encode("utf-8") + b"\n")
             file.flush()
             os.fsync(file.fileno())
         return record
 
     def records(self) -> list[DriftRecord]:
-        """Return all checks, oldest first; a last line that was cut off is left out."""
+        """Return all checks, oldest first; a line that was cut off is left out."""
         if not self._path.exists():
             return []
-        lines = self._path.read_text(encoding="utf-8").split("\n")
-        whole, rest = lines[:-1], lines[-1]
-        records = [self._parsed(line, number) for number, line in enumerate(whole, start=1) if line]
-        return records if not rest else [*records, *self._last(rest)]
+        lines = enumerate(self._path.read_text(encoding="utf-8").splitlines(), start=1)
+        found = (self._parsed(line, number) for number, line in lines if line)
+        return [record for record in found if record is not None]
 
     def find(self, record_id: str) -> DriftRecord:
         """Return one check by its id."""
@@ -87,28 +89,28 @@ class DriftHistory:
             f"drift check {record_id!r} is not in {self._path}; list the checks and give one's id"
         )
 
-    def _last(self, line: str) -> list[DriftRecord]:
-        try:
-            return [self._parsed(line, 0)]
-        except InvalidInput:
-            return []  # the machine stopped in the middle of it
-
-    def _parsed(self, line: str, number: int) -> DriftRecord:
+    def _parsed(self, line: str, number: int) -> DriftRecord | None:
+        """Return the check of a line; None when the machine stopped in the middle of writing it."""
         try:
             document = json.loads(line)
+        except json.JSONDecodeError:
+            return None
+        try:
             if (document["format"], document["version"]) != (FORMAT, VERSION):
-                raise InvalidInput(
-                    f"{self._path}, line {number}: not a drift check of version {VERSION}; restore the file"
-                )
-            check = TypeAdapter(DriftCheck).validate_json(json.dumps(document["check"]))
+                raise ValueError(f"not of version {VERSION}")
             return DriftRecord(
                 id=document["id"],
                 created_utc=document["created_utc"],
-                check=check,
+                check=TypeAdapter(DriftCheck).validate_json(json.dumps(document["check"])),
                 new_calibration_id=document["new_calibration_id"],
             )
-        except (ValueError, KeyError, TypeError, ValidationError) as error:
+        except (ValueError, KeyError, TypeError) as error:
             raise InvalidInput(
-                f"{self._path}, line {number}: cannot be read ({type(error).__name__}); restore the file or "
-                "move it away"
+                f"{self._path}, line {number}: not a drift check that can be read ({type(error).__name__}); "
+                "restore the file or move it away"
             ) from error
+
+
+def _ends_with_newline(file: BinaryIO) -> bool:
+    file.seek(-1, os.SEEK_END)
+    return file.read(1) == b"\n"

@@ -61,7 +61,7 @@ class Health:
     """How good a calibration is.
 
     `score`: disagreement over what may be expected, about 1 when all is as stated. `horizontal_px`,
-    `vertical_px`: typical disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
+    `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
     the two eyes in height. None while too few fixations have been seen.
     """
 
@@ -133,7 +133,7 @@ def health_of(residuals: Sequence[Residual]) -> Health:
         )
     seen = np.array([(r.across_px, r.down_px, r.rows_px) for r in residuals])
     stated = np.array([r.sigma_px for r in residuals])
-    typical = NORMAL * np.median(np.abs(seen), axis=0)
+    typical = np.median(np.abs(seen), axis=0)
     scores = NORMAL * np.median(np.abs(seen / stated), axis=0) / _by_chance(len(residuals))
     score = float(scores.max())
     verdict = Verdict.GOOD if score <= GOOD_UP_TO else Verdict.RECALIBRATE

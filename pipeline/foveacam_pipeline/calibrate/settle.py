@@ -17,7 +17,6 @@ from foveacam_hardware.contract import CameraSettings, Clock, DeviceFault, Head,
 from foveacam_pipeline.calibrate.settle_resonance import fit_resonance
 from foveacam_pipeline.calibrate.settle_shift import Reference
 from foveacam_pipeline.calibrate.settle_values import (
-    AXES,
     AxisSettle,
     SettleReport,
     SettleSettings,
@@ -58,15 +57,15 @@ def characterise(
     """
     bench = _Bench(head, settings, clock=clock, watch=watch or Nobody())
     with _short_exposures(head, settings, before):
-        steps = {axis: bench.step(axis) for axis in AXES}
-        normal = {axis: bench.watched(steps[axis]) for axis in AXES}
+        steps = {axis: bench.step(axis) for axis in settings.axes}
+        normal = {axis: bench.watched(steps[axis]) for axis in settings.axes}
         with _wide_open(head, settings) as low_pass_hz:
-            ringing = {axis: bench.ringing(steps[axis]) for axis in AXES}
+            ringing = {axis: bench.ringing(steps[axis]) for axis in settings.axes}
     head.look(settings.centre)
     axes = [
         _axis(role, steps[axis], normal[axis][role], ringing[axis][role], settings)
         for role in EYES
-        for axis in AXES
+        for axis in settings.axes
     ]
     return SettleReport(
         rig_id=rig_id,
@@ -119,7 +118,7 @@ class _Bench:
         self._done = 0
         self._at_first = False
         rough = len(list(_doubling(FIRST_US, settings.longest_us)))
-        self._total = len(AXES) * (rough + settings.delays + settings.ringing_delays)
+        self._total = len(settings.axes) * (rough + settings.delays + settings.ringing_delays)
 
     def step(self, axis: str) -> _Step:
         """Measure the step itself, half by half so that every picture overlaps the next."""

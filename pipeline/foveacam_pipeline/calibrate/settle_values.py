@@ -7,6 +7,7 @@ from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
 
 NOISE = 3.0
 """What is below so many standard deviations of a place at rest cannot be told from rest."""
+DECADE = 8.0
 AXES = ("x", "y")
 
 
@@ -18,6 +19,8 @@ class SettleSettings:
     """About a degree."""
     centre: StereoVolts = PARKED
     """The steps go to and fro about this; something textured that stands still must be in view there."""
+    axes: tuple[str, ...] = AXES
+    """Which axes are measured, both eyes at once."""
     exposure_ns: int = 50_000
     gain_db: float = 24.0
     """Short, so that a picture shows a moment; bright enough to be measured."""
@@ -115,16 +118,14 @@ class SettleReport:
 def time_below(trace: Trace, limit_px: float, *, floor_px: float) -> float:
     """Return when a trace was below a limit for good, µs.
 
-    Between two pictures it falls as fast as from one to the next; below what can be measured, as fast as it
-    fell before.
+    Between two pictures it falls as fast as from one to the next; below what can be measured, or after the
+    last picture, as fast as it fell before.
     """
     envelope = _envelope(trace)
-    if limit_px < NOISE * floor_px:
-        return _beyond_noise(envelope, limit_px, floor_px=NOISE * floor_px)
     above = [point for point in envelope if point[1] > limit_px]
     after = envelope[len(above) :]
-    if not after:
-        return math.inf
+    if limit_px < NOISE * floor_px or not after:
+        return _carried_on(envelope, limit_px, floor_px=NOISE * floor_px)
     if not above:
         return after[0][0]
     (last_us, last_px), (next_us, next_px) = above[-1], after[0]
@@ -141,14 +142,18 @@ def _envelope(trace: Trace) -> list[tuple[float, float]]:
     return envelope[::-1]
 
 
-def _beyond_noise(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
-    """Return when a limit below the noise is reached, carried on from a decade above the noise."""
-    falling = [point for point in envelope if floor_px < point[1] < 30.0 * floor_px]
-    if len(falling) < 2:
+def _carried_on(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
+    """Return when a limit is reached that was not seen, at the rate of the last decade above the noise."""
+    above = [point for point in envelope if point[1] > floor_px]
+    if not above:
         return math.inf
-    (first_us, first_px), (last_us, last_px) = falling[0], falling[-1]
-    rate_per_us = math.log(first_px / last_px) / (last_us - first_us) if last_px < first_px else 0.0
-    return last_us + math.log(last_px / limit_px) / rate_per_us if rate_per_us > 0.0 else math.inf
+    last_us, last_px = above[-1]
+    decade = [point for point in above if point[1] >= DECADE * last_px]
+    first_us, first_px = decade[-1] if decade else above[0]
+    if not first_px > last_px:
+        return math.inf
+    rate_per_us = math.log(first_px / last_px) / (last_us - first_us)
+    return last_us + math.log(last_px / limit_px) / rate_per_us
 
 
 def moved(volts: StereoVolts, axis: str, by_v: float) -> StereoVolts:
