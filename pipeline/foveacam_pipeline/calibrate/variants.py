@@ -15,15 +15,14 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit import FitChoice, RigFit, fit_rig
 from foveacam_pipeline.calibrate.measured import Measured
 from foveacam_pipeline.calibrate.mirror_models import Family
-from foveacam_pipeline.calibrate.paper_model import PAPER_CHOICE
+from foveacam_pipeline.calibrate.paper_model import CUBIC, PAPER_CHOICE
 from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.sweep_checks import EYES
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
-FOLDS = 4
+FOLDS = 3
 _SEED = 9
-_BELOW = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,8 +79,13 @@ def _variants(measured: Measured, plain: Measured, fit: RigFit) -> list[_Variant
         _Variant(name="ours, but Eq. 1 left in", measured=plain, choice=still),
     ]
     if len({int(sweep) for nodes in measured.nodes.values() for sweep in nodes[:, 0]}) > 1:
+        fewer = replace(
+            ours,
+            mirror_orders=_orders(fit, Family.POLYNOMIAL, down_to=CUBIC),
+            spring_orders=_orders(fit, Family.SPRINGS, down_to=CUBIC),
+        )
         variants += [
-            _Variant(name="ours, but one distance", measured=measured, choice=ours, far=True),
+            _Variant(name="ours, but one distance", measured=measured, choice=fewer, far=True),
             _Variant(name="ours, but pivot and pupil as drawn", measured=measured, choice=still),
         ]
     return variants
@@ -91,10 +95,12 @@ def _field_orders(fit: RigFit) -> tuple[int, ...]:
     return tuple(sorted({eye.field.polynomial.order for eye in fit.fields.values()}))
 
 
-def _orders(fit: RigFit, family: Family) -> tuple[int, ...]:
-    """Return the orders of a family that were elected, and those just below for where poses are few."""
-    chosen = [mirror.chosen.order for mirror in fit.mirrors.values() if mirror.chosen.family is family]
-    return tuple(sorted({order - less for order in chosen for less in range(_BELOW) if order > less}))
+def _orders(fit: RigFit, family: Family, *, down_to: int | None = None) -> tuple[int, ...]:
+    """Return the orders of a family that were elected; with those below for where poses are few."""
+    chosen = {mirror.chosen.order for mirror in fit.mirrors.values() if mirror.chosen.family is family}
+    if not chosen or down_to is None:
+        return tuple(sorted(chosen))
+    return tuple(range(min(down_to, *chosen), max(chosen) + 1))
 
 
 def _folds(measured: Measured, folds: int) -> NDArray[np.int64]:
