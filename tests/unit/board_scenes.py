@@ -6,7 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.calibrate.board_detector import BoardView
 from foveacam_pipeline.calibrate.boards import Board, draw_board
+from foveacam_pipeline.calibrate.wide_samples import WideSample, WideSamples
 
 WIDTH, HEIGHT = 1440, 1080
 SQUARE_PX = 60
@@ -21,6 +23,8 @@ class DivisionLens:
     focal_px: float = 3155.0
     centre_px: tuple[float, float] = (722.9, 537.4)
     bend: float = -0.06
+    width: int = WIDTH
+    height: int = HEIGHT
 
     def straight(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         offset = (pixels - np.array(self.centre_px)) / self.focal_px
@@ -32,6 +36,10 @@ class DivisionLens:
         radius2 = np.sum(tangents**2, axis=-1, keepdims=True)
         bent = tangents * 2.0 / (1.0 + np.sqrt(1.0 - 4.0 * self.bend * radius2))
         return np.asarray(bent * self.focal_px + np.array(self.centre_px))
+
+
+SMALL = DivisionLens(focal_px=1577.0, centre_px=(361.2, 268.4), width=720, height=540)
+"""The same field in a quarter of the pixels: quicker to draw."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,16 +82,15 @@ def board_picture(
     seed: int = 0,
     blur_px: float = 0.6,
 ) -> NDArray[np.uint8]:
-    """Return (1080, 1440) uint8: the board before a grey wall, blurred, with noise."""
+    """Return (h, w) uint8: the board before a grey wall, blurred, with noise."""
     lens = lens or DivisionLens()
     step = 1.0 / OVERSAMPLING
-    x = np.arange(WIDTH * OVERSAMPLING) * step + (step - 1.0) / 2.0
-    y = np.arange(HEIGHT * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    x = np.arange(lens.width * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    y = np.arange(lens.height * OVERSAMPLING) * step + (step - 1.0) / 2.0
     tangents = lens.straight(np.stack(np.meshgrid(x, y), axis=-1))
     rotation, place = pose.rotation, np.array(pose.place_m)
     plane_from_ray = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], place]))
-    rays = np.concatenate([tangents, np.ones((*tangents.shape[:2], 1))], axis=-1)
-    plane = rays @ plane_from_ray.T
+    plane = tangents @ plane_from_ray[:, :2].T + plane_from_ray[:, 2]
     places = plane[..., :2] / plane[..., 2:] + board.places_m().mean(axis=0)
     sheet = draw_board(board, square_px=SQUARE_PX, margin_px=MARGIN_PX)
     # draw_board puts the place (0, 0), a corner between pixels, at margin + square from the sheet's edge
@@ -93,6 +100,39 @@ def board_picture(
         light, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=110.0
     )
     fine = cv2.GaussianBlur(fine, (0, 0), blur_px * OVERSAMPLING)
-    picture = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    picture = cv2.resize(fine, (lens.width, lens.height), interpolation=cv2.INTER_AREA)
     picture = picture + noise * np.random.default_rng(seed).standard_normal(picture.shape)
     return np.asarray(np.clip(np.rint(picture), 0, 255), dtype=np.uint8)
+
+
+def board_view(
+    board: Board, pose: Pose, *, lens: DivisionLens | None = None, noise_px: float = 0.0, seed: int = 0
+) -> BoardView:
+    """Return the view that a perfect detector would have, with noise on the corners."""
+    lens = lens or DivisionLens()
+    corners = lens.pixels(board_points_m(board, board.places_m(), pose))
+    corners = corners + noise_px * np.random.default_rng(seed).standard_normal(corners.shape)
+    inside = ((corners > 0.0) & (corners < np.array([lens.width, lens.height]) - 1.0)).all(axis=1)
+    return BoardView(
+        board=board,
+        corners_px=corners[inside],
+        ids=np.flatnonzero(inside),
+        width=lens.width,
+        height=lens.height,
+    )
+
+
+def board_samples(
+    board: Board,
+    poses: list[Pose],
+    *,
+    lens: DivisionLens | None = None,
+    noise_px: float = 0.02,
+    seed: int = 0,
+) -> WideSamples:
+    """Return samples of a board at poses, as a detector of that noise would see them."""
+    views = [
+        board_view(board, pose, lens=lens, noise_px=noise_px, seed=1000 * seed + k)
+        for k, pose in enumerate(poses)
+    ]
+    return WideSamples(board, [WideSample(view=view, thumbnail_jpeg=b"") for view in views])

@@ -1,0 +1,45 @@
+"""Stage 1 on the simulated rig: somebody shows a board, and the lens comes out as it is."""
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.calibrate.boards import Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.fit_wide import choose_model
+from foveacam_pipeline.calibrate.lens_accuracy import grid_px
+from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.wide_run import WideSettings, calibrate_wide
+
+
+@pytest.mark.timeout(300)  # renders some 250 wide frames
+@pytest.mark.parametrize(("station", "board"), [("board", Charuco()), ("checkerboard", Checkerboard())])
+def test_pixels_and_angles_agree_with_the_lens_to_a_tenth_of_a_pixel(station: str, board: Board) -> None:
+    with open_simulated("calibration", inline=True) as rig:
+        assert rig.pan_tilt is not None
+        assert rig.truth is not None
+        rig.pan_tilt.home()
+        pose = next(place.pose for place in rig.stations if place.name == station)
+        for begin in (None, pose):
+            while rig.pan_tilt.state.moving:
+                rig.clock.sleep_until_ns(rig.clock.now_ns() + 50_000_000)
+            if begin is not None:
+                rig.pan_tilt.move_to(begin)
+        while rig.pan_tilt.state.moving:
+            rig.clock.sleep_until_ns(rig.clock.now_ns() + 50_000_000)
+        samples = calibrate_wide(
+            rig.head,
+            board,
+            clock=rig.clock,
+            watch=Nobody(),
+            settings=WideSettings(views=38, every_s=0.16, frames=1),
+        )
+        choice = choose_model(samples)
+        pixels = grid_px(1440, 1080)
+        rays = rig.truth.wide_rays(pixels)
+    fit = choice.recommended
+    errors = fit.intrinsics.pixels(np.arctan(rays[:, :2] / rays[:, 2:])) - pixels
+    true_px = float(np.sqrt(np.mean(np.sum(errors**2, axis=1))))
+    assert fit.model == "five"
+    assert true_px <= 0.1
+    assert true_px <= fit.accuracy.bound_px
+    assert fit.accuracy.shape_px <= 0.02
