@@ -259,9 +259,24 @@ def _fit() -> Document:
             for name, (order, x, y) in scores.items()
             for eye in ("left", "right")
         ],
-        "paper": {"loo_deg": {"left": [0.0172, 0.0191], "right": [0.0174, 0.0188]}, "epipolar_rms_px": 4.82},
+        "fields": [
+            {"name": "polynomial", "order": order, "eye": eye, "loo_px": 2.0 / order, "chosen": order == 6}
+            for order in (2, 4, 6)
+            for eye in ("left", "right")
+        ],
+        "volts_roundtrip_max_lsb": 0.42,
+        "paper": {
+            "station": "markers",
+            "loo_deg": {"left": [0.0172, 0.0191], "right": [0.0174, 0.0188]},
+            "volts_roundtrip_max_lsb": 61.2,
+            "steps": [_variant("paper's plain model", 8.6), _variant("with the pupil's walk", 0.4)],
+        },
         "parallax": {"markers": _parallax(5.0, 0.0041), "markers near": _parallax(2.5, 0.0163)},
     }
+
+
+def _variant(name: str, error_px: float) -> Document:
+    return {"name": name} | {f"{what}_rms_px": error_px for what in ("pointing", "rectification", "epipolar")}
 
 
 def _parallax(distance_m: float, largest_deg: float) -> Document:

@@ -90,10 +90,17 @@ export type SweepNode = {
 export type Sweep = { station: string; distance_m: number | null; nodes: number; done: number; poses: SweepNode[] };
 
 export type ModelScore = { name: string; order: number | null; eye: string; loo_deg: [number, number]; chosen: boolean };
+/** A polynomial of the rectification over the field. */
+export type FieldScore = { name: string; order: number | null; eye: string; loo_px: number; chosen: boolean };
+/** What one addition to the paper's plain model brings. */
+export type VariantStep = { name: string; pointing_rms_px: number; rectification_rms_px: number; epipolar_rms_px: number };
+export type PaperFit = { steps?: VariantStep[] } & Record<string, unknown>;
 export type FitResult = {
   calibration_id: string;
   models: ModelScore[];
-  paper: Record<string, unknown> | null;
+  fields?: FieldScore[];
+  volts_roundtrip_max_lsb?: number | null;
+  paper: PaperFit | null;
   parallax: Record<string, unknown> | null;
 };
 

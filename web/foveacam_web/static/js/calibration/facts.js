@@ -36,7 +36,7 @@ export function sentenceNames(document) {
 }
 
 const WORDS = Object.freeze(/** @type {Record<string, string>} */ ({
-  loo_deg: "Error on poses left out", pointing_difference_px: "Pointing differs by", epipolar_difference_px: "Rows differ by",
+  loo_deg: "Error on poses left out", rectify_loo_px: "Rectification, poses left out", volts_roundtrip_max_lsb: "Volts to angle to volts", pointing_difference_px: "Pointing differs by", epipolar_difference_px: "Rows differ by",
   disparity_difference_px: "Disparity differs by", wide_px: "Wide picture differs by", baseline_m: "Baseline differs by", distance_m: "At the distance",
 }));
 

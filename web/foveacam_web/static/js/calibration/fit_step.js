@@ -1,33 +1,32 @@
 // Step 3: the models. Volts to angle and the rectification, chosen by cross-validation and shown beside the paper's.
 
 import { changing, h } from "../dom.js";
-import { MISSING, number, sentence } from "../format.js";
+import { sentence } from "../format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
-import { badge, choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
+import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
+import { choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
  * @typedef {import("./documents.js").FitResult} FitResult
- * @typedef {import("./documents.js").ModelScore} ModelScore
  * @typedef {import("./documents.js").Picture} Picture
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
 const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "warp_left", "warp_right"];
-const EYES = /** @type {const} */ (["left", "right"]);
 const PAIR = ["anaglyph_before", "anaglyph_after"];
 
 /** @param {WizardContext} context */
 export function makeFitStep(context) {
   const { store } = context;
-  const models = h("div", {});
-  const paper = h("div", {});
+  const models = h("div", { class: "stack" });
+  const paper = h("div", { class: "stack" });
   const parallax = h("div", {});
   const pair = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showModels = changing(models, modelsOf);
-  const showPaper = changing(paper, paperOf);
+  const showModels = changing(models, (/** @type {FitResult | null} */ fit) => [...mirrorTable(fit), ...fieldTable(fit)]);
+  const showPaper = changing(paper, paperTable);
   const showParallax = changing(parallax, parallaxOf);
   const showPair = changing(pair, pairOf);
   const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear with the first fit.")]);
@@ -61,55 +60,6 @@ function runForm({ store, orders }) {
 function against({ session }) {
   if (!session?.wide?.fit) return "First step 1: without the wide lens no marker's direction is known.";
   return session.sweeps.some(({ done }) => done > 0) ? null : "First step 2: there is nothing to fit yet.";
-}
-
-/** @param {FitResult | null} fit */
-function modelsOf(fit) {
-  if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
-  const most = Math.max(...fit.models.flatMap(({ loo_deg }) => loo_deg));
-  const kinds = [...new Set(fit.models.map(kindOf))];
-  const rows = kinds.map((kind) => {
-    const scores = fit.models.filter((model) => kindOf(model) === kind);
-    const [first] = scores;
-    return h("tr", { class: scores.some(({ chosen }) => chosen) ? "chosen" : "" }, h("th", { scope: "row", text: first?.name }),
-      h("td", { text: first?.order == null ? MISSING : String(first.order) }),
-      ...EYES.map((eye) => scoreCell(scores.find((model) => model.eye === eye), most)));
-  });
-  return [h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Models" }, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: "Model" }), h("th", { scope: "col", text: "Order" }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} eye: x, y` })))),
-    h("tbody", {}, rows)))];
-}
-
-/** @param {ModelScore} model */
-function kindOf({ name, order }) {
-  return `${name} ${order}`;
-}
-
-/**
- * @param {ModelScore | undefined} model
- * @param {number} most the largest error of all
- */
-function scoreCell(model, most) {
-  if (!model) return h("td", { text: MISSING });
-  const [x, y] = model.loo_deg;
-  return h("td", { class: `score eye-${model.eye}` }, meter(Math.hypot(x, y) / Math.hypot(most, most)), h("span", { text: `${number(x, 4)}° ${number(y, 4)}°` }), model.chosen && badge("good", "taken"));
-}
-
-/** @param {number} share */
-function meter(share) {
-  const part = h("span", { class: "part" });
-  part.style.inlineSize = `${Math.min(1, share) * 100}%`;
-  return h("span", { class: "bar", "aria-hidden": "true" }, part);
-}
-
-/** @param {FitResult | null} fit */
-function paperOf(fit) {
-  if (!fit?.paper) return [];
-  const chosen = fit.models.filter((model) => model.chosen);
-  const ours = chosen.map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join("; ");
-  return [h("h4", { text: "Beside the paper’s plain model" }),
-    ...sentences(fit.paper).map((text) => h("p", { class: "lead", text })),
-    figures([...facts(fit.paper, sentenceNames(fit.paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value])), ["Ours: left out", ours]])];
 }
 
 /** @param {FitResult | null} fit */

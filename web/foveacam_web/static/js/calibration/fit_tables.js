@@ -1,0 +1,91 @@
+// The tables of a fit: every model's error on poses left out, ours and the paper's, and what each addition brings.
+
+import { h } from "../dom.js";
+import { MISSING, number } from "../format.js";
+import { facts, sentenceNames, sentences } from "./facts.js";
+import { badge, figures, nothing } from "./parts.js";
+
+/**
+ * @typedef {import("./documents.js").FitResult} FitResult
+ * @typedef {import("./documents.js").VariantStep} VariantStep
+ * @typedef {{name: string, order: number | null, eye: string, chosen: boolean, size: number, text: string}} Score `size`: of its error
+ */
+
+const EYES = /** @type {const} */ (["left", "right"]);
+
+/**
+ * The models of the mirrors: volts to angle.
+ * @param {FitResult | null} fit
+ */
+export function mirrorTable(fit) {
+  if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
+  const scores = fit.models.map(({ loo_deg: [x, y], ...model }) => ({ ...model, size: Math.hypot(x, y), text: `${number(x, 4)}° ${number(y, 4)}°` }));
+  return [table("Mirrors, volts to angle", scores, "eye: x, y")];
+}
+
+/**
+ * The models of the rectification over the field.
+ * @param {FitResult | null} fit
+ */
+export function fieldTable(fit) {
+  if (!fit?.fields?.length) return [];
+  const scores = fit.fields.map(({ loo_px, ...model }) => ({ ...model, size: loo_px, text: `${number(loo_px, 3)} px` }));
+  return [table("Rectification", scores, "eye")];
+}
+
+/**
+ * @param {string} title
+ * @param {Score[]} scores
+ * @param {string} what stands in the columns of the eyes
+ */
+function table(title, scores, what) {
+  const most = Math.max(...scores.map(({ size }) => size));
+  const kinds = [...new Set(scores.map(kindOf))];
+  const rows = kinds.map((kind) => {
+    const [first, ...more] = scores.filter((score) => kindOf(score) === kind);
+    const both = first ? [first, ...more] : more;
+    return h("tr", { class: both.some(({ chosen }) => chosen) ? "chosen" : "" }, h("th", { scope: "row", text: first?.name }),
+      h("td", { text: first?.order == null ? MISSING : String(first.order) }), ...EYES.map((eye) => cell(both.find((score) => score.eye === eye), most)));
+  });
+  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": title }, h("table", { class: "compare" },
+    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: title }), h("th", { scope: "col", text: "Order" }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })))),
+    h("tbody", {}, rows)));
+}
+
+/** @param {Score} score */
+function kindOf({ name, order }) {
+  return `${name} ${order}`;
+}
+
+/**
+ * @param {Score | undefined} score
+ * @param {number} most the largest error of all
+ */
+function cell(score, most) {
+  if (!score) return h("td", { text: MISSING });
+  const part = h("span", { class: "part" });
+  part.style.inlineSize = `${Math.min(1, score.size / most) * 100}%`;
+  return h("td", { class: `score eye-${score.eye}` }, h("span", { class: "bar", "aria-hidden": "true" }, part), h("span", { text: score.text }), score.chosen && badge("good", "taken"));
+}
+
+/**
+ * The paper's plain model of the same data beside ours, and what each of our additions brings.
+ * @param {FitResult | null} fit
+ */
+export function paperTable(fit) {
+  if (!fit?.paper) return [];
+  const { steps = [], ...paper } = fit.paper;
+  const ours = fit.models.filter((model) => model.chosen).map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join(", ");
+  const rows = facts(paper, sentenceNames(paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value]));
+  const trip = fit.volts_roundtrip_max_lsb == null ? [] : [/** @type {[string, string]} */ (["Ours: volts to angle to volts", `${number(fit.volts_roundtrip_max_lsb, 2)} LSB`])];
+  return [h("h4", { text: "Beside the paper’s plain model" }), ...sentences(paper).map((text) => h("p", { class: "lead", text })),
+    figures([...rows, ["Ours: error on poses left out", ours], ...trip]), steps.length ? variants(steps) : null];
+}
+
+/** @param {VariantStep[]} steps */
+function variants(steps) {
+  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" }, h("table", { class: "compare" },
+    h("thead", {}, h("tr", {}, ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })))),
+    h("tbody", {}, steps.map((step) => h("tr", {}, h("th", { scope: "row", class: "long", text: step.name }),
+      [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) => h("td", { text: `${number(px, 2)} px` })))))));
+}
