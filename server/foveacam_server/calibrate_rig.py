@@ -118,6 +118,8 @@ def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) ->
 
 
 def workplace_of(rig: Rig) -> Workplace:
+    """Return a rig that is opened and enabled as the steps see it."""
+
     @contextmanager
     def use(_what: str) -> Iterator[Hands]:
         yield Hands(head=rig.head, pan_tilt=rig.pan_tilt)

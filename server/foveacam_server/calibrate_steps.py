@@ -86,13 +86,14 @@ def run_drift(wish: Wish, *, distance_m: float | None, apply: bool) -> None:
             workplace.use("the drift check") as hands,
             watching(console, silent=wish.as_json) as watch,
         ):
-            document, corrected = check_drift(
+            found = check_drift(
                 hands.head, calibration, distance_m=distance_m, clock=workplace.clock, watch=watch
             )
         document = keep_check(
-            document,
-            corrected if apply else None,
-            records=DriftRecords(folder=shop.drift_folder),
+            found,
+            calibration,
+            apply=apply,
+            records=DriftRecords(shop.drift_folder),
             registry=shop.calibration,
             watch=watch,
         )

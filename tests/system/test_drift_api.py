@@ -2,6 +2,8 @@
 
 import pytest
 
+from foveacam_pipeline.models.content import content_id
+
 from .conftest import Running
 
 pytestmark = pytest.mark.timeout(300)
@@ -29,3 +31,37 @@ def test_drift_check_is_refused_while_the_stop_is_engaged(server: Running) -> No
         assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
     finally:
         server.http.delete("/api/v1/stop")
+
+
+def test_ordinary_fixations_tell_the_health_of_the_calibration(server: Running) -> None:
+    before = server.last_event
+    verged = 0
+    for x_px, y_px in ((x, y) for y in (610, 540, 680) for x in (800, 700, 720, 880, 650)):
+        found = server.fixate({"pixel": {"x_px": float(x_px), "y_px": float(y_px)}, "depth": False})
+        verged += found["state"] == "verged"
+        if verged == 5:
+            break
+    health = server.get("/calibrations/health").json()
+    assert health["fixations"] == verged == 5
+    assert health["verdict"] == "good"
+    assert 0.0 < health["score"] < 2.0
+    assert server.get("/calibrations/current").json()["health"] == health
+    assert server.get("/rig").json()["calibration"]["health"] == health
+    assert server.wait_for_event("calibration.health", after=before)["fixations"] >= 1
+
+
+def test_another_calibration_begins_without_a_verdict(server: Running) -> None:
+    current = server.get("/calibrations/current").json()["id"]
+    document = server.get(f"/calibrations/{current}/file").json()
+    renamed = {**document, "calibration": {**document["calibration"], "label": "anew"}}
+    renamed["hash"] = content_id(renamed["calibration"])
+    imported = server.post("/calibrations/import", renamed).json()["id"]
+    server.post(f"/calibrations/{imported}/activate")
+    try:
+        assert server.get("/calibrations/health").json()["verdict"] == "unknown"
+    finally:
+        server.post(f"/calibrations/{current}/activate")
+
+
+def test_drift_that_was_seen_is_drawn_over_time(server: Running) -> None:
+    assert server.get("/drift_checks/trend.png").content.startswith(b"\x89PNG")

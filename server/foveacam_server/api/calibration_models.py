@@ -95,11 +95,24 @@ class ModelScoreDocument(Told):
     chosen: bool
 
 
+class FieldScoreDocument(Told):
+    """How a rectification does on poses that were left out of its fit."""
+
+    name: str
+    order: int
+    eye: Literal["left", "right"]
+    loo_px: float
+    chosen: bool
+
+
 class FitDocument(Told):
     """What was fitted last, and the models that were compared."""
 
     calibration_id: str
     models: list[ModelScoreDocument]
+    fields: list[FieldScoreDocument]
+    volts_roundtrip_max_lsb: float
+    """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
     paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
     parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
 

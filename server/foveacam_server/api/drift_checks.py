@@ -20,7 +20,7 @@ from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
 
-CheckId = Annotated[str, Path(pattern=r"^drf-[0-9a-f]{1,32}$")]
+CheckId = Annotated[str, Path(pattern=r"^[0-9a-f]{1,64}$")]
 
 
 @router.post(
@@ -60,7 +60,7 @@ def every(services: ServicesDep) -> list[Document]:
 )
 def trend(services: ServicesDep) -> Response:
     """Return a picture of how both eyes have drifted since they were calibrated."""
-    return Response(services.drift.trend(), media_type="image/png")
+    return Response(services.drift.records.trend_picture(), media_type="image/png")
 
 
 @router.get("/{check_id}", summary="One check", response_model=DriftCheckDocument, responses=problems(404))

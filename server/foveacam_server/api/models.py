@@ -224,6 +224,8 @@ class HealthDocument(Told):
     fixations: int
     vertical_px: float | None
     horizontal_px: float | None
+    rows_px: float | None
+    """How far apart in height the two eyes look."""
     detail: str
 
 

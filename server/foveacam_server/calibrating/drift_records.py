@@ -1,58 +1,60 @@
-"""Drift checks on disk: one file each, never changed; the corrections they led to are named in them."""
+"""Drift checks as they are kept and shown: documents of the history that the pipeline writes."""
 
-import json
 import math
-import re
-from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.calibrate.drift_history import DriftHistory, DriftRecord
 from foveacam_pipeline.calibrate.drift_values import DriftCheck, EyeDrift
-from foveacam_pipeline.calibrate.new_file import write_new
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.documents import deg, rounded
 from foveacam_server.runtime.store import Document
 
-_ID = re.compile(r"drf-[0-9a-f]{1,32}")
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DriftRecords:
     """The drift checks of one data directory."""
 
-    folder: Path
+    def __init__(self, folder: Path) -> None:
+        self._history = DriftHistory(folder)
 
-    def add(self, document: Document) -> None:
-        """Write one down."""
-        write_new(self.folder / f"{document['id']}.json", json.dumps(document, indent=1, allow_nan=False))
+    def add(self, check: DriftCheck, *, created_utc: str, new_calibration_id: str | None) -> Document:
+        """Keep a check and return its document."""
+        kept = self._history.add(check, created_utc=created_utc, new_calibration_id=new_calibration_id)
+        return drift_document(kept)
 
     def get(self, check_id: str) -> Document:
         """Return one or raise `NotFound`."""
-        path = self.folder / f"{check_id}.json"
-        if not _ID.fullmatch(check_id) or not path.is_file():
-            raise NotFound(f"there is no drift check {check_id}; see /api/v1/drift_checks", asked=check_id)
-        return _read(path)
+        try:
+            return drift_document(self._history.find(check_id))
+        except InvalidInput as error:
+            raise NotFound(
+                f"there is no drift check {check_id}; see /api/v1/drift_checks", asked=check_id
+            ) from error
 
     def every(self) -> list[Document]:
-        """Return all, newest first; a file that cannot be read is passed over."""
-        found = []
-        for path in self.folder.glob("drf-*.json"):
-            try:
-                found.append(_read(path))
-            except InvalidInput:
-                continue
-        return sorted(found, key=lambda document: str(document["created_utc"]), reverse=True)
+        """Return all, newest first."""
+        return [drift_document(record) for record in reversed(self._history.records())]
+
+    def trend_picture(self) -> bytes:
+        """Return a PNG of the drift over time; raise `NotFound` before the first check."""
+        from foveacam_pipeline.calibrate.drift_trend import trend_picture  # figures load for seconds
+
+        records = self._history.records()
+        if not records:
+            raise NotFound("the drift was not checked yet, so there is no trend; POST /api/v1/drift_checks")
+        return trend_picture(records)
 
 
-def drift_document(check: DriftCheck, *, check_id: str, created_utc: str) -> Document:
-    """Return a check as REST shows it, before anything was made of it."""
+def drift_document(record: DriftRecord) -> Document:
+    """Return a check as REST shows it."""
+    check = record.check
     return {
-        "id": check_id,
-        "created_utc": created_utc,
+        "id": record.id,
+        "created_utc": record.created_utc,
         "calibration_id": check.calibration_id,
         "looks": check.looks,
-        "applied": False,
-        "new_calibration_id": None,
+        "applied": record.applied,
+        "new_calibration_id": record.new_calibration_id,
         "eyes": [_eye(role, check.eye(role)) for role in (Role.LEFT, Role.RIGHT)],
         "vergence_known": check.vergence_known,
         "locked": check.locked,
@@ -75,13 +77,3 @@ def _eye(role: Role, drift: EyeDrift) -> Document:
         "sigma_deg": rounded(math.degrees(sigma_rad), 6),
         "significant": drift.significant,
     }
-
-
-def _read(path: Path) -> Document:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"{path} cannot be read ({error}); delete it and check the drift again") from error
-    if not isinstance(document, dict) or "created_utc" not in document:
-        raise InvalidInput(f"{path} is no drift check; delete it and check the drift again")
-    return document

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from foveacam_hardware.contract import Clock, Head
 from foveacam_pipeline.calibrate.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift_values import DriftSettings
+from foveacam_pipeline.calibrate.drift_values import DriftCheck, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrating.drift_records import DriftRecords, drift_document
+from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.workplace import Registry, StepWatcher
-from foveacam_server.runtime.names import new_id, utc_now
+from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document
 
 CORRECTED = ", corrected for drift"
@@ -21,33 +21,30 @@ def check_drift(
     distance_m: float | None,
     clock: Clock,
     watch: StepWatcher,
-) -> tuple[Document, Calibration | None]:
-    """Return what a check found, and the corrected calibration where there is something to correct."""
+) -> DriftCheck:
+    """Return how far the eyes have moved; `distance_m`: of what stands in the middle, when known."""
     watch.stage("drift")
     settings = DriftSettings(distance_m=distance_m)
-    found = one_shot(head, calibration, clock=clock, watch=watch, settings=settings)
-    created_utc = utc_now()
-    new = None
-    if found.locked and found.significant:
-        new = applied(calibration, found, created_utc=created_utc.replace("Z", "+00:00"))
-        new = replace(new, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
-    document = drift_document(found, check_id=new_id("drf"), created_utc=created_utc)
-    return document, new
+    return one_shot(head, calibration, clock=clock, watch=watch, settings=settings)
 
 
 def keep_check(
-    document: Document,
-    corrected: Calibration | None,
+    found: DriftCheck,
+    calibration: Calibration,
     *,
+    apply: bool,
     records: DriftRecords,
     registry: Registry,
     watch: StepWatcher,
 ) -> Document:
-    """Put the corrected calibration in force, if there is one, and write the check down."""
-    if corrected is not None:
+    """Write a check down; with `apply`, correct a drift that is surely there and put the result in force."""
+    created_utc = utc_now().replace("Z", "+00:00")
+    corrected = None
+    if apply and found.locked and found.significant:
+        corrected = applied(calibration, found, created_utc=created_utc)
+        corrected = replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
         registry.add(corrected)
         registry.activate(corrected.id)
         watch.fitted(corrected)
-        document = document | {"applied": True, "new_calibration_id": corrected.id}
-    records.add(document)
-    return document
+    new_id = None if corrected is None else corrected.id
+    return records.add(found, created_utc=created_utc, new_calibration_id=new_id)

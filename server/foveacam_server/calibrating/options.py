@@ -45,11 +45,20 @@ class MirrorsOptions(_Options):
 
 
 class FitOptions(_Options):
-    """Stages 2 and 3 from what was measured; `order` of the mirrors' polynomial, null: chosen by scores."""
+    """Stages 2 and 3 from what was measured.
+
+    `order`, `field_order`: of the mirrors' and the rectification's polynomials; null: elected by scores.
+    `pose_by_pose`: the paper's way to rectify. `distance`: who says how far the markers stood. `compare`:
+    judge each of our additions to the paper's model.
+    """
 
     label: Label | None = None
     order: Annotated[int, Field(ge=1, le=9)] | None = None
     use_all_distances: bool = True
+    field_order: Annotated[int, Field(ge=1, le=5)] | None = None
+    pose_by_pose: bool = False
+    distance: Literal["print", "tape", "unknown"] = "print"
+    compare: bool = True
 
 
 class CheckOptions(_Options):

@@ -1,9 +1,14 @@
 """The settle characterisation as a step of a session: how fast each mirror axis comes to rest."""
 
+from functools import partial
+
 from foveacam_hardware.contract import StationTarget
 from foveacam_pipeline.calibrate.settle import characterise
+from foveacam_pipeline.calibrate.settle_file import save_settle
+from foveacam_pipeline.calibrate.settle_picture import settle_picture
 from foveacam_pipeline.calibrate.settle_values import AxisSettle, SettleReport
 from foveacam_server.calibrating.documents import SETTLE
+from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
@@ -27,7 +32,9 @@ def measure_settle(session: CalibrationSession, *, workplace: Workplace, watch: 
             watch=watch,
             before=workplace.fovea_settings,
         )
+    save_settle(report, session.folder / "settle.json")
     session.write(SETTLE, settle_document(report))
+    draw(session, {"settle": partial(settle_picture, report)})
     return report
 
 

@@ -24,7 +24,7 @@ class Shelves:
         self.folder = data / "calibrations"
         self.records = RecordStore(self.folder)
         self.sessions = SessionShelf(self.folder / "sessions")
-        self.drift = DriftRecords(folder=self.folder / "drift")
+        self.drift = DriftRecords(self.folder / "drift")
         self._factory = factory
 
     def every(self) -> list[Calibration]:

@@ -1,18 +1,58 @@
 """Whether the calibration in force still holds, from what ordinary fixations leave: told all the time."""
 
+import threading
+
+from foveacam_pipeline.calibrate.health import Checkup, Health, Verdict, health_of
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.values import Fixation
+from foveacam_server.runtime.documents import rounded
+from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.store import Document
 
 
 class CalibrationHealth:
     """Collects fixations; starts anew when another calibration comes into force."""
 
+    def __init__(self, events: EventLog) -> None:
+        self._events = events
+        self._lock = threading.Lock()
+        self._checkup: Checkup | None = None
+
+    def begin(self, calibration: Calibration) -> None:
+        """Forget what was known: `calibration` is in force from now on."""
+        with self._lock:
+            self._checkup = Checkup(calibration)
+        self._tell(health_of(()))
+
+    def add(self, fixation: Fixation, calibration: Calibration) -> None:
+        """Take a fixation; one made with a calibration that is no longer in force says nothing."""
+        with self._lock:
+            if self._checkup is None or self._checkup.calibration_id != calibration.id:
+                return
+            before = self._checkup.health
+            self._checkup.add(fixation)
+            health = self._checkup.health
+        if health != before:
+            self._tell(health)
+
     def document(self) -> Document:
         """Return the verdict so far."""
-        return {
-            "score": None,
-            "verdict": "unknown",
-            "fixations": 0,
-            "vertical_px": None,
-            "horizontal_px": None,
-            "detail": "No fixation has been made with this calibration yet.",
-        }
+        with self._lock:
+            return health_document(health_of(()) if self._checkup is None else self._checkup.health)
+
+    def _tell(self, health: Health) -> None:
+        level = Level.WARNING if health.verdict is Verdict.RECALIBRATE else Level.INFO
+        self._events.emit("calibration.health", health.detail, level=level, data=health_document(health))
+
+
+def health_document(health: Health) -> Document:
+    """Return a health as REST shows it."""
+    return {
+        "score": rounded(health.score, 3),
+        "verdict": health.verdict.value,
+        "fixations": health.fixations,
+        "vertical_px": rounded(health.vertical_px, 2),
+        "horizontal_px": rounded(health.horizontal_px, 2),
+        "rows_px": rounded(health.rows_px, 2),
+        "detail": health.detail,
+    }

@@ -17,7 +17,7 @@ class DriftChecks:
     """Queues checks, runs them, keeps what they found."""
 
     def __init__(self, folder: Path, equipment: Equipment) -> None:
-        self.records = DriftRecords(folder=folder)
+        self.records = DriftRecords(folder)
         self._with = equipment
         equipment.jobs.handle(KIND, self._work)
 
@@ -31,12 +31,6 @@ class DriftChecks:
         """Return the check that a job's result URL names."""
         return self.records.get(url.rsplit("/", 1)[1])
 
-    def trend(self) -> bytes:
-        """Return a PNG of the drift over time."""
-        from foveacam_server.calibrating.drift_trend import trend_picture  # figures load for seconds
-
-        return trend_picture(self.records)
-
     def _work(self, context: JobContext) -> str:
         from foveacam_server.calibrating.drift_step import check_drift, keep_check  # loads for a while
 
@@ -44,20 +38,22 @@ class DriftChecks:
         watch = JobWatch(
             context, session_id=None, sink=self._with.sink, events=self._with.events, clock=self._with.clock
         )
-        hardware, calibration = self._with.hardware, self._with.calibration
-        with hardware.session(f"drift check {context.job.id}", cancelled=context.cancelled) as head:
-            document, corrected = check_drift(
+        calibration = self._with.calibration.require()
+        holder = f"drift check {context.job.id}"
+        with self._with.hardware.session(holder, cancelled=context.cancelled) as head:
+            found = check_drift(
                 head,
-                calibration.require(),
+                calibration,
                 distance_m=wished.get("distance_m"),
                 clock=self._with.clock,
                 watch=watch,
             )
         document = keep_check(
-            document,
-            corrected if wished.get("apply") else None,
+            found,
+            calibration,
+            apply=bool(wished.get("apply")),
             records=self.records,
-            registry=calibration,
+            registry=self._with.calibration,
             watch=watch,
         )
         self._with.events.emit("calibration.drift", document["detail"], data=document)

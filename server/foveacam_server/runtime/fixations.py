@@ -38,6 +38,8 @@ class Tools:
     clock: Clock
     on_distance: Callable[[float], None]
     """Told how far away the foveae verged, metres."""
+    on_fixation: Callable[[Fixation, Calibration], None]
+    """Told of every fixation and the calibration that it was made with."""
 
 
 class FixationService:
@@ -109,6 +111,7 @@ class FixationService:
                 on_step=on_step,
                 cancelled=context.cancelled,
             )
+        tools.on_fixation(fixation, calibration)
         steps = len(fixation.steps)
         context.progress(steps, total=steps, note=fixation.state.value)
         return self._keep(fixation, fixation_id=fixation_id, job=job, calibration=calibration)

@@ -59,6 +59,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     stack.callback(streams.close)
     folder = store.subfolder("calibrations")
     calibration = CalibrationService(chosen=settings.calibration, folder=folder, events=events)
+    health = CalibrationHealth(events)
+    calibration.on_change(health.begin)
     viewer = _open_viewer(settings, stack=stack, events=events, loop=loop)
     overlay = Overlay(lambda: calibration.current)
     hardware = HardwareThread(
@@ -82,6 +84,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         events=events,
         clock=clock,
         on_distance=overlay.look_at_distance,
+        on_fixation=health.add,
     )
     fixations = FixationService(store, tools)
     equipment = Equipment(
@@ -115,7 +118,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         stopping=stopping,
         calibration=calibration,
         records=CalibrationRecords(
-            calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=CalibrationHealth()
+            calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=health
         ),
         sessions=desk,
         drift=drift,
