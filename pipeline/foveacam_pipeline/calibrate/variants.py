@@ -15,14 +15,15 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit import FitChoice, RigFit, fit_rig
 from foveacam_pipeline.calibrate.measured import Measured
 from foveacam_pipeline.calibrate.mirror_models import Family
-from foveacam_pipeline.calibrate.paper_model import CUBIC, PAPER_CHOICE
+from foveacam_pipeline.calibrate.paper_model import PAPER_CHOICE
 from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.sweep_checks import EYES
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
-FOLDS = 3
+FOLDS = 4
 _SEED = 9
+_FAR_LESS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,8 +82,8 @@ def _variants(measured: Measured, plain: Measured, fit: RigFit) -> list[_Variant
     if len({int(sweep) for nodes in measured.nodes.values() for sweep in nodes[:, 0]}) > 1:
         fewer = replace(
             ours,
-            mirror_orders=_orders(fit, Family.POLYNOMIAL, down_to=CUBIC),
-            spring_orders=_orders(fit, Family.SPRINGS, down_to=CUBIC),
+            mirror_orders=_orders(fit, Family.POLYNOMIAL, less=_FAR_LESS),
+            spring_orders=_orders(fit, Family.SPRINGS, less=_FAR_LESS),
         )
         variants += [
             _Variant(name="ours, but one distance", measured=measured, choice=fewer, far=True),
@@ -95,12 +96,10 @@ def _field_orders(fit: RigFit) -> tuple[int, ...]:
     return tuple(sorted({eye.field.polynomial.order for eye in fit.fields.values()}))
 
 
-def _orders(fit: RigFit, family: Family, *, down_to: int | None = None) -> tuple[int, ...]:
-    """Return the orders of a family that were elected; with those below for where poses are few."""
+def _orders(fit: RigFit, family: Family, *, less: int = 1) -> tuple[int, ...]:
+    """Return the orders of a family that were elected, and those down to `less` fewer, as poses are fewer."""
     chosen = {mirror.chosen.order for mirror in fit.mirrors.values() if mirror.chosen.family is family}
-    if not chosen or down_to is None:
-        return tuple(sorted(chosen))
-    return tuple(range(min(down_to, *chosen), max(chosen) + 1))
+    return tuple(sorted({order - k for order in chosen for k in range(less + 1) if order > k}))
 
 
 def _folds(measured: Measured, folds: int) -> NDArray[np.int64]:
