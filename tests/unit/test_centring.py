@@ -114,6 +114,19 @@ def test_a_marker_beyond_the_limit_but_in_view_counts_as_rim() -> None:
     assert abs(off_px[1]) <= CentringSettings().centred_px
 
 
+def test_a_doubtful_sight_at_the_limit_is_repeated_within_it() -> None:
+    mirror = Mirror((math.radians(10.0), 0.0))
+    eye = EyeCentring(Role.LEFT, mirror.marker_rad, EyePrediction(RAD_PER_V), CentringSettings(), max_v=MAX_V)
+    while not eye.done:
+        assert np.abs(eye.command_v).max() <= MAX_V
+        set_v = eye.command_v + np.sign(eye.command_v) * 1e-3  # what a DAC of 3 mV steps makes of it
+        eye.take(mirror.sight(set_v, covered=1), mirror.gaze(set_v), asked_ns=T_NS)
+
+    assert eye.refusal is not None
+    assert eye.refusal.startswith("beyond the volts")
+    assert "marker 1 is partly seen" in eye.refusal
+
+
 def test_a_marker_out_of_view_at_the_limit_is_refused_as_beyond_the_volts() -> None:
     eye = centre(Mirror((math.radians(13.0), 0.0)))
 
