@@ -82,13 +82,14 @@ def fit_rig(sweep: RigSweep, choice: FitChoice | None = None) -> RigFit:
     marker stood aside; then everything is fitted once more.
     """
     choice = choice or FitChoice()
-    first_pupil_m = _fit_pupil(sweep, choice)
+    first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
     sharper = replace(
         sweep,
         left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
         right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
     )
-    return _fit_eyes(sharper, choice, pupil_m=_fit_pupil(sharper, choice))
+    pupil_m = _fit_pupil(sharper, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
+    return _fit_eyes(sharper, choice, pupil_m=pupil_m)
 
 
 def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
@@ -210,10 +211,10 @@ def _fit_fields(
     )
 
 
-def _fit_pupil(sweep: RigSweep, choice: FitChoice) -> float:
+def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: tuple[float, ...]) -> float:
     """Return the pupil's distance behind the pivots for which near and far targets agree best, m."""
     if not (choice.walks and sweep.left.has_two_depths and sweep.right.has_two_depths):
-        return sweep.pupil_m
+        return start_m
     cubic = FitChoice(field_orders=(_PUPIL_ORDER,))
 
     def disagreement(pupil_m: float) -> float:
@@ -223,8 +224,8 @@ def _fit_pupil(sweep: RigSweep, choice: FitChoice) -> float:
         ]
         return fits[0].loo_px ** 2 + fits[1].loo_px ** 2
 
-    pupil_m = sweep.pupil_m
-    for step_m in _PUPIL_STEPS_M:  # squares of misfits: a parabola, the better the nearer
+    pupil_m = start_m
+    for step_m in steps_m:  # squares of misfits: a parabola, the better the nearer
         below, at, above = (disagreement(pupil_m + side * step_m) for side in (-1.0, 0.0, 1.0))
         pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
     logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from foveacam_pipeline.geometry.polynomial import fit_polynomial
+from foveacam_pipeline.geometry.polynomial import monomials
 
 USUAL_STIFFENING = 0.15
 """A tenth less reach at full drive than the slope at rest promises."""
@@ -40,8 +40,10 @@ def fit_stiffening(
 
     def squares(stiffening: NDArray[np.float64]) -> float:
         kx, ky = np.maximum(stiffening, 0.0).tolist()
-        fit = fit_polynomial(stretched(share, (kx, ky)), angles_rad, order, "square")
-        return float(np.sum(fit.residuals**2))
+        drive = stretched(share, (kx, ky))
+        basis = monomials(drive[:, 0], drive[:, 1], order)
+        solution = np.linalg.solve(basis.T @ basis, basis.T @ angles_rad)  # the search bears its rounding
+        return float(np.sum((angles_rad - basis @ solution) ** 2))
 
     start = np.array([USUAL_STIFFENING, USUAL_STIFFENING])
     scale = max(squares(start), 1e-300)
