@@ -18,8 +18,9 @@ from foveacam_pipeline.calibrate.boards import LEAST_CORNERS, Board, Charuco, Ch
 from foveacam_pipeline.calibrate.corner_model import fit_crossings
 
 Effort: TypeAlias = Literal["live", "exact", "thorough"]
-HALVED_FROM = 1200
-"""Images this wide, px, and wider are searched for checkerboards at half size."""
+COARSE_WIDTH = 480
+"""Checkerboards are searched for in images shrunk to about this width, px: where a part of the board is cut
+off, the search takes longest, for nothing."""
 _LIVE = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
 _SLOW = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 _WINDOW_PX = (2, 11)
@@ -133,13 +134,12 @@ def _coarse_checkerboard(
     gray: NDArray[np.uint8], board: Checkerboard, *, thorough: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
     size = (board.columns, board.rows)
-    large = gray.shape[1] >= HALVED_FROM
-    small = cv2.resize(gray, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if large else gray
+    scale = max(1, gray.shape[1] // COARSE_WIDTH)
+    small = cv2.resize(gray, None, fx=1.0 / scale, fy=1.0 / scale, interpolation=cv2.INTER_AREA)
     found, corners = cv2.findChessboardCorners(small, size, flags=_LIVE)
-    scale = 2.0 if large else 1.0
     if not found and thorough:
         found, corners = cv2.findChessboardCorners(gray, size, flags=_SLOW)
-        scale = 1.0
+        scale = 1
     if not found and thorough:
         found, corners = cv2.findChessboardCornersSB(gray, size, flags=cv2.CALIB_CB_EXHAUSTIVE)
     if not found:
