@@ -232,5 +232,6 @@ def test_views_of_a_calibration_are_absent_until_it_shows_something(room: Runnin
 
 def test_drift_check_that_does_not_exist_is_not_found(room: Running) -> None:
     assert room.get("/drift_checks").json() == []
-    assert room.get("/drift_checks/drf-0").status_code == 404
+    assert room.get("/drift_checks/0123abcd").status_code == 404
+    assert room.get("/drift_checks/trend.png").status_code == 404
     assert room.post("/drift_checks", {"distance_m": 0.1}).status_code == 422

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role
-from foveacam_pipeline.calibrate import fit_calibration
 from foveacam_pipeline.calibrate.exchange import (
     CameraKeys,
     ExchangeRecord,
@@ -25,6 +24,7 @@ from foveacam_pipeline.calibrate.exchange import (
 )
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.intrinsic import typed_array
+from foveacam_pipeline.calibrate.fit import fit_calibration
 from foveacam_pipeline.models import Calibration
 
 from .exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench

@@ -1,7 +1,4 @@
-"""From the samples of a sweep to calibrated models."""
+"""The procedures and fits that calibrate a rig.
 
-from foveacam_pipeline.calibrate.fit import fit_calibration, fit_mirror
-from foveacam_pipeline.calibrate.fit_homography import fit_homography
-from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
-
-__all__ = ["EyeSweep", "RigSweep", "fit_calibration", "fit_homography", "fit_mirror"]
+Nothing is imported here: the fits load scipy, the pictures matplotlib, and a server shall start without them.
+"""

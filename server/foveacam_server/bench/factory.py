@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import DeviceFault, MirrorVolts, Role
 from foveacam_hardware.sim.optics import View
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate import EyeSweep, RigSweep, fit_calibration
+from foveacam_pipeline.calibrate.fit import fit_calibration
+from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
 from foveacam_pipeline.models import Calibration, Intrinsics, load_calibration, save_calibration
 from foveacam_server.bench.certificate_check import assess
 

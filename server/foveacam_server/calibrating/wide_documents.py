@@ -1,24 +1,17 @@
-"""Stage 1 of a session: its views, fitted and kept as a document, and the lens for what follows."""
+"""Stage 1 of a session as a document, and the lens that it found, as they were kept."""
 
-import math
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
 
-from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
-from foveacam_pipeline.calibrate.board_attitude import attitude_of
-from foveacam_pipeline.calibrate.boards import Board, Charuco
-from foveacam_pipeline.calibrate.coverage import coverage_of
-from foveacam_pipeline.calibrate.fit_wide import WideFit, choose_model, fit_wide
-from foveacam_pipeline.calibrate.wide_samples import FILE, THUMBNAILS, WideSample, WideSamples
-from foveacam_pipeline.models.content import plain
+from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.store import Document
 
 RESULT = "wide-result.json"
-Model = Literal["five", "rational"]
+VIEWS, THUMBNAILS = "wide.json", "wide"
+"""What the procedure keeps its views in."""
 
 
 def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document | None, Document | None]:
@@ -27,7 +20,7 @@ def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document |
     While views are being taken the newest are shown without a fit.
     """
     found = session.read(RESULT)
-    views = session.folder / FILE
+    views = session.folder / VIEWS
     if views.is_file() and (found is None or found["views_ns"] != views.stat().st_mtime_ns):
         found = _unfitted(session.folder, views.stat().st_mtime_ns)
     if found is None:
@@ -41,7 +34,9 @@ def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document |
 
 @lru_cache(maxsize=4)
 def _unfitted(folder: Path, views_ns: int) -> Document:
-    return _result(WideSamples.load(folder), views_ns, model=None, fits=[], reason="views are being taken")
+    from foveacam_server.calibrating.wide_results import unfitted  # finding boards loads for a while
+
+    return unfitted(folder, views_ns)
 
 
 def lens_of(session: CalibrationSession) -> Intrinsics:
@@ -57,118 +52,14 @@ def lens_of(session: CalibrationSession) -> Intrinsics:
     return Intrinsics(**{**lens, "distortion": tuple(lens["distortion"])})
 
 
-def samples_of(session: CalibrationSession) -> WideSamples | None:
-    """Return the views of a session; None when there are none."""
-    return WideSamples.load(session.folder) if (session.folder / FILE).is_file() else None
-
-
 def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
     """Return the file of a view's thumbnail or raise `NotFound`."""
     path = session.folder / THUMBNAILS / f"{sample_id}.jpg"
     if not path.is_file():
-        raise _no_view(session, sample_id)
+        raise no_view(session, sample_id)
     return path
 
 
-def remove_sample(session: CalibrationSession, sample_id: str) -> list[WideFit]:
-    """Take a view out and fit the lens to the others, as far as they are enough; return the fits."""
-    samples = samples_of(session)
-    if samples is None or sample_id not in [sample.id for sample in samples]:
-        raise _no_view(session, sample_id)
-    samples.remove(sample_id)
-    samples.save(session.folder)
-    return write_result(session, samples, model=(session.read(RESULT) or {}).get("model"))
-
-
-def write_result(session: CalibrationSession, samples: WideSamples, *, model: Model | None) -> list[WideFit]:
-    """Fit the lens, keep what stage 1 has found, and return the fit that counts and the other one.
-
-    `model`: which counts; None takes the one that predicts views left out better. Views that are too few or
-    too alike are kept without a fit.
-    """
-    try:
-        fits, reason = _fitted(samples, model)
-    except InvalidInput as error:
-        fits, reason = [], str(error)
-    views_ns = (session.folder / FILE).stat().st_mtime_ns
-    session.write(RESULT, _result(samples, views_ns, model=model, fits=fits, reason=reason))
-    return fits
-
-
-def _result(
-    samples: WideSamples, views_ns: int, *, model: Model | None, fits: list[WideFit], reason: str
-) -> Document:
-    rms_px = {view.id: view.rms_px for view in fits[0].views} if fits else {}
-    lens = fits[0].intrinsics if fits else None
-    coverage = coverage_of((sample.view for sample in samples), lens)
-    return {
-        "views_ns": views_ns,
-        "board": _board(samples.board),
-        "model": model,
-        "lens": None if lens is None else plain(lens),
-        "wide": {
-            "samples": [_sample(sample, rms_px.get(sample.id), lens) for sample in samples],
-            "coverage_fraction": round(coverage.fraction, 4),
-            "tilts_covered": coverage.tilts_covered,
-            "fit": _fit(fits[0]) if fits else None,
-            "other_model": _fit(fits[1]) if len(fits) > 1 else None,
-            "reason": reason,
-        },
-    }
-
-
-def _fitted(samples: WideSamples, model: Model | None) -> tuple[list[WideFit], str]:
-    if model is None:
-        choice = choose_model(samples)
-        return [choice.recommended, choice.other], choice.reason
-    other: Model = "rational" if model == "five" else "five"
-    return [fit_wide(samples, model), fit_wide(samples, other)], f"{model}: as asked"
-
-
-def _sample(sample: WideSample, rms_px: float | None, lens: Intrinsics | None) -> Document:
-    x_px, y_px = sample.view.corners_px.mean(axis=0).tolist()
-    return {
-        "id": sample.id,
-        "rms_px": None if rms_px is None else round(rms_px, 4),
-        "tilt_deg": _tilt_deg(sample, lens),
-        "centre_px": [round(x_px, 1), round(y_px, 1)],
-        "corners": len(sample.view.ids),
-    }
-
-
-def _tilt_deg(sample: WideSample, lens: Intrinsics | None) -> float | None:
-    try:
-        return round(math.degrees(attitude_of(sample.view, lens).tilt_rad), 1)
-    except FoveaError:
-        return None
-
-
-def _fit(fit: WideFit) -> Document:
-    lens = fit.intrinsics
-    fov_x_rad, fov_y_rad = fit.field_rad
-    return {
-        "model": fit.model,
-        "rms_px": round(fit.rms_px, 4),
-        "fov_x_deg": round(math.degrees(fov_x_rad), 4),
-        "fov_y_deg": round(math.degrees(fov_y_rad), 4),
-        "fx_px": round(lens.fx_px, 3),
-        "fy_px": round(lens.fy_px, 3),
-        "cx_px": round(lens.cx_px, 3),
-        "cy_px": round(lens.cy_px, 3),
-        "distortion": list(lens.distortion),
-        "accuracy_deg": round(math.degrees(fit.accuracy.sigma_rad), 6),
-    }
-
-
-def _board(board: Board) -> Document:
-    return {
-        "kind": board.kind,
-        "columns": board.columns,
-        "rows": board.rows,
-        "square_mm": round(1e3 * board.square_m, 4),
-        "marker_mm": round(1e3 * board.marker_m, 4) if isinstance(board, Charuco) else None,
-    }
-
-
-def _no_view(session: CalibrationSession, sample_id: str) -> NotFound:
+def no_view(session: CalibrationSession, sample_id: str) -> NotFound:
+    """Return the refusal of a view that there is not."""
     return NotFound(f"session {session.id} has no view {sample_id} of the board", asked=sample_id)

@@ -15,7 +15,7 @@ from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.turning import turn_to_station
-from foveacam_server.calibrating.wide_documents import samples_of, write_result
+from foveacam_server.calibrating.wide_results import samples_of, write_result
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
-from foveacam_server.calibrating.wide_documents import remove_sample, samples_of, thumbnail_path
+from foveacam_server.calibrating.wide_documents import thumbnail_path
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_runs import SESSIONS_URL, CalibrationRuns, Equipment
 from foveacam_server.runtime.job_table import Job
@@ -54,7 +54,8 @@ class CalibrationDesk:
 
     def remove_sample(self, session_id: str, sample_id: str) -> Document:
         """Take a view of the board out of the fit of the lens."""
-        from foveacam_server.calibrating.wide_step import redraw  # figures load for seconds
+        from foveacam_server.calibrating.wide_results import remove_sample, samples_of
+        from foveacam_server.calibrating.wide_step import redraw  # fits and figures load for seconds
 
         session = self._shelf.get(session_id)
         self._runs.check_idle(session_id, "remove a view")
