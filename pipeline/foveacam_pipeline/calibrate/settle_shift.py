@@ -13,8 +13,12 @@ from foveacam_pipeline.verge.template import peak
 REDUCTION = 4
 HALF_PX = 136
 """Half side of the patch that is followed."""
-SIDEWAYS_PX = 60
+SIDEWAYS_PX = 32
 """How far from the line of the step a patch is looked for."""
+OVERSHOOT = 0.7
+"""Of the step, by which a mirror may swing over."""
+TEXTURE_SIGMA_PX = 4.0
+"""Finer detail is mostly noise in a picture so dark."""
 QUIET_SIGMA_PX = 1.5
 SHADING_PX, CONTRAST_PX, LEAST_CONTRAST = 12.0, 10.0, 3.0
 ROUNDS = 12
@@ -41,7 +45,7 @@ class Reference:
     """A settled picture, against which others are measured.
 
     `towards_px`: (2,) where a picture before the step shows the things in the middle, px from there: the
-    patch is chosen so that it is in view from there to as far beyond the end as a ringing mirror goes.
+    patch is the most textured one that stays in view from there to as far beyond as a ringing mirror goes.
     `search_px`: (2,) how far beside that it is looked for; for a step that is not known yet.
     """
 
@@ -52,30 +56,16 @@ class Reference:
         towards_px: NDArray[np.float64],
         search_px: NDArray[np.float64] | None = None,
     ) -> None:
-        height, width = gray.shape
-        middle = np.array([(width - 1) / 2.0, (height - 1) / 2.0])
-        self._at = np.rint(middle - towards_px * 0.3).astype(np.intp)
-        ends = np.array([towards_px, -0.7 * towards_px, [0.0, 0.0]])
+        ends = np.array([towards_px, -OVERSHOOT * towards_px, [0.0, 0.0]])
         spare = np.full(2, SIDEWAYS_PX) if search_px is None else search_px
         self._low = np.floor(ends.min(axis=0) - spare)
         self._high = np.ceil(ends.max(axis=0) + spare)
         self._even = _evened(gray)
+        self._at = _best_place(self._even, self._low, self._high)
         self._patch = _cut(self._even, self._at)
         self._small = cv2.resize(
             self._patch, None, fx=1 / REDUCTION, fy=1 / REDUCTION, interpolation=cv2.INTER_AREA
         )
-
-    @property
-    def texture_px(self) -> float:
-        """How sharply the patch is placed along its worse axis: the slope of its brightness, 1 / px."""
-        slope_y, slope_x = np.gradient(self._patch.astype(np.float64))
-        moments = np.array(
-            [
-                [np.mean(slope_x**2), np.mean(slope_x * slope_y)],
-                [np.mean(slope_x * slope_y), np.mean(slope_y**2)],
-            ]
-        )
-        return math.sqrt(max(0.0, float(np.linalg.eigvalsh(moments)[0])))
 
     def shift(self, gray: NDArray[np.uint8]) -> Shift:
         """Return how far a picture is from the reference."""
@@ -141,3 +131,29 @@ def _cut(image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.int
     flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
     view = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(view, dtype=np.float32)
+
+
+def _best_place(
+    image: NDArray[np.float32], low_px: NDArray[np.float64], high_px: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Return the middle of the patch that can best be told from its surroundings along every direction.
+
+    It stays in view while it moves from `low_px` to `high_px`, (2,) each, or as nearly so as there is room.
+    """
+    coarse = cv2.GaussianBlur(image, (0, 0), TEXTURE_SIGMA_PX)
+    across, down = (cv2.Sobel(coarse, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
+    side = (2 * HALF_PX, 2 * HALF_PX)
+    xx, yy, xy = (
+        cv2.blur(cv2.multiply(a, b), side) for a, b in ((across, across), (down, down), (across, down))
+    )
+    texture = (xx + yy) / 2.0 - np.sqrt((xx - yy) ** 2 / 4.0 + xy**2)
+    first, last = [], []
+    for size, low, high in zip(image.shape[::-1], low_px.tolist(), high_px.tolist(), strict=True):
+        begin, end = HALF_PX - low, size - 1 - HALF_PX - high
+        if begin > end:  # it leaves the picture at one of its ends: as late as possible
+            begin = end = min(max((begin + end) / 2.0, HALF_PX), size - 1 - HALF_PX)
+        first.append(int(begin))
+        last.append(int(end))
+    part = texture[first[1] : last[1] + 1, first[0] : last[0] + 1]
+    y, x = divmod(int(np.argmax(part)), part.shape[1])
+    return np.array([first[0] + x, first[1] + y])

@@ -1,0 +1,165 @@
+"""A relocated rig finds its eyes again: one shot on the simulated rig, judged by its truth."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import foveacam_server
+from foveacam_hardware.contract import Cancelled, PixelFormat, Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.optics import gaze
+from foveacam_hardware.sim.render import warm_up
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.calibrate.drift import applied, one_shot
+from foveacam_pipeline.calibrate.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.health import Checkup, Health, Verdict
+from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
+from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.values import PixelTarget
+from foveacam_server.bench.calibration_truth import EYES, Ours, random_poses
+
+CERTIFICATE = load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+RELOCATED = {
+    Role.LEFT: tuple(np.deg2rad([0.257, 0.154, -0.1]).tolist()),
+    Role.RIGHT: tuple(np.deg2rad([0.095, -0.285, -0.1]).tolist()),
+}
+"""0.3° of shift, each eye its own way, and 0.1° of roll."""
+LATER = "2026-02-01T00:00:00+00:00"
+LIMIT_PX = 3.0
+LONGEST_S = 10.0
+pytestmark = pytest.mark.timeout(300)
+FEW = DriftSettings(columns=3, rows=3)
+CLICKS = (
+    (1000.0, 780.0),
+    (640.0, 550.0),
+    (870.0, 400.0),
+    (900.0, 880.0),
+    (560.0, 505.0),
+    (1050.0, 520.0),
+    (930.0, 230.0),
+    (690.0, 600.0),
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled() -> None:
+    warm_up()
+
+
+@contextmanager
+def relocated(scene: str) -> Iterator[Rig]:
+    with open_simulated(scene, inline=True) as rig:
+        assert rig.truth is not None
+        rig.truth.world.faults.drift_step_rad = dict(RELOCATED)
+        plainly(rig)
+        yield rig
+
+
+def plainly(rig: Rig) -> None:
+    """Make all pictures grey, which are drawn faster."""
+    for camera in rig.cameras:
+        camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
+
+
+def misses_px(rig: Rig, calibration: Calibration) -> NDArray[np.float64]:
+    """Return (n, 2 eyes, 2) how far from where the eyes look 200 targets are, rig axes, fovea px."""
+    truth = rig.truth
+    assert truth is not None
+    misses: list[list[NDArray[np.float64]]] = []
+    for pose in random_poses(Ours(calibration), truth, rng=np.random.default_rng(5), count=200):
+        misses.append([])
+        for role in EYES:
+            view = truth.static_projection(role, eye_volts(pose.volts, role), t_ns=rig.clock.now_ns())
+            way, looked = pose.point_rig_m - view.centre_m, gaze(view)
+            misses[-1].append(way[:2] / way[2] - looked[:2] / looked[2])
+    return calibration.fovea_f_px * np.array(misses)
+
+
+def pointing_rms_px(misses: NDArray[np.float64]) -> float:
+    return math.sqrt(float(np.mean(np.sum(misses**2, axis=2))))
+
+
+def shoot(rig: Rig, calibration: Calibration, settings: DriftSettings | None = None) -> DriftCheck:
+    return one_shot(rig.head, calibration, clock=rig.clock, settings=settings or DriftSettings())
+
+
+def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing() -> None:
+    with relocated("calibration") as rig:
+        before_px = pointing_rms_px(misses_px(rig, CERTIFICATE))
+        check = shoot(rig, CERTIFICATE)
+        corrected = applied(CERTIFICATE, check, created_utc=LATER)
+        after_px = pointing_rms_px(misses_px(rig, corrected))
+        again = shoot(rig, corrected)
+    assert before_px > 100.0
+    assert check.vergence_known, check.detail
+    assert check.duration_s <= LONGEST_S
+    assert after_px <= LIMIT_PX, check.detail
+    assert again.locked, again.detail
+    assert not again.significant, again.detail
+
+
+def test_without_a_known_depth_all_but_the_angle_between_the_eyes_is_restored() -> None:
+    with relocated("bench") as rig:
+        check = shoot(rig, CERTIFICATE)
+        corrected = applied(CERTIFICATE, check, created_utc=LATER)
+        misses = misses_px(rig, corrected)
+    assert not check.vergence_known
+    common = misses.mean(axis=1)
+    assert pointing_rms_px(common[:, None]) <= LIMIT_PX, check.detail
+    apart_px = CERTIFICATE.fovea_f_px * (RELOCATED[Role.LEFT][1] - RELOCATED[Role.RIGHT][1])
+    assert corrected.pose_sigma_px(8.0) > 0.2 * abs(apart_px)
+
+
+def test_among_people_that_walk_it_finds_what_stands_still() -> None:
+    with relocated("street") as rig:
+        check = shoot(rig, CERTIFICATE, FEW)
+    assert check.locked, check.detail
+    for role, turn_rad in RELOCATED.items():
+        found = check.eye(role).turn.turn_rad
+        assert found[0] == pytest.approx(turn_rad[0], abs=LIMIT_PX / CERTIFICATE.fovea_f_px)
+        assert found[2] == pytest.approx(turn_rad[2], abs=math.radians(0.03))
+
+
+def test_a_rig_that_was_not_touched_is_left_alone() -> None:
+    with open_simulated("calibration", inline=True) as rig:
+        plainly(rig)
+        check = shoot(rig, CERTIFICATE)
+    assert check.locked, check.detail
+    assert not check.significant, check.detail
+
+
+def test_a_check_can_be_cancelled() -> None:
+    class Impatient(Nobody):
+        def cancelled(self) -> bool:
+            return True
+
+    with open_simulated("calibration", inline=True) as rig, pytest.raises(Cancelled):
+        one_shot(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
+
+
+def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> Health:
+    checkup = Checkup(CERTIFICATE)
+    with open_simulated("bench", inline=True) as rig:
+        assert rig.truth is not None
+        plainly(rig)
+        rig.truth.world.faults.drift_step_rad = turn_rad
+        for x_px, y_px in CLICKS:
+            checkup.add(fixate(rig.head, CERTIFICATE, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock))
+    return checkup.health
+
+
+def test_ordinary_fixations_call_a_good_calibration_good() -> None:
+    found = health_after_clicks(turn_rad={})
+    assert found.verdict is Verdict.GOOD, found.detail
+
+
+def test_ordinary_fixations_notice_that_an_eye_has_moved() -> None:
+    found = health_after_clicks(turn_rad={Role.LEFT: (math.radians(0.02), 0.0, 0.0)})
+    assert found.verdict is Verdict.RECALIBRATE, found.detail

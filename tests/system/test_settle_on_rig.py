@@ -1,0 +1,81 @@
+"""How the simulated mirrors settle, seen in pictures, against what filters and springs make of a step."""
+
+import math
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import CameraSettings, PixelFormat, Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.low_pass import DriveHistory
+from foveacam_hardware.sim.presets import Preset, find_preset
+from foveacam_hardware.sim.render import warm_up
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.calibrate.settle import characterise
+from foveacam_pipeline.calibrate.settle_values import SettleReport, SettleSettings
+from foveacam_pipeline.verge.aim import EYES
+
+pytestmark = pytest.mark.timeout(300)
+
+QUICK = SettleSettings(
+    axes=("x",), delays=18, longest_us=16_000, ringing_delays=20, ringing_us=6_000, settled_us=30_000
+)
+TOLERANCE_US = {"rig120": 350.0, "paper": 100.0}
+"""Half the time between two delays."""
+
+
+def plainly(rig: Rig) -> CameraSettings:
+    """Make both foveae's pictures grey, which are drawn faster; return what they are exposed with."""
+    for camera in (rig.left, rig.right):
+        camera.configure(
+            CameraSettings(
+                exposure_ns=camera.settings.exposure_ns, pixel_format=PixelFormat.MONO8, triggered=True
+            )
+        )
+    return rig.left.settings
+
+
+def true_time_us(preset: Preset, share: float) -> float:
+    """Return when a step is within a share of itself of rest for good."""
+    history = DriveHistory(axes=1, mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=0)
+    history.drive(0, np.ones(1))
+    times_us = np.arange(0, 30_000, 5)
+    left = np.array([abs(1.0 - float(history.output_v(int(t) * 1000)[0])) for t in times_us])
+    return float(times_us[np.flatnonzero(left > share)[-1]])
+
+
+@pytest.fixture(scope="module", params=["paper", "rig120"])
+def measured(request: pytest.FixtureRequest) -> tuple[Preset, SettleReport]:
+    warm_up()
+    preset = find_preset(request.param)
+    with open_simulated("bench", preset.name, inline=True) as rig:
+        before = plainly(rig)
+        report = characterise(
+            rig.head,
+            clock=rig.clock,
+            rig_id=rig.rig_id,
+            created_utc="2026-02-01T00:00:00+00:00",
+            settings=QUICK,
+            before=before,
+        )
+        assert rig.left.settings.exposure_ns == before.exposure_ns
+        assert rig.mirrors.low_pass_hz == preset.low_pass_hz
+    return preset, report
+
+
+@pytest.mark.parametrize("role", EYES)
+def test_the_mirrors_settle_when_the_pictures_say(measured: tuple[Preset, SettleReport], role: Role) -> None:
+    preset, report = measured
+    found = report.axis(role, "x")
+    tolerance_us = TOLERANCE_US[preset.name]
+    assert found.settle_share_us == pytest.approx(true_time_us(preset, 0.01), abs=tolerance_us)
+    assert found.settle_us == pytest.approx(true_time_us(preset, 1.0 / found.step_px), abs=tolerance_us)
+
+
+@pytest.mark.parametrize("role", EYES)
+def test_the_mirrors_own_resonance_is_found(measured: tuple[Preset, SettleReport], role: Role) -> None:
+    preset, report = measured
+    found = report.axis(role, "x").resonance
+    assert found is not None, report.axis(role, "x").ringing
+    assert found.frequency_hz == pytest.approx(preset.mode.frequency_hz, rel=0.03)
+    assert math.log(found.quality / preset.mode.quality) == pytest.approx(0.0, abs=0.2)
