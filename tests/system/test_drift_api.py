@@ -1,7 +1,10 @@
 """A drift check over REST: one shot into the scene, applied when it is sure and asked for."""
 
+import math
+
 import pytest
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
 
 from .conftest import Running
@@ -65,3 +68,23 @@ def test_another_calibration_begins_without_a_verdict(server: Running) -> None:
 
 def test_drift_that_was_seen_is_drawn_over_time(server: Running) -> None:
     assert server.get("/drift_checks/trend.png").content.startswith(b"\x89PNG")
+
+
+def test_knock_is_corrected_once_and_then_no_more(server: Running) -> None:
+    before = server.get("/calibrations/current").json()
+    turn_rad = (math.radians(0.1), math.radians(-0.15), 0.0)
+    server.truth.world.faults.drift_step_rad = {Role.LEFT: turn_rad, Role.RIGHT: turn_rad}
+    try:
+        found = server.post("/drift_checks", {"apply": True}, Prefer="wait=60").json()
+        assert found["applied"], found["detail"]
+        assert found["locked"]
+        assert found["eyes"][0]["shift_x_deg"] == pytest.approx(-0.15, abs=0.02)  # 10 fovea px
+        current = server.get("/calibrations/current").json()
+        assert current["id"] == found["new_calibration_id"]
+        assert (current["origin"], current["parent_id"]) == ("corrected", before["id"])
+        again = server.post("/drift_checks", {"apply": True}, Prefer="wait=60").json()
+        assert again["calibration_id"] == current["id"]
+        assert again["eyes"][0]["shift_x_deg"] == pytest.approx(0.0, abs=0.02)
+    finally:
+        server.truth.world.faults.drift_step_rad = {}
+        server.post(f"/calibrations/{before['id']}/activate")
