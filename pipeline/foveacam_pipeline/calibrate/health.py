@@ -79,12 +79,13 @@ class Checkup:
 
     def __init__(self, calibration: Calibration) -> None:
         self._calibration = calibration
+        self._calibration_id = calibration.id
         self._residuals: deque[Residual] = deque(maxlen=KEPT)
 
     @property
     def calibration_id(self) -> str:
         """Whose health it is."""
-        return self._calibration.id
+        return self._calibration_id
 
     def add(self, fixation: Fixation) -> None:
         """Take a fixation; one that did not verge says nothing."""
