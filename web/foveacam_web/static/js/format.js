@@ -73,6 +73,16 @@ export function millis(milliseconds) {
   return `${number(milliseconds, size < 1 ? 2 : size < 10 ? 1 : 0)} ms`;
 }
 
+/**
+ * An error in pixels, with as many decimals as two digits of it need.
+ * @param {number | null | undefined} value_px
+ */
+export function pixels(value_px) {
+  if (value_px === null || value_px === undefined || !Number.isFinite(value_px)) return MISSING;
+  const size = Math.abs(value_px);
+  return `${number(value_px, size < 0.01 ? 4 : size < 0.1 ? 3 : 2)} px`;
+}
+
 /** @param {number | null} metres */
 export function baseline(metres) {
   return metres === null ? MISSING : `${number(metres * 1000, 1)} mm`;

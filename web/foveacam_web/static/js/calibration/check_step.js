@@ -1,7 +1,7 @@
 // Step 4: the proof, at poses that the fit has not seen. The fovea laid over the wide picture, and the rows of both eyes.
 
 import { changing, h } from "../dom.js";
-import { number } from "../format.js";
+import { pixels } from "../format.js";
 import { badge, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
@@ -50,7 +50,7 @@ function resultOf(check) {
     h("dl", { class: "goals" }, GOALS.flatMap(({ key, name, goal, what }) => {
       const value = check[key];
       const met = value !== null && value <= goal;
-      return [h("dt", { text: name, title: what }), h("dd", {}, h("span", { class: "number", text: value === null ? "not measured" : `${number(value, 3)} px` }),
+      return [h("dt", { text: name, title: what }), h("dd", {}, h("span", { class: "number", text: value === null ? "not measured" : pixels(value) }),
         value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`))];
     })),
     h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
@@ -60,5 +60,5 @@ function resultOf(check) {
 /** @param {ConsoleState} state */
 export function checkProgress({ session }) {
   const rms_px = session?.check?.epipolar_rms_px;
-  return rms_px === null || rms_px === undefined ? null : { tone: rms_px <= 0.3 ? "good" : "warn", text: `${number(rms_px, 2)} px` };
+  return rms_px === null || rms_px === undefined ? null : { tone: rms_px <= 0.3 ? "good" : "warn", text: pixels(rms_px) };
 }

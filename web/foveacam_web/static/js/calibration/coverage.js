@@ -1,7 +1,7 @@
 // Where in the picture the board has been, and how it was tilted.
 
 import { h, s } from "../dom.js";
-import { number } from "../format.js";
+import { number, pixels } from "../format.js";
 
 /** @typedef {import("./documents.js").WideSample} WideSample */
 
@@ -23,7 +23,7 @@ export function drawCoverage(samples, { width, height, cells: counts }) {
   const words = samples.length === 0 ? "No view yet." : `${samples.length} views${counts ? ` in ${held.size} of ${COLUMNS * ROWS} parts of the picture` : ""}.`;
   return s("svg", { class: "coverage", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `Coverage of the picture. ${words}` }, cells,
     samples.map(({ centre_px: [x, y], rms_px, tilt_deg }) => s("circle", { cx: x, cy: y, r: height / 54 },
-      s("title", { text: `${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${number(rms_px, 3)} px` }))),
+      s("title", { text: `${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${pixels(rms_px)}` }))),
     samples.length === 0 ? s("text", { x: width / 2, y: height / 2, "text-anchor": "middle", text: "No view yet" }) : null);
 }
 

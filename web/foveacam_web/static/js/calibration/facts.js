@@ -38,6 +38,8 @@ export function sentenceNames(document) {
 const WORDS = Object.freeze(/** @type {Record<string, string>} */ ({
   loo_deg: "Error on poses left out", rectify_loo_px: "Rectification, poses left out", volts_roundtrip_max_lsb: "Volts to angle to volts", pointing_difference_px: "Pointing differs by", epipolar_difference_px: "Rows differ by",
   disparity_difference_px: "Disparity differs by", wide_px: "Wide picture differs by", baseline_m: "Baseline differs by", distance_m: "At the distance",
+  print_m: "Distance by the markers’ print", print_scatter_m: "Scatter of that", tape_m: "Distance by tape", rms_deg: "Parallax, RMS",
+  largest_deg: "Parallax, largest", corrected: "Taken out",
 }));
 
 /** @param {string} name */

@@ -1,7 +1,7 @@
 // The tables of a fit: every model's error on poses left out, ours and the paper's, and what each addition brings.
 
 import { h } from "../dom.js";
-import { MISSING, number } from "../format.js";
+import { MISSING, number, pixels } from "../format.js";
 import { facts, sentenceNames, sentences } from "./facts.js";
 import { badge, figures, nothing } from "./parts.js";
 
@@ -29,7 +29,7 @@ export function mirrorTable(fit) {
  */
 export function fieldTable(fit) {
   if (!fit?.fields?.length) return [];
-  const scores = fit.fields.map(({ loo_px, ...model }) => ({ ...model, size: loo_px, text: `${number(loo_px, 3)} px` }));
+  const scores = fit.fields.map(({ loo_px, ...model }) => ({ ...model, size: loo_px, text: pixels(loo_px) }));
   return [table("Rectification", scores, "eye")];
 }
 
@@ -87,5 +87,5 @@ function variants(steps) {
   return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" }, h("table", { class: "compare" },
     h("thead", {}, h("tr", {}, ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })))),
     h("tbody", {}, steps.map((step) => h("tr", {}, h("th", { scope: "row", class: "long", text: step.name }),
-      [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) => h("td", { text: `${number(px, 2)} px` })))))));
+      [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) => h("td", { text: pixels(px) })))))));
 }

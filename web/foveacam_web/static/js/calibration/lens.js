@@ -1,7 +1,7 @@
 // Both models of the wide lens beside each other: what they fit, what they see, how sure a pixel's direction is.
 
 import { h } from "../dom.js";
-import { MISSING, number, sentence } from "../format.js";
+import { MISSING, number, pixels, sentence } from "../format.js";
 import { nothing } from "./parts.js";
 
 /**
@@ -13,7 +13,7 @@ const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({ five: "Five
 
 /** @type {[string, (fit: LensFit) => string][]} */
 const ROWS = [
-  ["RMS", ({ rms_px }) => `${number(rms_px, 3)} px`],
+  ["RMS", ({ rms_px }) => pixels(rms_px)],
   ["Pixel ↔ angle", ({ accuracy_deg }) => (accuracy_deg === null ? MISSING : `± ${number(accuracy_deg, 4)}°`)],
   ["Field of view", ({ fov_x_deg, fov_y_deg }) => `${number(fov_x_deg, 2)}° × ${number(fov_y_deg, 2)}°`],
   ["Focal length", ({ fx_px, fy_px }) => `${number(fx_px, 1)}, ${number(fy_px, 1)} px`],

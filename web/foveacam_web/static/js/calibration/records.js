@@ -43,9 +43,10 @@ export function mountRecords(place, context) {
   };
   const show = changing(list, (/** @type {CalibrationRecord[] | null} */ records) => (records ?? []).map((record) => row(record, { ...context, picked, choose })));
   const empty = h("div", {});
-  store.on(["records"], ({ records }) => {
+  store.on(["records", "rig"], ({ records, rig }) => {
+    const in_use = rig?.calibration?.id;
     for (const id of picked) if (!records?.some((record) => record.id === id)) picked.delete(id);
-    show(records?.map((record) => ({ ...record, age_s: Math.floor(record.age_s / 60) * 60 })) ?? null);
+    show(records?.map((record) => ({ ...record, current: rig ? record.id === in_use : record.current, age_s: Math.floor(record.age_s / 60) * 60 })) ?? null);
     fill(empty, records === null ? nothing("Loading …") : records.length === 0 ? nothing("No record yet. Calibrate everything, or import a file.") : null);
     choose();
   });

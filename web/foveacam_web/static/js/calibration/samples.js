@@ -1,7 +1,7 @@
 // The views of the board that were taken: thumbnails with their error, each of which can be removed.
 
 import { changing, fill, h } from "../dom.js";
-import { number } from "../format.js";
+import { number, pixels } from "../format.js";
 import { icon } from "../icons.js";
 import { nothing } from "./parts.js";
 import { isRunning } from "./work.js";
@@ -37,7 +37,7 @@ export function mountSamples(place, { store, orders }) {
  * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error stands out
  */
 function card(sample, { index, far, busy, remove }) {
-  const error = sample.rms_px === null ? "not fitted" : `${number(sample.rms_px, 2)} px`;
+  const error = sample.rms_px === null ? "not fitted" : pixels(sample.rms_px);
   const tilt = sample.tilt_deg === null ? "" : `, ${number(sample.tilt_deg, 0)}°`;
   return h("li", { class: far ? "far" : "" },
     h("img", { src: sample.thumbnail_url, alt: `View ${index + 1}: ${sample.corners} corners`, loading: "lazy", width: 144, height: 108 }),

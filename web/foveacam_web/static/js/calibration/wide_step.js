@@ -1,7 +1,7 @@
 // Step 1: the wide camera. The board from everywhere and at every tilt; how good the lens is known from that.
 
 import { changing, h } from "../dom.js";
-import { number } from "../format.js";
+import { number, pixels } from "../format.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
 import { lensTable } from "./lens.js";
 import { allHold, choiceField, numberField, panel, starter } from "./parts.js";
@@ -117,6 +117,6 @@ function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
 /** @param {ConsoleState} state */
 export function wideProgress({ session }) {
   const wide = session?.wide;
-  if (wide?.fit) return { tone: "good", text: `${number(wide.fit.rms_px, 2)} px` };
+  if (wide?.fit) return { tone: "good", text: pixels(wide.fit.rms_px) };
   return wide?.samples.length ? { tone: "plain", text: `${wide.samples.length} views` } : null;
 }

@@ -1,0 +1,68 @@
+"""The calibration page on the simulated rig: what the real server says is what the page can show."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from .conftest import Console, OpenConsole, Server, servers
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+PATIENCE_MS = 60_000
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with servers(tmp_path_factory.mktemp("data")) as start:
+        yield start("--scene", "calibration")
+
+
+@pytest.fixture
+def overview(open_console: OpenConsole, server: Server) -> Console:
+    server.be_idle()
+    console = open_console(f"{server.url}#/calibration")
+    expect(console.page.locator(".records:not(.sessions) .current")).to_be_visible(timeout=PATIENCE_MS)
+    return console
+
+
+def test_pan_tilt_homes_turns_to_a_station_and_by_steps(overview: Console) -> None:
+    side = overview.page.locator(".wizard-side")
+    side.get_by_role("button", name="Home").click()
+    expect(side).to_contain_text("at rest", timeout=PATIENCE_MS)
+    side.get_by_role("button", name="Turn to the station markers near").click()
+    expect(side.locator(".pose")).to_contain_text("pan −45.00°", timeout=PATIENCE_MS)
+    side.get_by_role("button", name="Turn down").click()
+    expect(side.locator(".pose")).to_contain_text("tilt +2.00°", timeout=PATIENCE_MS)
+
+
+def test_drift_is_looked_for_and_told_with_its_error(overview: Console) -> None:
+    overview.page.get_by_role("button", name="Measure", exact=True).click()
+    expect(overview.page.locator(".job.good")).to_contain_text("Drift check: done", timeout=2 * PATIENCE_MS)
+    expect(overview.page.locator(".drift tbody tr")).to_have_count(2)
+    expect(overview.page.locator(".drift tbody td").nth(1)).to_have_text(re.compile(r"[+−]0\.\d{4}°"))
+
+
+def test_exported_file_is_imported_again(overview: Console, tmp_path: Path) -> None:
+    with overview.page.expect_download() as download:
+        overview.page.get_by_role("link", name=re.compile("^Export")).first.click()
+    file = tmp_path / "record.json"
+    download.value.save_as(file)
+    assert json.loads(file.read_text())["format"]
+    overview.page.get_by_label("Import a calibration file").set_input_files(file)
+    expect(overview.page.locator(".toast.good")).to_contain_text("Imported")
+
+
+def test_step_that_cannot_run_yet_says_what_to_do_first(overview: Console, server: Server) -> None:
+    session = server.send("POST", "/calibration_sessions", {"label": "Refused"}).json()
+    overview.page.reload()
+    overview.page.get_by_role("link", name="3 Rectify").click()
+    expect(overview.page.locator("#step-fit .why")).to_contain_text("First step 1")
+    run = server.send("POST", f"/calibration_sessions/{session['id']}/runs", {"step": "fit", "options": {}})
+    assert run.status_code == 202
+    failed = overview.page.locator(".job.bad")
+    expect(failed).to_contain_text("Fit: failed", timeout=PATIENCE_MS)
+    expect(failed.locator(".lead")).to_contain_text(re.compile("wide|sweep"))
