@@ -21,7 +21,7 @@ GRID = 25
 """Knots an axis on which a turned model is drawn before it is fitted again."""
 REFIT_PX = 0.02
 """A turned model is refitted until no knot misses by more, fovea px."""
-HIGHEST_ORDER = 10
+HIGHEST_ORDER = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
