@@ -145,9 +145,16 @@ class BarWatch:
         self.fitted_ids: list[str] = []
 
     def stage(self, name: str) -> None:
-        """Begin another bar."""
+        """Begin another bar; the one before is over."""
+        self.finish()
         if self._progress is not None:
             self._task = self._progress.add_task(name, total=None, note="")
+
+    def finish(self) -> None:
+        """Fill the bar."""
+        if self._progress is not None and self._task is not None:
+            total = self._progress.tasks[self._task].total
+            self._progress.update(self._task, completed=total)
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Move the bar."""
@@ -186,4 +193,6 @@ def watching(console: Console, *, silent: bool) -> Iterator[BarWatch]:
         TextColumn("{task.fields[note]}"),
     )
     with Progress(*columns, console=console) as progress:
-        yield BarWatch(progress)
+        watch = BarWatch(progress)
+        yield watch
+        watch.finish()

@@ -182,9 +182,16 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
             "check", f"rows {check['epipolar_rms_px']:.2f} px rms, {check['epipolar_p95_px']:.2f} px (95 %)"
         )
     for axis in (document["settle"] or {"axes": []})["axes"]:
-        table.add_row(f"{axis['eye']} {axis['axis']}", f"settles in {axis['settle_ms']} ms to 1 px")
+        table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
     if fitted:
         in_force = document.get("in_force") == fitted[-1]
         note = "in force" if in_force else f"put it in force with `foveacam calibrate use {fitted[-1]}`"
         table.add_row("calibration", f"{fitted[-1]}, {note}")
     return table
+
+
+def _settle_words(axis: Document) -> str:
+    words = f"1 px after {axis['settle_ms']} ms, 1 % after {axis['settle_1pct_ms']} ms"
+    if axis["resonance_hz"] is None:
+        return words
+    return f"{words}, resonance {axis['resonance_hz']:g} Hz, Q {axis['quality']:g}"
