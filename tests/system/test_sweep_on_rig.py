@@ -288,14 +288,16 @@ def test_a_rig_turned_by_hand_is_measured_where_it_rests(rig: Rig, tmp_path: Pat
     assert any("turn the rig" in note and "to the right" in note for note in wanted)
 
 
-def test_the_bearings_of_a_plan_bring_the_target_where_it_was_asked(rig: Rig, tmp_path: Path) -> None:
+def test_the_target_appears_where_the_plan_wants_it_however_crooked_the_base_stands(
+    rig: Rig, tmp_path: Path
+) -> None:
     found = sweep(rig, tmp_path)
 
-    for pose in found.poses:
+    for pose in found.poses[1:]:
         middle = locate_target(pose.wide, SETTINGS.layout, WIDE).middle_m
         seen: NDArray[np.float64] = np.arctan(middle[:2] / middle[2])
-        # The base's axes lean by up to 0.3 deg, and its pivots lie 6 cm from the camera.
-        assert np.abs(seen - np.array(pose.node_rad)).max() < math.radians(1.0)
+        # The base's axes lean by up to 0.3 deg and its pivots lie 6 cm from the camera: 1 deg at 5 m.
+        assert np.abs(seen - np.array(pose.node_rad)).max() < math.radians(0.15)
         assert pose.pan_tilt is not None
         planned = base_pose(np.array(pose.node_rad), station(rig).pose)
-        assert pose.pan_tilt.pan_rad == pytest.approx(planned.pan_rad, abs=2e-4)
+        assert pose.pan_tilt.pan_rad == pytest.approx(planned.pan_rad, abs=math.radians(1.0))

@@ -204,3 +204,19 @@ def test_the_prediction_follows_saturation_and_stays_sober_where_it_knows_nothin
     far = prediction.volts(np.array([0.3, 0.0]))
     assert 200.0 < far[0] < 450.0
     assert prediction.nearest_rad(np.array([1.0, 0.0])) > 0.7
+
+
+def test_a_look_alike_place_is_not_believed_and_a_supposed_one_is_forgotten() -> None:
+    prediction = EyePrediction(RAD_PER_V)
+    mirror = Mirror((0.0, 0.0))
+    for x_v in (-60.0, 0.0, 60.0):
+        volts = np.array([x_v, 10.0])
+        prediction.learn(mirror.gaze(volts), volts)
+    volts = np.array([80.0, 20.0])
+    before = prediction.volts(np.array([0.1, 0.02]))
+
+    assert not prediction.suppose(mirror.gaze(volts) + np.array([math.radians(2.2), 0.0]), volts)
+    assert prediction.suppose(mirror.gaze(volts) + np.array([math.radians(0.1), 0.0]), volts)
+    assert not np.allclose(prediction.volts(np.array([0.1, 0.02])), before)
+    prediction.forget()
+    assert np.allclose(prediction.volts(np.array([0.1, 0.02])), before)

@@ -14,14 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.eye_prediction import SIGHT_V, EyePrediction, clamp_volts
+from foveacam_pipeline.calibrate.eye_prediction import LOCATED_V, EyePrediction, clamp_volts
 from foveacam_pipeline.calibrate.marker_sight import EyeSight, SightLimits, doubt
 from foveacam_pipeline.calibrate.sweep import EyePose
 
 BEYOND = "beyond the volts"
 """How the reason begins when a gaze would take more than is allowed."""
-LOCATED_SIGMA_V = 1.0
-"""A gaze read off the wide view is good to about two of its pixels."""
 LIMIT_RINGS = 4
 """So many places are tried about a gaze that is beyond the volts."""
 LIMIT_TOLERANCE_V = 0.02
@@ -94,6 +92,7 @@ class EyeCentring:
         self._pid = Pid(settings, max_v=max_v)
         self._doubtful = 0
         self._rings = 0
+        prediction.forget()
         self.command_v = clamp_volts(prediction.volts(wanted_rad), max_v)
 
     @property
@@ -162,13 +161,14 @@ class EyeCentring:
     def _search(self, sight: EyeSight, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
         """Go where the wide view says, or around in rings."""
         self._pid.restart()
-        if gaze_rad is not None:
-            sigma_v = SIGHT_V if sight.others else LOCATED_SIGMA_V
-            self._prediction.learn(gaze_rad, sight.volts_v, sigma_v=sigma_v)
+        if gaze_rad is not None and sight.others:
+            self._prediction.learn(gaze_rad, sight.volts_v)
+        elif gaze_rad is not None and not self._prediction.suppose(gaze_rad, sight.volts_v):
+            gaze_rad = None
         wanted_v = self._prediction.volts(self._wanted_rad)
         command_v = clamp_volts(wanted_v, self._max_v)
         moved = float(np.abs(command_v - sight.volts_v).max())
-        there = moved < LOCATED_SIGMA_V and gaze_rad is not None
+        there = moved < LOCATED_V and gaze_rad is not None
         if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
             self.refuse(f"{self._needs()}, and at the limit {reason}")
             return

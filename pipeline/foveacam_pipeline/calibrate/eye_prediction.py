@@ -19,31 +19,52 @@ BENT_V = 25.0
 BENT_LENGTH = 0.8
 SIGHT_V = 0.05
 """What a gaze measured on a marker is good for."""
+LOCATED_V = 1.0
+"""What a gaze read off the wide view is good for: about two of its pixels."""
+SURPRISE_V = 8.0
+SURPRISE_V_PER_RAD = math.degrees(4.0)
+"""A place in the wide view that is farther off than this from what was expected is another, alike."""
 SLOPE_STEP_RAD = 1e-3
 
 
 class EyePrediction:
-    """Learns from pairs of gaze and volts."""
+    """Learns from pairs of gaze and volts; what is only supposed is forgotten once something is known."""
 
     def __init__(self, rad_per_v: tuple[float, float]) -> None:
         self._nominal = np.array([1.0 / rad_per_v[0], 1.0 / rad_per_v[1]])
         self._gazes = np.empty((0, 2))
         self._excess = np.empty((0, 2))
-        self._noise = np.empty(0)
+        self._sigma_v = np.empty(0)
         self._answer: NDArray[np.float64] | None = None
 
     @property
     def count(self) -> int:
-        """How many pairs it has learnt from."""
+        """How many pairs it has learnt from, supposed ones included."""
         return len(self._gazes)
 
-    def learn(
-        self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64], *, sigma_v: float = SIGHT_V
-    ) -> None:
-        """Take note of one look: the gaze, (2,) rad, under volts, (2,)."""
+    def learn(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
+        """Take note of a gaze, (2,) rad, that was measured on a marker under volts, (2,)."""
+        self.forget()
+        self._add(gaze_rad, volts_v, SIGHT_V)
+
+    def suppose(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> bool:
+        """Take note for now of a gaze read off the wide view; return False when it cannot be true."""
+        beside_v = float(np.abs(self.volts(gaze_rad) - volts_v).max())
+        if beside_v > SURPRISE_V + SURPRISE_V_PER_RAD * self.nearest_rad(gaze_rad):
+            return False
+        self._add(gaze_rad, volts_v, LOCATED_V)
+        return True
+
+    def forget(self) -> None:
+        """Forget what was supposed."""
+        known = self._sigma_v < LOCATED_V
+        self._gazes, self._excess = self._gazes[known], self._excess[known]
+        self._sigma_v, self._answer = self._sigma_v[known], None
+
+    def _add(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64], sigma_v: float) -> None:
         self._gazes = np.vstack([self._gazes, gaze_rad])
         self._excess = np.vstack([self._excess, volts_v - self._nominal * gaze_rad])
-        self._noise = np.append(self._noise, sigma_v**2)
+        self._sigma_v = np.append(self._sigma_v, sigma_v)
         self._answer = None
 
     def volts(self, gaze_rad: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -52,7 +73,7 @@ class EyePrediction:
         if self.count == 0:
             return nominal
         if self._answer is None:
-            matrix = _kernel(self._gazes, self._gazes) + np.diag(self._noise)
+            matrix = _kernel(self._gazes, self._gazes) + np.diag(self._sigma_v**2)
             self._answer = np.asarray(np.linalg.solve(matrix, self._excess), dtype=np.float64)
         return np.asarray(nominal + (_kernel(gaze_rad[None], self._gazes) @ self._answer)[0])
 

@@ -4,6 +4,7 @@ A marker that is missing can still be missed by how much: the fovea, made as sma
 is found in the wide view.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -102,16 +103,28 @@ def direction_rad(point_rig_m: NDArray[np.float64], eye_rig_m: NDArray[np.float6
     return np.asarray(np.arctan(ray[:2] / ray[2]), dtype=np.float64)
 
 
+def turn_between(view: MarkerView, other: MarkerView) -> float:
+    """Return by how much one image shows a marker turned against another, rad, clockwise > 0."""
+    one, two = (v.corners_px[1] + v.corners_px[2] - v.corners_px[0] - v.corners_px[3] for v in (view, other))
+    return math.atan2(one[1], one[0]) - math.atan2(two[1], two[0])
+
+
 def gaze_by_wide(
-    sight: EyeSight, wide_gray: NDArray[np.uint8], wide: Intrinsics, target: TargetPose, *, zoom: float
+    sight: EyeSight,
+    wide_gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: TargetPose,
+    *,
+    zoom: float,
+    turn_rad: float = 0.0,
 ) -> NDArray[np.float64] | None:
     """Return the point of the target's plane, (3,) metres in the rig frame, at which an eye looks, roughly.
 
-    None when the wide view does not show clearly where. Good to about two wide pixels.
+    `turn_rad`: by how much the eye's image is turned against the wide one. None when the wide view does not
+    show clearly where. Good to about two wide pixels.
     """
     whole = cv2.resize(wide_gray, None, fx=1 / HALVED, fy=1 / HALVED, interpolation=cv2.INTER_AREA)
-    shrunk = 1.0 / (HALVED * zoom)
-    patch = cv2.resize(gray(sight.image), None, fx=shrunk, fy=shrunk, interpolation=cv2.INTER_AREA)
+    patch = _shrunk(gray(sight.image), 1.0 / (HALVED * zoom), turn_rad)
     scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
     y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
     best = float(scores[y, x])
@@ -124,6 +137,18 @@ def gaze_by_wide(
     ray = np.append(np.tan(wide.angles_rad(pixel[None])[0]), 1.0)
     normal = target.rotation[:, 2]
     return np.asarray(ray * float(target.middle_m @ normal) / float(ray @ normal))
+
+
+def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[np.uint8]:
+    """Return the middle of an image, smaller and turned upright, (h, w)."""
+    height, width = image.shape[0] * scale, image.shape[1] * scale
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    across, down = math.cos(turn_rad), abs(math.sin(turn_rad))
+    size = (int(width * across - height * down), int(height * across - width * down))
+    middle = ((small.shape[1] - 1) / 2.0, (small.shape[0] - 1) / 2.0)
+    turn = np.asarray(cv2.getRotationMatrix2D(middle, math.degrees(turn_rad), 1.0), dtype=np.float64)
+    turn[:, 2] += np.array([size[0] - small.shape[1], size[1] - small.shape[0]]) / 2.0
+    return np.asarray(cv2.warpAffine(small, turn, size, flags=cv2.INTER_LINEAR), dtype=np.uint8)
 
 
 def doubt(sight: EyeSight, limits: SightLimits, *, asked_ns: int) -> str | None:

@@ -73,6 +73,11 @@ class SweepPose:
         """Return why an eye's measurement was refused."""
         return {Role.LEFT: self.left_refusal, Role.RIGHT: self.right_refusal}[role]
 
+    @property
+    def eyes_measured(self) -> int:
+        """How many eyes have a result, 0 to 2."""
+        return (self.left is not None) + (self.right is not None)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sweep:

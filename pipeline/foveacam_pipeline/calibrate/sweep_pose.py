@@ -3,6 +3,7 @@
 Both eyes share every exposure; each is accepted or refused by itself.
 """
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -28,6 +29,7 @@ from foveacam_pipeline.calibrate.marker_sight import (
     eye_sight,
     gaze_by_wide,
     gaze_on_target,
+    turn_between,
     view_doubt,
 )
 from foveacam_pipeline.calibrate.marker_target import TargetPose, locate_target
@@ -41,6 +43,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 EYES = (Role.LEFT, Role.RIGHT)
 MARKER_ROOM = 0.62
 """Half a marker that may be turned by some degrees, of its side."""
+LARGEST_RETREAT_RAD = math.radians(2.5)
 OVERHANG = 0.8
 """Share of the room beside a marker that a pose beyond the volts may use up."""
 
@@ -67,6 +70,7 @@ class PoseMeter:
         self._watch = watch
         self._settings = settings
         self._eyes_m = {role: np.array([settings.eye_x_m(role), 0.0, 0.0]) for role in EYES}
+        self._turns_rad = dict.fromkeys(EYES, 0.0)
         self._before: dict[Role, NDArray[np.uint8]] = {}
 
     def look_wide(self) -> WideAtRest:
@@ -193,41 +197,54 @@ class PoseMeter:
         for view in seen:
             whose = layout.role_of(view.id)
             if whose is not None:
+                if view.id in at_rest.views:
+                    self._turns_rad[sight.role] = turn_between(view, at_rest.views[view.id])
                 point = gaze_on_target(view, sight.size, target, whose)
                 return direction_rad(point, self._eyes_m[sight.role])
-        found = gaze_by_wide(sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom)
+        turn_rad = self._turns_rad[sight.role]
+        found = gaze_by_wide(
+            sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom, turn_rad=turn_rad
+        )
         return None if found is None else direction_rad(found, self._eyes_m[sight.role])
 
-    def retreat_rad(self, pose: SweepPose) -> NDArray[np.float64]:
-        """Return how far a gaze must give way for the eyes that were refused beyond their volts, (2,) rad."""
-        beyond = [role for role in EYES if (pose.refusal(role) or "").startswith(BEYOND)]
-        return self._give_way(np.array(pose.node_rad), beyond, overhang_rad=np.zeros(2))
-
-    def reachable(self, node_rad: NDArray[np.float64], distance_m: float | None) -> NDArray[np.float64]:
+    def reachable(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
         """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
-        settings = self._settings
         known = [
-            role for role in EYES if self.predictions[role].nearest_rad(node_rad) < settings.approach_rad
+            role
+            for role in EYES
+            if self.predictions[role].nearest_rad(node_rad) < self._settings.approach_rad
         ]
-        if self.fovea_size is None or distance_m is None:
-            return node_rad
-        half_field = np.array(self.fovea_size) / (2.0 * settings.zoom * self._wide.fx_px)
-        half_marker = MARKER_ROOM * settings.layout.side_m / distance_m
-        overhang_rad = OVERHANG * np.maximum(half_field - half_marker, 0.0)
-        return node_rad + self._give_way(node_rad, known, overhang_rad=overhang_rad)
+        room_rad = self._room_rad(target)
+        return node_rad + self._give_way(node_rad, dict.fromkeys(known, room_rad))
+
+    def retreat(self, pose: SweepPose, target: TargetPose) -> NDArray[np.float64] | None:
+        """Return a gaze that eyes refused beyond their volts just reach, (2,) rad, or None."""
+        node_rad, room_rad = np.array(pose.node_rad), self._room_rad(target)
+        beyond = [role for role in EYES if (pose.refusal(role) or "").startswith(BEYOND)]
+        rooms = {role: np.zeros(2) if role in beyond else room_rad for role in EYES}
+        return node_rad + self._give_way(node_rad, rooms) if beyond else None
+
+    def _room_rad(self, target: TargetPose) -> NDArray[np.float64]:
+        """Return how far beside an eye's middle its marker may be and still be whole in view, (2,) rad."""
+        if self.fovea_size is None:
+            return np.zeros(2)
+        half_field = np.array(self.fovea_size) / (2.0 * self._settings.zoom * self._wide.fx_px)
+        half_marker = MARKER_ROOM * self._settings.layout.side_m / target.distance_m
+        return np.asarray(OVERHANG * np.maximum(half_field - half_marker, 0.0))
 
     def _give_way(
-        self, node_rad: NDArray[np.float64], roles: list[Role], *, overhang_rad: NDArray[np.float64]
+        self, node_rad: NDArray[np.float64], rooms_rad: Mapping[Role, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
+        """Return how far a gaze must give way for eyes to come within their room of it, (2,) rad."""
         shift_rad = np.zeros(2)
-        for role in roles:
+        for role, room_rad in rooms_rad.items():
             prediction = self.predictions[role]
             wanted_v = prediction.volts(node_rad)
             over_v = wanted_v - clamp_volts(wanted_v, self._settings.max_v)
             give_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
-            give_rad -= np.clip(give_rad, -overhang_rad, overhang_rad)
+            give_rad -= np.clip(give_rad, -room_rad, room_rad)
             shift_rad = np.where(np.abs(give_rad) > np.abs(shift_rad), give_rad, shift_rad)
-        return shift_rad
+        return np.asarray(np.clip(shift_rad, -LARGEST_RETREAT_RAD, LARGEST_RETREAT_RAD))
 
     def learn(self, pose: SweepPose) -> None:
         """Learn from a pose that was measured before."""

@@ -6,7 +6,7 @@ goes on from its file; poses at which an eye was refused are tried again.
 
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,6 @@ from foveacam_hardware.contract import (
     InvalidInput,
     OutOfRange,
     PanTilt,
-    PanTiltPose,
     Role,
     Station,
     StationTarget,
@@ -27,7 +26,9 @@ from foveacam_hardware.contract import (
 from foveacam_pipeline.calibrate.base_turn import Base, HandTurned
 from foveacam_pipeline.calibrate.centring import BEYOND
 from foveacam_pipeline.calibrate.eye_prediction import degrees
+from foveacam_pipeline.calibrate.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
+from foveacam_pipeline.calibrate.sweep_course import Course
 from foveacam_pipeline.calibrate.sweep_file import append_pose, load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep_opening import check_volts, open_sweep
 from foveacam_pipeline.calibrate.sweep_plan import SweepPlan, check_reach
@@ -68,7 +69,10 @@ def run_sweep(
     known = load_sweep(path) if path.exists() else None
     base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
     meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
-    run = _Run(base=base, meter=meter, plan=plan, watch=watch, settings=settings, path=path)
+    course = Course(
+        base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
+    )
+    run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
     by_hand = HandTurned(
         head=head, clock=clock, watch=watch, wide=wide, layout=settings.layout, settings=settings.turning
     )
@@ -111,7 +115,8 @@ class _Run:
     watch: Watcher
     settings: SweepSettings
     path: Path
-    distance_m: float | None = None
+    course: Course
+    _target: TargetPose = field(init=False)
 
     def opened(self, station: Station, known: Sweep | None, by_hand: HandTurned) -> Sweep:
         """Look straight ahead, try the mirrors, and return the sweep to go on with."""
@@ -123,7 +128,7 @@ class _Run:
         else:
             self.base.turn_to(AHEAD)
         at_rest = open_sweep(self.meter, self.settings)
-        self.distance_m = self.meter.locate(at_rest).distance_m
+        self._target = self.meter.locate(at_rest)
         check_volts(self.meter, self.plan, self.settings)
         fovea_size = self.meter.fovea_size
         if fovea_size is None:
@@ -154,50 +159,27 @@ class _Run:
         """Measure what is missing or was refused."""
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
-        to_do = [k for k in range(len(nodes)) if k not in poses or not _accepted_by_both(poses[k])]
+        to_do = [k for k in range(len(nodes)) if k not in poses or poses[k].eyes_measured < len(EYES)]
         patience = _Patience(sweep, self.settings)
-        here = AHEAD
         while to_do:
             check(self.watch, doing="the sweep")
-            done = len(nodes) - len(to_do)
-            if self.base.by_hand:
-                self.base.ask(nodes[to_do[0]])
-                index = to_do.pop(by_hand.wait_for(nodes[to_do], done=done, total=len(nodes)))
-                stands = None
-            else:
-                index = to_do.pop(0)
-                self._approach(here, nodes[index])
-                stands = self.base.turn_to(self.meter.reachable(nodes[index], self.distance_m))
-            here = nodes[index]
-            pose = self._measure(index, here, stands)
-            shift_rad = self.meter.retreat_rad(pose)
-            if shift_rad.any() and not self.base.by_hand:
-                pose = self._retreated(pose, shift_rad)
-            if index not in poses or _count(pose) >= _count(poses[index]):
+            pose = self._next(nodes, to_do, by_hand)
+            if pose.index not in poses or pose.eyes_measured >= poses[pose.index].eyes_measured:
                 append_pose(self.path, pose)
-                poses[index] = pose
+                poses[pose.index] = pose
             self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_said(pose, len(nodes)))
             patience.check(pose)
         return Sweep(header=sweep.header, poses=tuple(poses[k] for k in sorted(poses)))
 
-    def _measure(self, index: int, node_rad: NDArray[np.float64], stands: PanTiltPose | None) -> SweepPose:
-        return self.meter.measure(index, (float(node_rad[0]), float(node_rad[1])), stands)
-
-    def _retreated(self, pose: SweepPose, shift_rad: NDArray[np.float64]) -> SweepPose:
-        """Measure a pose with the base turned to where the eyes just reach; keep the better of both."""
-        stands = self.base.turn_to(np.array(pose.node_rad) + shift_rad)
-        again = self._measure(pose.index, np.array(pose.node_rad), stands)
-        return again if _count(again) >= _count(pose) else pose
-
-    def _approach(self, here: NDArray[np.float64], there: NDArray[np.float64]) -> None:
-        """Go to a far corner of the unknown in steps, learning on the way."""
-        step_rad = self.settings.approach_rad
-        strange = any(meter.nearest_rad(there) > 1.5 * step_rad for meter in self.meter.predictions.values())
-        steps = math.ceil(float(np.linalg.norm(there - here)) / step_rad) if strange else 1
-        for k in range(1, steps):
-            node = here + (there - here) * k / steps
-            stands = self.base.turn_to(node)
-            self._measure(0, node, stands)
+    def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurned) -> SweepPose:
+        """Measure one of the poses that are to do, and strike it off."""
+        if not self.base.by_hand:
+            index = to_do.pop(0)
+            return self.course.measure(index, nodes[index], self._target)
+        self.base.ask(nodes[to_do[0]])
+        done = len(nodes) - len(to_do)
+        index = to_do.pop(by_hand.wait_for(nodes[to_do], done=done, total=len(nodes)))
+        return self.meter.measure(index, (float(nodes[index][0]), float(nodes[index][1])), None)
 
 
 class _Patience:
@@ -245,14 +227,6 @@ def check_same(known: SweepHeader, now: SweepHeader, path: Path) -> None:
                 f"sweep {path}: it was begun with camera {before}, now {wanted} is there ({name[:-7]}); "
                 "connect that camera, or begin anew in another session"
             )
-
-
-def _accepted_by_both(pose: SweepPose) -> bool:
-    return _count(pose) == len(EYES)
-
-
-def _count(pose: SweepPose) -> int:
-    return sum(pose.eye(role) is not None for role in EYES)
 
 
 def _said(pose: SweepPose, total: int) -> str:
