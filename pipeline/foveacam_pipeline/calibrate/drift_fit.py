@@ -21,9 +21,10 @@ ROUNDS = 30
 STOP_RAD = 1e-8
 TUKEY = 4.7
 """A place that misses by so many standard errors counts for nothing (Tukey's biweight, 95 % efficient)."""
+LEAST_LACK_PX = 0.15
+"""No model is trusted to more, whatever it states of itself, fovea px."""
 START = 12.0
 """The first rounds forgive this many times more, until the bulk has been found."""
-AGREES = 4.0
 VERGENCE = np.array([0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0]) / 2.0
 """What of the twelve terms is the angle between the eyes: half the difference of the turns about y."""
 
@@ -210,7 +211,8 @@ def _sigma(place: DriftPlace, calibration: Calibration) -> list[float]:
 
     Along x a model may also state that the angle between its eyes is in doubt; that is being measured here.
     """
-    lack = math.hypot(*(min(calibration.eye(role).mirror.sigma_rad) for role in EYES))
+    floor = LEAST_LACK_PX / calibration.fovea_f_px
+    lack = math.hypot(*(max(floor, min(calibration.eye(role).mirror.sigma_rad)) for role in EYES))
     mean, along, across = place.sigma
     apart = math.inf
     if place.inverse_depth is not None:

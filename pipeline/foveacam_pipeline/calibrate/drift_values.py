@@ -43,7 +43,7 @@ class DriftSettings:
     """What the wide camera's model leaves, the same for all places near each other."""
     turn_prior_rad: float = math.radians(1.0)
     roll_prior_rad: float = math.radians(0.5)
-    stretch_prior: float = 4e-4
+    stretch_prior: float = 2.5e-4
     """What may be expected of a mount and of a mirror's gain before anything was seen, one sigma."""
     least_places: int = 6
     least_share: float = 0.6
