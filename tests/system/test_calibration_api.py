@@ -213,6 +213,21 @@ def test_calibration_of_another_rig_is_refused_naming_both(room: Running) -> Non
     assert "sim-paper" in answer.json()["detail"]
 
 
+def test_report_is_a_page_that_needs_nothing_else(room: Running) -> None:
+    current = room.get("/calibrations/current").json()["id"]
+    answer = room.get(f"/calibrations/{current}/report")
+    assert answer.headers["content-type"].startswith("text/html")
+    assert current in answer.text
+    assert "src=" not in answer.text.replace('src="data:', "")
+
+
+def test_authors_file_of_a_calibration_without_its_poses_is_refused(room: Running) -> None:
+    current = room.get("/calibrations/current").json()["id"]
+    answer = room.get(f"/calibrations/{current}/file", format="authors")
+    assert answer.status_code == 422
+    assert "format foveacam" in answer.json()["remedy"]
+
+
 def test_unknown_calibration_cannot_be_put_in_force(room: Running) -> None:
     assert room.post("/calibrations/0123456789abcdef/activate").status_code == 404
     assert room.get("/calibrations/compare", a="0", b="1").status_code == 404

@@ -1,6 +1,7 @@
 """Sweeps as documents: which pose was planned where, and what became of either eye."""
 
 import math
+from functools import lru_cache
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
@@ -18,6 +19,14 @@ def sweep_paths(folder: Path) -> list[Path]:
 
 def sweep_document(path: Path) -> Document:
     """Return one sweep as REST shows it; raise `InvalidInput` for a damaged file."""
+    state = path.stat()
+    return _document(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=64)
+def _document(path: Path, changed_ns: int, size: int) -> Document:
+    """Return the document of a file as it was then: a page asks every second, and a sweep is large."""
+    del changed_ns, size
     sweep = load_sweep(path)
     return {
         "station": sweep.header.station.name,

@@ -1,0 +1,78 @@
+"""Calibrations as files: ours to the bit, the authors' bundle with its poses, and what is refused."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep_file import save_sweep
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.calibrating.record_files import ImportFacts, exported, imported, known_format
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.runtime.calibrations import FACTORY
+
+from .swept_rig import swept
+
+SEED = 5
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> SessionShelf:
+    return SessionShelf(tmp_path / "sessions")
+
+
+@pytest.fixture
+def measured(shelf: SessionShelf) -> Calibration:
+    """A calibration whose session holds the sweep of seven by seven poses."""
+    sweep = swept(SEED, 5.0, side=7)
+    rig_id = sweep.header.rig_id
+    session = shelf.create(label="spring", rig_id=rig_id, baseline_m=0.2)
+    save_sweep(sweep, session.folder / sweep_filename(sweep.header.station))
+    factory = load_calibration(FACTORY / "sim-rig120.json")
+    return replace(factory, rig_id=rig_id, session_id=session.id, origin="measured")
+
+
+def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionShelf) -> None:
+    document = json.loads(exported(measured, "foveacam", sessions=shelf))
+    assert imported(document, ImportFacts(rig_id=measured.rig_id)).id == measured.id
+
+
+def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
+    measured: Calibration, shelf: SessionShelf
+) -> None:
+    document = json.loads(exported(measured, "authors", sessions=shelf))
+    assert document["schema"] == "fovea-device-config@1"
+    assert len(document["records"]) == 3
+    found = imported(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
+    assert found.origin == "imported"
+    assert found.rig_id == measured.rig_id
+    assert max(found.left.mirror.loo_rad) < 2e-3  # a cubic's 0.1 degrees: the poses were read rightly
+
+
+def test_bundle_without_a_session_is_refused(measured: Calibration, shelf: SessionShelf) -> None:
+    with pytest.raises(InvalidInput, match="not kept here"):
+        exported(replace(measured, session_id=None), "authors", sessions=shelf)
+    with pytest.raises(InvalidInput, match="not kept here"):
+        exported(replace(measured, session_id="ses-0"), "authors", sessions=shelf)
+
+
+@pytest.mark.parametrize("document", [None, [], "text", {}, {"schema": "other@1"}, {"format": "other"}])
+def test_what_is_no_calibration_is_refused(document: object) -> None:
+    with pytest.raises(InvalidInput, match="import"):
+        imported(document, ImportFacts(rig_id="rig-1"))
+
+
+def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: SessionShelf) -> None:
+    document = json.loads(exported(measured, "authors", sessions=shelf))
+    document["records"] = document["records"][:2]
+    with pytest.raises(InvalidInput, match="right"):
+        imported(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
+
+
+def test_unknown_format_is_refused_with_those_there_are() -> None:
+    with pytest.raises(InvalidInput, match="foveacam and authors"):
+        known_format("xml")
