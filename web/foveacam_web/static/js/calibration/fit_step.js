@@ -29,7 +29,7 @@ export function makeFitStep(context) {
   const showPaper = changing(paper, paperTable);
   const showParallax = changing(parallax, parallaxOf);
   const showPair = changing(pair, pairOf);
-  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear with the first fit.")]);
+  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")]);
   store.on(["session"], ({ session }) => {
     showModels(session?.fit ?? null);
     showPaper(session?.fit ?? null);

@@ -52,9 +52,12 @@ function nameOf({ step, stage }) {
   return step === "all" && stage !== "all" ? `Everything: ${name.toLowerCase()}` : name;
 }
 
-/** @param {Work} work */
+/**
+ * How far it is; null while nothing of it is done, when nobody can tell.
+ * @param {Work} work
+ */
 function shareOf({ done, total }) {
-  return total ? done / total : null;
+  return total && done > 0 ? done / total : null;
 }
 
 /** @param {Work} work */
