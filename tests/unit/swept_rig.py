@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, PanTiltPose, Role, Station, StationTarget
+from foveacam_hardware.sim.drift import MountDrift
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.mirror import built_law
 from foveacam_hardware.sim.optics import FoldedEye, View, built_assembly, rotation
@@ -19,6 +20,7 @@ from foveacam_pipeline.models.mirror import DAC_STEP_V
 WIDTH, HEIGHT = 1440, 1080
 CENTRE_PX = np.array([719.5, 539.5])
 MAX_V = 170.0
+POSE_S = 0.55
 EYES = (Role.LEFT, Role.RIGHT)
 CELLS = [(x, y) for x in (-0.01, 0.0, 0.01, 0.02) for y in (-0.02, 0.0, 0.01)]
 PLACES_M = np.array([(-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03), *CELLS])
@@ -29,17 +31,18 @@ PAN_M, TILT_M = np.array([0.002, 0.055, -0.033]), np.array([0.001, 0.052, -0.036
 class SweptRig:
     """The truth of one seed's rig: what each camera would show of points in the rig frame."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, *, drift_deg: float = 0.0) -> None:
         self.seed = seed
         self._eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self._laws = {role: built_law(role, seed=seed) for role in EYES}
         self._lens = WideLens()
+        self._drift = MountDrift(seed=seed, amplitude_rad=float(np.deg2rad(drift_deg)))
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
-        """Return an eye's projection at rest; there is no drift, whatever `t_ns`."""
-        del t_ns
+        """Return an eye's projection at rest, with the drift of a moment."""
         tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
-        return self._eyes[role].view(float(tilt[0]), float(tilt[1]))
+        turn = np.append(self._drift.turn_rad(role, 1e-9 * (t_ns or 0)), 0.0)
+        return self._eyes[role].view(float(tilt[0]), float(tilt[1]), mount_turn_rad=turn)
 
     def pivot_m(self, role: Role) -> NDArray[np.float64]:
         """Return the centre of a mirror."""
@@ -63,12 +66,15 @@ class SweptRig:
         point_rig_m: NDArray[np.float64],
         target_px: NDArray[np.float64],
         start_v: NDArray[np.float64],
+        *,
+        t_ns: int = 0,
     ) -> NDArray[np.float64]:
         """Return the volts, within the limits and in steps of the DAC, that bring a point onto a pixel."""
         volts = start_v.copy()
 
         def miss(at_v: NDArray[np.float64]) -> NDArray[np.float64]:
-            view = self.static_projection(role, MirrorVolts(x_v=float(at_v[0]), y_v=float(at_v[1])))
+            drive = MirrorVolts(x_v=float(at_v[0]), y_v=float(at_v[1]))
+            view = self.static_projection(role, drive, t_ns=t_ns)
             return np.asarray(view.pixels(point_rig_m[None])[0] - target_px, dtype=np.float64)
 
         for _ in range(8):
@@ -128,16 +134,24 @@ def markers_in_rig(
 
 @cache
 def swept(
-    seed: int, distance_m: float, *, wide_noise_px: float = 0.05, fovea_noise_px: float = 0.1, side: int = 9
+    seed: int,
+    distance_m: float,
+    *,
+    wide_noise_px: float = 0.05,
+    fovea_noise_px: float = 0.1,
+    side: int = 9,
+    drift_deg: float = 0.0,
+    begin_s: float = 10.0,
 ) -> Sweep:
     """Return the sweep of a seed's rig over the target at a distance."""
-    rig = SweptRig(seed)
+    rig = SweptRig(seed, drift_deg=drift_deg)
     rng = np.random.default_rng([seed, round(1e3 * distance_m)])
     plan = SweepPlan(columns=side, rows=side)
     volts = {role: np.zeros(2) for role in EYES}
     turn = rotation(np.array([0.01, 0.02, 0.005]))
     poses = []
     for index, node in enumerate(plan.nodes_rad().tolist()):
+        t_ns = round(1e9 * (begin_s + POSE_S * index))
         bearing = PanTiltPose(pan_rad=-node[0] + 1e-3 * rng.standard_normal(), tilt_rad=-node[1])
         corners = markers_in_rig(bearing, distance_m=distance_m, turn=turn)
         wide = {
@@ -149,16 +163,16 @@ def swept(
         eyes: dict[Role, EyePose | None] = {}
         for role in EYES:
             target = CENTRE_PX + rng.uniform(-3.0, 3.0, 2)
-            volts[role] = rig.steered(role, corners[role][:4].mean(axis=0), target, volts[role])
+            volts[role] = rig.steered(role, corners[role][:4].mean(axis=0), target, volts[role], t_ns=t_ns)
             drive = MirrorVolts(x_v=float(volts[role][0]), y_v=float(volts[role][1]))
-            pixels = rig.static_projection(role, drive).pixels(corners[role])
+            pixels = rig.static_projection(role, drive, t_ns=t_ns).pixels(corners[role])
             eyes[role] = _eye_pose(MarkerLayout().id_of(role), drive, pixels, fovea_noise_px, rng)
         poses.append(
             SweepPose(
                 index=index,
                 node_rad=(node[0], node[1]),
                 pan_tilt=bearing,
-                t_ns=index * 1_000_000_000,
+                t_ns=t_ns,
                 wide=wide,
                 left=eyes[Role.LEFT],
                 right=eyes[Role.RIGHT],

@@ -1,7 +1,6 @@
 """From the samples of a sweep to the calibration of a rig; models are elected by leave-one-out."""
 
 import logging
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,28 +16,26 @@ from foveacam_pipeline.calibrate.mirror_models import (
     fit_mirror,
     fit_mirror_models,
 )
+from foveacam_pipeline.calibrate.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot
 from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
-from foveacam_pipeline.geometry.polynomial import fit_best_order, least_squares
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 
-__all__ = ["PIVOT_TOLERANCE_M", "FitChoice", "PivotFit", "RigFit", "fit_calibration", "fit_mirror", "fit_rig"]
+__all__ = [
+    "PIVOT_TOLERANCE_M",
+    "FitChoice",
+    "PivotFit",
+    "RigFit",
+    "fit_calibration",
+    "fit_mirror",
+    "fit_pivot",
+    "fit_rig",
+]
 
-PIVOT_TOLERANCE_M = 0.4e-3
-"""Assembly tolerance of the point from which a gaze leaves, assumed (deduced: tenths of a millimetre in the
-mount and in the lens) where a sweep at one depth cannot measure it."""
 _PUPIL_STEPS_M = (10e-3, 1e-3)
 _PUPIL_ORDER = 3
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PivotFit:
-    """Where a gaze leaves, from the eye's reference point, m, and the standard error of its x and y."""
-
-    offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    sigma_m: float = PIVOT_TOLERANCE_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,12 +58,14 @@ class FitChoice:
 class RigFit:
     """A calibration and how it was reached: for each eye the tables of models and what they leave.
 
-    `sweeps`: the measurements as they were fitted, the gazes counted from the eyes' reference points.
+    `pivots`: where gazes leave. `sweeps`: the measurements as they were fitted, the gazes counted from the
+    eyes' reference points.
     """
 
     calibration: Calibration
     mirrors: dict[Role, MirrorFit]
     fields: dict[Role, FieldFit]
+    pivots: dict[Role, PivotFit]
     sweeps: dict[Role, EyeSweep]
 
 
@@ -123,41 +122,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
         fovea_height=sweep.fovea_height,
         pupil_m=pupil_m,
     )
-    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, sweeps=eyes)
-
-
-def fit_pivot(sweep: EyeSweep) -> PivotFit:
-    """Return where the gazes of a sweep leave, seen in how their directions change with the target's depth.
-
-    A target at depth Z seen along a gaze from a pivot at (x, y, z) has the tangent tan a + (x - z tan a) / Z.
-    The polynomial of the volts is projected out of both sides, which leaves three unknowns.
-    """
-    if not sweep.has_two_depths:
-        return PivotFit()
-    fit = fit_best_order(sweep.volts_v, sweep.angles_rad, orders=ORDERS)
-    basis = fit.polynomial.basis(sweep.volts_v)
-    tangents = np.tan(sweep.angles_rad)
-    per_m = 1.0 / ((1.0 + tangents**2) * sweep.depth_m[:, None])
-    columns, values = [], []
-    for axis in (0, 1):
-        effect = np.zeros((len(basis), 3))
-        effect[:, axis] = per_m[:, axis]
-        effect[:, 2] = -per_m[:, axis] * tangents[:, axis]
-        root = np.sqrt(fit.weights[:, axis])[:, None]
-        orthonormal = np.linalg.qr(basis * root)[0]
-        side = root * np.column_stack([effect, sweep.angles_rad[:, axis]])
-        side = side - orthonormal @ (orthonormal.T @ side)
-        columns.append(side[:, :3])
-        values.append(side[:, 3])
-    matrix, target = np.vstack(columns), np.concatenate(values)
-    offset = least_squares(matrix, target)
-    free = len(target) - 2 * basis.shape[1] - 3
-    variance = float(np.sum((target - matrix @ offset) ** 2)) / max(free, 1)
-    covariance = variance * np.linalg.inv(matrix.T @ matrix)
-    x_m, y_m, z_m = offset.tolist()
-    sigma_m = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
-    logger.info("gaze leaves %.2f, %.2f, %.2f mm beside the drawing", 1e3 * x_m, 1e3 * y_m, 1e3 * z_m)
-    return PivotFit(offset_m=(x_m, y_m, z_m), sigma_m=sigma_m)
+    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, pivots=pivots, sweeps=eyes)
 
 
 def _eye(

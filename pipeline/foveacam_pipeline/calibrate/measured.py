@@ -92,6 +92,7 @@ class Placed:
 class _Row:
     eye: EyePose
     node: tuple[int, int]
+    t_ns: int
     angles_rad: NDArray[np.float64]
     depth_m: float
     plane_px: NDArray[np.float64]
@@ -255,6 +256,7 @@ def _row(
     return _Row(
         eye=eye,
         node=(placed.sweep, placed.pose.index),
+        t_ns=placed.pose.t_ns,
         angles_rad=np.arctan(centre / f_px),
         depth_m=float(normal @ (target.middle_m - reference_m) / (normal @ ray)),
         plane_px=corners - centre,
@@ -276,6 +278,7 @@ def _eye_sweep(rows: Sequence[_Row], group: dict[tuple[int, int], int], *, one_d
         raw_px=raw,
         plane_px=plane,
         group=np.array([group[row.node] for row in rows], dtype=np.int64),
+        t_s=1e-9 * np.array([row.t_ns for row in rows], dtype=np.float64),
     )
 
 

@@ -18,7 +18,8 @@ class EyeSweep:
     reference point. `depth_m`: (n,) Z of the target. `raw_px`: (n, m, 2) corners found in the fovea image,
     NaN where one was not seen. `plane_px`: (n, m, 2) the same corners on the virtual pinhole plane of the
     reference point, relative to what the image centre sees. `group`: (n,) int, poses with the same number
-    looked the same way (at targets of several distances); cross-validation leaves them out together.
+    looked the same way (at targets of several distances); cross-validation leaves them out together. `t_s`:
+    (n,) when each was measured: mounts drift meanwhile.
     """
 
     volts_v: NDArray[np.float64]
@@ -27,6 +28,7 @@ class EyeSweep:
     raw_px: NDArray[np.float64]
     plane_px: NDArray[np.float64]
     group: NDArray[np.int64] | None = None
+    t_s: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         poses = len(as_finite_rows(self.volts_v, columns=2, name="volts_v"))

@@ -152,6 +152,7 @@ def _kept(measured: Measured, role: Role, takes: NDArray[np.bool_], *, far: int 
         raw_px=eye.raw_px[rows],
         plane_px=eye.plane_px[rows],
         group=group_of(eye)[rows],
+        t_s=None if eye.t_s is None else eye.t_s[rows],
     )
 
 
