@@ -3,10 +3,11 @@
 import math
 from typing import Any
 
+from .calibration_results import UTC, fit, settle_axis
+
 Document = dict[str, Any]  # Any: JSON, written out below
 
 SESSION_ID = "ses-1f0a"
-UTC = "2026-03-14T09:12:00.000Z"
 LENS = {"width": 1440, "height": 1080, "fx_px": 3160.0, "fy_px": 3160.0, "cx_px": 719.5, "cy_px": 539.5}
 NODES_DEG = [
     round(9.3 * x, 2) for x in (-1.0, -0.92, -0.71, -0.38, 0.0, 0.38, 0.71, 0.92, 1.0)
@@ -169,8 +170,8 @@ def full_session() -> Document:
     return empty_session() | {
         "wide": wide(28),
         "sweeps": [sweep("markers", 5.0, done=81), sweep("markers near", 2.5, done=40)],
-        "fit": _fit(),
-        "settle": {"axes": [_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")]},
+        "fit": fit(),
+        "settle": {"axes": [settle_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")]},
         "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.91, "pointing_rms_px": 1.42, "poses": 40},
         "pictures": [
             {"name": name, "title": title, "url": f"{_url()}/pictures/{name}.png?v=1"}
@@ -243,85 +244,6 @@ def _node(index: int, ax_deg: float, ay_deg: float, *, done: bool) -> Document:
         "right": right,
         "left_reason": None,
         "right_reason": "its marker is only partly in the picture: 7 of 12 corners" if index == 12 else None,
-    }
-
-
-def _fit() -> Document:
-    scores = {
-        "paper cubic": (3, 0.0172, 0.0191),
-        "polynomial": (7, 0.0009, 0.0011),
-        "physics": (None, 0.0021, 0.0024),
-    }
-    return {
-        "calibration_id": "a" * 32,
-        "models": [
-            {"name": name, "order": order, "eye": eye, "loo_deg": [x, y], "chosen": name == "polynomial"}
-            for name, (order, x, y) in scores.items()
-            for eye in ("left", "right")
-        ],
-        "fields": [
-            {"name": "polynomial", "order": order, "eye": eye, "loo_px": 2.0 / order, "chosen": order == 6}
-            for order in (2, 4, 6)
-            for eye in ("left", "right")
-        ],
-        "volts_roundtrip_max_lsb": 0.42,
-        "paper": {
-            "station": "markers",
-            "loo_deg": {"left": [0.0172, 0.0191], "right": [0.0174, 0.0188]},
-            "volts_roundtrip_max_lsb": 61.2,
-            "steps": [_variant("paper's plain model", 8.6), _variant("with the pupil's walk", 0.4)],
-        },
-        "parallax": {"markers": _parallax(5.0, 0.0041), "markers near": _parallax(2.5, 0.0163)},
-    }
-
-
-def _variant(name: str, error_px: float) -> Document:
-    return {"name": name} | {f"{what}_rms_px": error_px for what in ("pointing", "rectification", "epipolar")}
-
-
-def _parallax(distance_m: float, largest_deg: float) -> Document:
-    return {
-        "distance_m": distance_m,
-        "tape_m": distance_m,
-        "largest_deg": largest_deg,
-        "corrected": True,
-        "words": f"the target is {distance_m} m away by its print; the parallax of Eq. 1 was taken out",
-    }
-
-
-def _axis(eye: str, axis: str) -> Document:
-    return {
-        "eye": eye,
-        "axis": axis,
-        "settle_ms": 9.8 if axis == "x" else 10.4,
-        "settle_1pct_ms": 5.7,
-        "resonance_hz": 1204.0,
-        "quality": 21.5,
-    }
-
-
-def drift_check(check_id: str = "dft-1", *, applied: bool = False) -> Document:
-    return {
-        "id": check_id,
-        "created_utc": UTC,
-        "calibration_id": "a" * 32,
-        "looks": 9,
-        "applied": applied,
-        "new_calibration_id": "c" * 32 if applied else None,
-        "eyes": [
-            {
-                "eye": eye,
-                "shift_x_deg": sign * 0.0312,
-                "shift_y_deg": -0.0101,
-                "rotation_deg": 0.012,
-                "scale": 1.0,
-                "sigma_deg": 0.0024,
-                "significant": True,
-            }
-            for eye, sign in (("left", 1), ("right", -1))
-        ],
-        "vergence_known": False,
-        "detail": "9 places were compared with the wide view; both eyes agree",
     }
 
 

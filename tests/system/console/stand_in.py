@@ -25,6 +25,7 @@ from foveacam_server.runtime.stream_messages import HEADER
 
 from . import calibration_documents as documents
 from .calibration_documents import SESSION_ID, Document
+from .calibration_results import UTC
 
 STATIC = Path(foveacam_web.__file__).parent / "static"
 Json = Any  # what tests put in and look at: any JSON value
@@ -97,7 +98,7 @@ class StandIn:
             "id": self._ids,
             "kind": kind,
             "level": "info",
-            "t_utc": documents.UTC,
+            "t_utc": UTC,
             "message": kind,
             "data": data,
         }

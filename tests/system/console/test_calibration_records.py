@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
+from .calibration_results import drift_check
 from .conftest import TOUCH, Console, OpenConsole
 from .stand_in import StandIn, stood_in
 
@@ -115,7 +116,7 @@ def test_drift_is_measured_shown_with_its_error_and_its_trend(
     console.page.get_by_role("button", name="Measure and correct").click()
     expect(console.page.locator(".job")).to_contain_text("Drift check")
     assert stand_in.orders("/drift_checks") == [{"distance_m": 4.2, "apply": True}]
-    stand_in.answers["/drift_checks"] = [documents.drift_check(applied=True)]
+    stand_in.answers["/drift_checks"] = [drift_check(applied=True)]
     ended = documents.job("job-1", kind="drift", state="succeeded")
     stand_in.work(ended)
     drift = console.page.locator(".drift")
@@ -166,7 +167,7 @@ def test_phone_shows_every_step_without_scrolling_sideways(
 ) -> None:
     stand_in.session = stand_in.session | {"label": LONG, "problems": ["wide.json is cut short"]}
     stand_in.answers["/calibrations"][0]["label"] = LONG
-    stand_in.answers["/drift_checks"] = [documents.drift_check()]
+    stand_in.answers["/drift_checks"] = [drift_check()]
     phone = open_console(f"{stand_in.url}#/calibration/{step}", options=TOUCH)
     expect(phone.page.locator(".damage")).to_contain_text("Wide.json is cut short.")
     assert phone.overflow_px() <= 0

@@ -51,6 +51,7 @@ class ChosenStation {
   name = "";
   #picked_in = "";
   #job = "";
+  #session = "";
   /** @type {Map<string, number>} */
   #done = new Map();
 
@@ -66,7 +67,9 @@ class ChosenStation {
    */
   follow(places, { work, session }) {
     this.#job = `${session?.id} ${work?.job_id}`;
-    const growing = places.find(({ name, done }) => done > (this.#done.get(name) ?? done));
+    const known = this.#session === (session?.id ?? "");
+    const growing = known ? places.find(({ name, done }) => done > (this.#done.get(name) ?? 0)) : undefined;
+    this.#session = session?.id ?? "";
     this.#done = new Map(places.map(({ name, done }) => [name, done]));
     if (growing && isRunning(work) && this.#picked_in !== this.#job) this.name = growing.name;
     if (!places.some(({ name }) => name === this.name)) this.name = places[0]?.name ?? "";
