@@ -35,7 +35,8 @@ def every(data: DataOption = None, as_json: JsonOption = False) -> None:
         table.add_column(title, overflow="fold")
     for found in documents:
         mark = "yes" if found["current"] else ""
-        row = [str(found[name]) for name in ("id", "rig_id", "label", "origin", "created_utc")]
+        row = [str(found[name]) for name in ("id", "rig_id", "label", "origin")]
+        row.append(str(found["created_utc"])[:16].replace("T", " "))
         table.add_row(*(cell.replace("[", "\\[") for cell in row), mark)
     Console().print(table)
 

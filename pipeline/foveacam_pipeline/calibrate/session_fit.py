@@ -1,8 +1,9 @@
 """From the sweeps of a session to a calibration, with everything that is to be said of it."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from foveacam_pipeline.models.mirror import DAC_STEP_V, MirrorModel
 ROUNDTRIP_SIDE = 41
 
 logger = logging.getLogger(__name__)
+
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,14 +58,15 @@ class FitResult:
     """A calibration and what it was elected from.
 
     `fit`: tables of models and residuals for each eye. `measured`: what was fitted. `paper`: the paper's
-    plain model of the same data. `variants`: our additions one by one, judged on nodes left out; empty unless
-    asked. `volts_roundtrip_max_lsb`: largest volts -> angles -> volts over the calibrated field, DAC steps.
+    plain model of the same data, None where one station has too few poses for it. `variants`: our additions
+    one by one, judged on nodes left out; empty unless asked, and where a part of the poses is too few.
+    `volts_roundtrip_max_lsb`: largest volts -> angles -> volts over the calibrated field, DAC steps.
     """
 
     calibration: Calibration
     fit: RigFit
     measured: Measured
-    paper: PaperModel
+    paper: PaperModel | None
     variants: tuple[VariantScore, ...]
     volts_roundtrip_max_lsb: float
 
@@ -94,15 +98,24 @@ def fit_session(
         measured = rig_sweep([far], wide, drawing=drawing, label=label, distance=settings.distance)
     fit = fit_rig(measured.rig, settings.choice)
     calibration = replace(fit.calibration, session_id=session_id)
-    paper = fit_paper(far, wide, drawing=drawing)
+    compared = _or_none(lambda: _variants(sweeps, measured, fit)) if settings.compare else None
     return FitResult(
         calibration=calibration,
         fit=replace(fit, calibration=calibration),
         measured=measured,
-        paper=paper,
-        variants=_variants(sweeps, measured, fit) if settings.compare else (),
+        paper=_or_none(lambda: fit_paper(far, wide, drawing=drawing)),
+        variants=compared or (),
         volts_roundtrip_max_lsb=max(roundtrip_lsb(mirror.model) for mirror in fit.mirrors.values()),
     )
+
+
+def _or_none(compare: Callable[[], _Found]) -> _Found | None:
+    """Return a comparison; a rig with poses enough for ours shall not be refused for want of the paper's."""
+    try:
+        return compare()
+    except InvalidInput as error:
+        logger.info("left out of the comparison: %s", error)
+        return None
 
 
 def _variants(sweeps: Sequence[Sweep], measured: Measured, fit: RigFit) -> tuple[VariantScore, ...]:

@@ -43,9 +43,11 @@ def fit_document(result: FitResult) -> Document:
     }
 
 
-def _paper(result: FitResult) -> Document:
+def _paper(result: FitResult) -> Document | None:
     """Return the paper's plain model of the same data, and what each of our additions brings."""
     paper = result.paper
+    if paper is None:
+        return None
     return {
         "station": paper.station,
         "loo_deg": {role.value: _deg(paper.fit.mirrors[role].model.loo_rad) for role in EYES},

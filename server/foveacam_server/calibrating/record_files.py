@@ -15,7 +15,6 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT, calibration_from, save_calibration
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.names import utc_now
 
 FileFormat = Literal["foveacam", "authors"]
 
@@ -114,7 +113,7 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
         optics=Optics(baseline_m=settings.baseline_m or facts.baseline_m),
         drift_rad=settings.drift_rad,
     )
-    return replace(fit_calibration(sweep), created_utc=utc_now(), origin="imported")
+    return replace(fit_calibration(sweep), origin="imported")
 
 
 def _sweeps_of(calibration: Calibration, sessions: SessionShelf) -> tuple[Path, ...]:
