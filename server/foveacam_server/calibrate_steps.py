@@ -179,7 +179,9 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
     if document["check"] is not None:
         check = document["check"]
         table.add_row(
-            "check", f"rows {check['epipolar_rms_px']:.2f} px rms, {check['epipolar_p95_px']:.2f} px (95 %)"
+            "check",
+            f"rows {check['epipolar_rms_px']} px rms, {check['epipolar_p95_px']} px (95 %), pointing "
+            f"{check['pointing_rms_px']} px rms at {check['poses']} places",
         )
     for axis in (document["settle"] or {"axes": []})["axes"]:
         table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))

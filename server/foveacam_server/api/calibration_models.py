@@ -137,9 +137,12 @@ class SettleDocument(Told):
 class CheckDocument(Told):
     """How well the fitted calibration holds at poses that no sweep visited."""
 
-    epipolar_rms_px: float
-    epipolar_p95_px: float
+    calibration_id: str
+    epipolar_rms_px: float | None
+    epipolar_p95_px: float | None
     pointing_rms_px: float | None
+    """The measurement's own error included: `pointing_sigma_px`."""
+    pointing_sigma_px: float | None
     poses: int
 
 

@@ -4,6 +4,7 @@ from pydantic import BaseModel
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.calibrating.check_step import check_session
 from foveacam_server.calibrating.fit_step import fit_session
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import (
@@ -18,6 +19,7 @@ from foveacam_server.calibrating.options import (
     WideRun,
 )
 from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.settle_step import measure_settle
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.wide_step import ImageFolder, measure_wide, measure_wide_images
 from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
@@ -42,12 +44,8 @@ def run_step(
         case FitRun(options=options):
             run_fit(session, options, registry=registry, watch=watch)
         case CheckRun(options=options):
-            from foveacam_server.calibrating.check_step import check_session
-
             check_session(session, options, workplace=workplace, registry=registry, watch=watch)
         case SettleRun():
-            from foveacam_server.calibrating.settle_step import measure_settle
-
             measure_settle(session, workplace=workplace, watch=watch)
         case AllRun(options=options):
             _run_all(session, options, workplace=workplace, registry=registry, watch=watch)
@@ -77,9 +75,6 @@ def _run_all(
     registry: Registry,
     watch: StepWatcher,
 ) -> None:
-    from foveacam_server.calibrating.check_step import check_session
-    from foveacam_server.calibrating.settle_step import measure_settle
-
     measure_wide(session, options.wide, workplace=workplace, watch=watch)
     measure_mirrors(session, options.mirrors, lens_of(session), workplace=workplace, watch=watch)
     calibration = run_fit(session, options.fit, registry=registry, watch=watch)
