@@ -1,144 +1,153 @@
-"""Diagrams of the fits, as PNG: what a mirror model leaves, who was elected, how the rectification bends."""
+"""Diagrams of a fit as PNG: what is left at every pose, how the models compare, how images are warped."""
 
 import io
-import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit import RigFit
-from foveacam_pipeline.calibrate.mirror_models import Family
+from foveacam_pipeline.calibrate.mirror_models import Family, MirrorScore
+from foveacam_pipeline.calibrate.session_fit import FitResult
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-EYE_COLORS = {Role.LEFT: "#1769c4", Role.RIGHT: "#b8560b"}
-ARROW_DEG = 0.8
-"""Length of the arrow of a typical residual."""
-WARP_NODES = 7
-WARP_SHARE = 0.11
-"""Size of a warped frame in the diagram, over the field's width."""
-FRAME_STEPS = 9
+_DPI = 110
+_ARROW_DEG = 0.5
+"""Length of a typical residual in a picture."""
+BLUE, RED, GREEN, GREY = "#1f4e79", "#b03a2e", "#1e8449", "0.45"
+_WARP_SIDE = 5
+_WARP_SIZE_DEG = 1.4
+_LINES = 7
 
 
-def quiver_picture(fit: RigFit, role: Role) -> bytes:
-    """Return a PNG: residual of every pose, as fitted (arrows) and when it is left out (rings)."""
-    mirror, sweep = fit.mirrors[role], fit.sweeps[role]
-    f_px = fit.calibration.fovea_f_px
-    at_deg = np.rad2deg(sweep.angles_rad)
-    left_px, out_px = f_px * mirror.residuals_rad, f_px * mirror.loo_residuals_rad
-    rms_px = max(float(np.sqrt(np.mean(np.sum(left_px**2, axis=1)))), 1e-6)
-    scale = ARROW_DEG / rms_px
-    figure = Figure(figsize=(9.0, 7.2), layout="constrained")
-    axes = figure.add_subplot()
-    _field(axes)
-    axes.quiver(
-        *at_deg.T,
-        *(scale * left_px).T,
-        angles="xy",
-        scale_units="xy",
-        scale=1.0,
-        width=0.0025,
-        color=EYE_COLORS[role],
+def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
+    """Return what draws each picture of a fit, by the name under which it is kept."""
+    eyes = (Role.LEFT, Role.RIGHT)
+    quivers = {f"quiver_{role}": lambda role=role: quiver_picture(result, role) for role in eyes}
+    warps = {f"warp_{role}": lambda role=role: warp_picture(result.calibration, role) for role in eyes}
+    return {**quivers, "loo": lambda: models_picture(result), **warps}
+
+
+def quiver_picture(result: FitResult, role: Role) -> bytes:
+    """Return a PNG: what the elected model leaves of the gaze at each pose, left out, many times enlarged."""
+    fit, f_px = result.fit, result.calibration.fovea_f_px
+    mirror, eye = fit.mirrors[role], fit.sweeps[role]
+    places = np.rad2deg(mirror.model.angles_of(eye.volts_v))
+    missed = f_px * mirror.loo_residuals_rad
+    kept = (mirror.weights > 0.5).all(axis=1)
+    rms_px = float(np.sqrt(np.mean(np.sum(missed[kept] ** 2, axis=1))))
+    scale = _ARROW_DEG / max(rms_px, 1e-9)
+    figure = Figure(figsize=(7.6, 7.0), dpi=_DPI, layout="constrained")
+    axes = figure.subplots()
+    station = result.measured.nodes[role][:, 0]
+    for k, parallax in enumerate(result.parallax):
+        rows = station == k
+        arrows = scale * missed[rows]
+        colour = (BLUE, RED, GREEN)[k % 3]
+        axes.quiver(*places[rows].T, *arrows.T, **_QUIVER, color=colour, label=parallax.station)
+    axes.plot(*places[~kept].T, "o", mfc="none", color=GREY, label="counts less (robust)")
+    hull = np.rad2deg(np.vstack([mirror.model.hull_rad, mirror.model.hull_rad[:1]]))
+    axes.plot(*hull.T, "-", color=GREY, linewidth=0.8, label="calibrated field")
+    _field_axes(
+        axes, f"{role} eye, {mirror.chosen.name}: {rms_px:.2f} fovea px rms left out, x {scale:.1f}°/px"
     )
-    tips = at_deg + scale * out_px
-    axes.plot(*tips.T, "o", markersize=3.0, markerfacecolor="none", color="#6b7280", label="left out")
-    outliers = (mirror.weights < 0.5).any(axis=1)
-    axes.plot(*at_deg[outliers].T, "x", color="#b03a2e", label=f"outliers ({int(outliers.sum())})")
-    axes.legend(loc="upper right", fontsize=8)
-    x_deg, y_deg = (math.degrees(value) for value in mirror.chosen.loo_rad)
-    axes.set_title(
-        f"{role} eye, {mirror.chosen.name}: {rms_px:.2f} fovea px rms (arrows × {scale:.1f} °/px); "
-        f"left out {x_deg:.4f}°, {y_deg:.4f}°"
-    )
-    return _png(figure)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
+    return png(figure)
 
 
-def election_picture(fit: RigFit) -> bytes:
-    """Return a PNG: leave-one-out error by the number of terms, mirrors and rectifications."""
-    figure = Figure(figsize=(11.0, 4.4), layout="constrained")
-    mirrors, fields = figure.subplots(1, 2)
-    for role, color in EYE_COLORS.items():
-        for family, style in ((Family.POLYNOMIAL, "-o"), (Family.SPRINGS, "--s")):
-            scores = [score for score in fit.mirrors[role].scores if score.family is family]
-            errors = [fit.calibration.fovea_f_px * math.hypot(*score.loo_rad) for score in scores]
-            orders = [score.order for score in scores]
-            mirrors.semilogy(
-                orders, errors, style, color=color, label=f"{role}, {family.value}", markersize=4
-            )
-        chosen = fit.mirrors[role].chosen
-        error_px = fit.calibration.fovea_f_px * math.hypot(*chosen.loo_rad)
-        mirrors.plot(chosen.order, error_px, "*", color=color, markersize=14)
-        ranks = [score.order for score in fit.fields[role].scores]
-        fields.semilogy(
-            ranks, [s.loo_px for s in fit.fields[role].scores], "-o", color=color, label=str(role)
+_QUIVER = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.0025}
+
+
+def models_picture(result: FitResult) -> bytes:
+    """Return a PNG: leave-one-out error of every model of both mirrors, and of every rectification."""
+    figure = Figure(figsize=(11.5, 4.6), dpi=_DPI, layout="constrained")
+    mirrors, fields = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    f_px = result.calibration.fovea_f_px
+    for role, colour in ((Role.LEFT, BLUE), (Role.RIGHT, RED)):
+        for family, line in ((Family.POLYNOMIAL, "o-"), (Family.SPRINGS, "s--")):
+            scores = [score for score in result.models[role] if score.family is family]
+            errors = [f_px * float(np.hypot(*score.loo_rad)) for score in scores]
+            label = f"{role}: {'polynomial' if family is Family.POLYNOMIAL else 'springs + polynomial'}"
+            mirrors.plot([s.order for s in scores], errors, line, color=colour, label=label, markersize=4)
+            _mark(mirrors, scores, errors, colour)
+        orders = result.fit.fields[role].scores
+        fields.plot(
+            [s.order for s in orders], [s.loo_px for s in orders], "o-", color=colour, label=str(role)
         )
-        field = fit.calibration.eye(role).homography
-        fields.plot(field.polynomial.order, field.loo_px, "*", color=color, markersize=14)
-    mirrors.set(xlabel="order", ylabel="left out, fovea px", title="volts to angle (star: elected)")
-    fields.set(xlabel="order", ylabel="left out, fovea px", title="rectification (star: elected)")
+        chosen = next(score for score in orders if score.chosen)
+        fields.plot(chosen.order, chosen.loo_px, "o", color=colour, markersize=11, mfc="none")
+    mirrors.axvline(3, color=GREY, linestyle=":", linewidth=1.0)
+    mirrors.text(
+        3.05, 0.97, " the paper's cubic", transform=mirrors.get_xaxis_transform(), va="top", fontsize=8
+    )
+    mirrors.set(
+        title="mirror: angle of a node left out", xlabel="order of the polynomial", ylabel="fovea px rms"
+    )
+    fields.set(title="rectification: corners of a pose left out", xlabel="order of the polynomial")
     for axes in (mirrors, fields):
+        axes.set_yscale("log")
         axes.grid(visible=True, which="both", alpha=0.25)
         axes.legend(fontsize=8)
-    return _png(figure)
+    figure.suptitle("Circled: elected", fontsize=10)
+    return png(figure)
 
 
 def warp_picture(calibration: Calibration, role: Role) -> bytes:
-    """Return a PNG: the fovea's frame as each gaze of a grid bends it, against the upright frame."""
-    eye = calibration.eye(role)
-    hull_deg = np.rad2deg(eye.mirror.hull_rad)
-    low, high = eye.mirror.hull_rad.min(axis=0), eye.mirror.hull_rad.max(axis=0)
-    figure = Figure(figsize=(9.0, 7.2), layout="constrained")
-    axes = figure.add_subplot()
-    _field(axes)
-    axes.fill(*hull_deg.T, color=EYE_COLORS[role], alpha=0.08)
-    frame = _frame_px(calibration.fovea_width, calibration.fovea_height)
-    centre = np.array([(calibration.fovea_width - 1) / 2.0, (calibration.fovea_height - 1) / 2.0])
-    scale = WARP_SHARE * math.degrees(float(high[0] - low[0])) / calibration.fovea_width
-    nodes = np.array(
-        [
-            (x, y)
-            for y in np.linspace(low[1], high[1], WARP_NODES)
-            for x in np.linspace(low[0], high[0], WARP_NODES)
-        ]
-    )
-    for gaze in nodes[eye.mirror.inside(nodes)]:
-        bent = homography_apply(eye.homography.at(float(gaze[0]), float(gaze[1])), frame)
-        at_deg = np.rad2deg(gaze)
-        axes.plot(*(at_deg + scale * (frame - centre)).T, color="#9aa3ad", linewidth=0.7)
-        axes.plot(*(at_deg + scale * bent).T, color=EYE_COLORS[role], linewidth=1.2)
-    axes.set_title(
-        f"{role} eye: the frame on the virtual pinhole (grey: unbent), order {eye.homography.polynomial.order}, "
-        f"left out {eye.homography.loo_px:.3f} px"
-    )
-    return _png(figure)
+    """Return a PNG: what becomes of a square grid of a raw image at gazes all over the field (Eq. 4)."""
+    mirror = calibration.eye(role).mirror
+    low, high = mirror.hull_rad.min(axis=0), mirror.hull_rad.max(axis=0)
+    gazes = [
+        (x, y)
+        for y in np.linspace(low[1], high[1], _WARP_SIDE)
+        for x in np.linspace(low[0], high[0], _WARP_SIDE)
+    ]
+    inside = [gaze for gaze in gazes if mirror.contains(*gaze)]
+    figure = Figure(figsize=(8.0, 7.2), dpi=_DPI, layout="constrained")
+    axes = figure.subplots()
+    for ax_rad, ay_rad in inside:
+        _grid(axes, calibration, role, (ax_rad, ay_rad))
+    _field_axes(axes, f"{role} eye: raw images as rectified, {_WARP_SIZE_DEG / 2.86:.2f} of their size")
+    return png(figure)
 
 
-def _frame_px(width: int, height: int) -> NDArray[np.float64]:
-    """Return the (n, 2) outline of an image with its two middle lines' crossing marked by the start."""
-    corners = np.array(
-        [(0.0, 0.0), (width - 1.0, 0.0), (width - 1.0, height - 1.0), (0.0, height - 1.0), (0.0, 0.0)]
-    )
-    steps = np.linspace(0.0, 1.0, FRAME_STEPS)[:, None]
-    sides = [start + steps * (end - start) for start, end in zip(corners[:-1], corners[1:], strict=True)]
-    return np.concatenate(sides)
+def _grid(axes: Axes, calibration: Calibration, role: Role, gaze_rad: tuple[float, float]) -> None:
+    """Draw one image's grid about its gaze, as it is read out in grey and as rectified in colour."""
+    width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
+    homography = calibration.eye(role).homography.at(*gaze_rad)
+    scale = _WARP_SIZE_DEG / width
+    middle = np.rad2deg(gaze_rad)
+    along = np.linspace(0.0, 1.0, 21)
+    for share in np.linspace(0.0, 1.0, _LINES):
+        across = np.column_stack([along * width, np.full(21, share * height)])
+        down = np.column_stack([np.full(21, share * width), along * height])
+        for line in (across, down):
+            plain = line - np.array([width, height]) / 2.0
+            axes.plot(*(middle + scale * plain).T, "-", color="0.8", linewidth=0.6)
+            axes.plot(
+                *(middle + scale * homography_apply(homography, line)).T, "-", color=BLUE, linewidth=0.8
+            )
 
 
-def _field(axes: "Axes") -> None:
-    axes.set(xlabel="ax, deg", ylabel="ay, deg (down)")
-    axes.invert_yaxis()
+def _mark(axes: Axes, scores: list[MirrorScore], errors: list[float], colour: str) -> None:
+    for score, error in zip(scores, errors, strict=True):
+        if score.chosen:
+            axes.plot(score.order, error, "o", color=colour, markersize=11, mfc="none")
+
+
+def _field_axes(axes: Axes, title: str) -> None:
+    axes.set(xlabel="ax, deg (right)", ylabel="ay, deg (down)", title=title)
+    axes.title.set_fontsize(10)
     axes.set_aspect("equal")
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
     axes.grid(visible=True, alpha=0.25)
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """Return a figure as PNG."""
     buffer = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(buffer, format="png", dpi=110)
+    figure.savefig(buffer, format="png", facecolor="white")
     return buffer.getvalue()

@@ -1,7 +1,7 @@
 """How good a calibration is that the procedures measured by themselves, on a rig that nobody has seen before.
 
 All three stages run on a freshly seeded simulated rig in virtual time, as `foveacam calibrate all` has them;
-the simulation's truth then judges at 200 poses never measured. Then the rig is knocked, and one shot mends it.
+the simulation's truth then judges at 200 poses never measured. Then the rig is knocked and mended.
 """
 
 import math
