@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import NotCalibrated, StationTarget
 from foveacam_pipeline.calibrate.check import check_calibration
+from foveacam_pipeline.calibrate.check_pictures import check_pictures
 from foveacam_pipeline.calibrate.check_values import CheckResult, CheckSettings
 from foveacam_pipeline.calibrate.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import CHECK
 from foveacam_server.calibrating.options import CheckOptions
+from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.turning import turn_to_station
@@ -46,6 +48,7 @@ def check_session(
             swept_rad=_swept_rad(session),
         )
     session.write(CHECK, check_document(result))
+    draw(session, check_pictures(result, calibration))
     return result
 
 

@@ -1,12 +1,10 @@
 """Stages 2 and 3 fitted: a calibration from everything that a session measured, and how good it is."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
-from foveacam_hardware.contract import NotCalibrated, Role
+from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.calibrate import session_fit
-from foveacam_pipeline.calibrate.fit_pictures import election_picture, quiver_picture, warp_picture
+from foveacam_pipeline.calibrate.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.measured import Distance, RigDrawing
 from foveacam_pipeline.calibrate.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.sweep_file import load_sweep
@@ -44,17 +42,9 @@ def fit_session(
     session.add_calibration(calibration.id)
     watch.fitted(calibration)
     watch.progress(STAGES - 1, total=STAGES, note="drawing")
-    _draw(session, result)
+    draw(session, fit_pictures(result))
     watch.progress(STAGES, total=STAGES, note=f"calibration {calibration.id}")
     return calibration
-
-
-def _draw(session: CalibrationSession, result: FitResult) -> None:
-    makers: dict[str, Callable[[], bytes]] = {"loo": partial(election_picture, result.fit)}
-    for role in (Role.LEFT, Role.RIGHT):
-        makers[f"quiver_{role.value}"] = partial(quiver_picture, result.fit, role)
-        makers[f"warp_{role.value}"] = partial(warp_picture, result.calibration, role)
-    draw(session, makers)
 
 
 def fit_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics) -> FitResult:
