@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.table import Column
 
 from foveacam_hardware.contract import NotConnected, Role
 from foveacam_hardware.rig import Rig, open_rig
@@ -186,13 +187,13 @@ def watching(console: Console, *, silent: bool) -> Iterator[BarWatch]:
         yield BarWatch(None)
         return
     columns = (
-        TextColumn("{task.description:>8}"),
-        BarColumn(bar_width=30),
+        TextColumn("{task.description:>7}", table_column=Column(no_wrap=True, min_width=7)),
+        BarColumn(bar_width=20),
         MofNCompleteColumn(),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.fields[note]}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
     )
-    with Progress(*columns, console=console) as progress:
+    with Progress(*columns, console=console, expand=True) as progress:
         watch = BarWatch(progress)
         yield watch
         watch.finish()
