@@ -1,6 +1,7 @@
 """From the samples of a sweep to the calibration of a rig; models are elected by leave-one-out."""
 
 import logging
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from foveacam_pipeline.calibrate.mirror_models import (
     fit_mirror,
     fit_mirror_models,
 )
-from foveacam_pipeline.calibrate.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot
+from foveacam_pipeline.calibrate.pivot import DRIFT_RAD, PIVOT_TOLERANCE_M, PivotFit, fit_pivot
 from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
@@ -129,8 +130,10 @@ def _eye(
     eye: EyeSweep, mirror: MirrorFit, field: HomographyField, pivot: PivotFit, *, reference_shift_m: float
 ) -> EyeCalibration:
     x_m, y_m, z_m = pivot.offset_m
+    across, down = mirror.model.sigma_rad
+    sigma_rad = math.hypot(across, DRIFT_RAD), math.hypot(down, DRIFT_RAD)
     return EyeCalibration(
-        mirror=mirror.model,
+        mirror=replace(mirror.model, sigma_rad=sigma_rad),
         homography=field,
         pivot_offset_m=(x_m - reference_shift_m, y_m, z_m),
         pivot_sigma_m=pivot.sigma_m,

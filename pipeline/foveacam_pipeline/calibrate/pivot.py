@@ -17,6 +17,9 @@ from foveacam_pipeline.geometry.polynomial import fit_best_order, least_squares
 PIVOT_TOLERANCE_M = 0.4e-3
 """Assembly tolerance of the point from which a gaze leaves, assumed (deduced: tenths of a millimetre in the
 mount and in the lens) where a sweep at one depth cannot measure it."""
+DRIFT_RAD = math.radians(0.001)
+"""How far a mount stands from where it stood while it was calibrated, in ordinary use: half of what it drifts
+in some minutes. Part of what a calibration states, however well it was measured."""
 DRIFT_RAD_PER_S = math.radians(0.002) / 300.0
 """What a mount usually drifts (deduced: a fovea px in some minutes, Sec. 3.3)."""
 
