@@ -29,6 +29,8 @@ FRESH_MS = 40.0
 ASIDE = 0.55
 """Rows are compared at the gaze and at so much of the way from it to the corners of the image."""
 LEAST_POSES = 4
+VERGED_PX = 20.0
+"""A look in which the eyes see one thing so near to the same place is good enough to be shown."""
 FRAMES = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
 
 
@@ -69,8 +71,7 @@ class _Check:
         self._looker = PlaceLooker(head, calibration, self._places)
         self._rows: list[RowMatch] = []
         self._pointings: list[Pointing] = []
-        self._farthest: Sighting | None = None
-        self._reach = -1.0
+        self._farthest: tuple[float, Sighting] | None = None
 
     def result(self, swept_rad: NDArray[np.float64] | None) -> CheckResult:
         """Look, match, lay over."""
@@ -115,7 +116,7 @@ class _Check:
             pointing_sigma_px=placed * self._calibration.fovea_f_px,
             looks=self._looker.looks,
             mosaic=mosaic,
-            farthest=self._farthest,
+            farthest=None if self._farthest is None else self._farthest[1],
         )
 
     def _two_views(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -142,9 +143,12 @@ class _Check:
         missed = (place.seen(Role.LEFT) - true.left + place.seen(Role.RIGHT) - true.right) / 2.0
         x_px, y_px = (self._calibration.fovea_f_px * missed).tolist()
         self._pointings.append(Pointing(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
-        self._rows += row_matches(sighting, self._calibration, self._settings)
-        if float(np.linalg.norm(middle)) > self._reach:
-            self._reach, self._farthest = float(np.linalg.norm(middle)), sighting
+        beside = place.seen(Role.LEFT) - gazes.left, place.seen(Role.RIGHT) - gazes.right
+        self._rows += row_matches(sighting, self._calibration, self._settings, beside=beside)
+        reach = float(np.linalg.norm(middle))
+        verged = float(np.abs(beside[0] - beside[1]).max()) * self._calibration.fovea_f_px < VERGED_PX
+        if verged and (self._farthest is None or reach > self._farthest[0]):
+            self._farthest = reach, sighting
 
     def _lay_over(self, mosaic: NDArray[np.uint8], sighting: Sighting, count: int) -> None:
         """Lay one eye's fovea over the wide view, the eyes in turn, with a thin frame."""
@@ -158,33 +162,43 @@ class _Check:
         part[seen & ~inside] = FRAMES[role]
 
 
-def row_matches(sighting: Sighting, calibration: Calibration, settings: CheckSettings) -> list[RowMatch]:
-    """Return how the rows of both rectified foveae differ at five places of a look, as far as they match."""
+def row_matches(
+    sighting: Sighting,
+    calibration: Calibration,
+    settings: CheckSettings,
+    *,
+    beside: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> list[RowMatch]:
+    """Return how the rows of both rectified foveae differ at five places of a look, as far as they match.
+
+    `beside`: (2,) tangents from the left and from the right gaze to one thing that both eyes see.
+    """
     half = np.array([calibration.fovea_width, calibration.fovea_height]) / 2.0
     gazes = gazes_under(calibration, sighting.volts)
     ax_rad, ay_rad = np.arctan((gazes.left + gazes.right) / 2.0).tolist()
     found = []
     for x, y in ((0.0, 0.0), (-ASIDE, -ASIDE), (ASIDE, -ASIDE), (ASIDE, ASIDE), (-ASIDE, ASIDE)):
-        offset = np.array([x, y]) * half
-        guess = offset / calibration.fovea_f_px
-        fine = match_fine(sighting, calibration, Guess(left=guess, right=guess))
+        aside = np.array([x, y]) * half / calibration.fovea_f_px
+        guess = Guess(left=beside[0] + aside, right=beside[1] + aside)
+        fine = match_fine(sighting, calibration, guess)
         if fine.score < settings.score or fine.sigma_y_px > settings.sigma_px:
             continue
+        place = calibration.fovea_f_px * (guess.left + guess.right) / 2.0
         found.append(
             RowMatch(
                 gaze_rad=(ax_rad, ay_rad),
-                offset_px=(float(offset[0]), float(offset[1])),
-                rows_px=_middles_apart_px(sighting, calibration) + fine.residual_y_px,
+                offset_px=(float(place[0]), float(place[1])),
+                rows_px=_middles_apart_px(sighting, calibration, guess) + fine.residual_y_px,
                 sigma_px=fine.sigma_y_px,
             )
         )
     return found
 
 
-def _middles_apart_px(sighting: Sighting, calibration: Calibration) -> float:
+def _middles_apart_px(sighting: Sighting, calibration: Calibration, guess: Guess) -> float:
     """Return by how much lower the left eye's image centre lies on its plane than the right one's, px."""
     gazes = gazes_under(calibration, sighting.volts)
-    apart = float(gazes.left[0] - gazes.right[0])
+    apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
     depth_m = calibration.baseline_m / apart if apart > 0.0 else math.inf
     centre = np.array([(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2, 1.0])
     heights = []

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.ticker import MaxNLocator
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.mirror_models import Family, MirrorScore
@@ -19,8 +19,9 @@ _ARROW_DEG = 0.5
 """Length of a typical residual in a picture."""
 BLUE, RED, GREEN, GREY = "#1f4e79", "#b03a2e", "#1e8449", "0.45"
 _WARP_SIDE = 5
-_WARP_SIZE_DEG = 1.4
 _LINES = 7
+_RIM = 0.985
+"""Share of the calibrated volts at which the outermost grids are drawn."""
 
 
 def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
@@ -47,18 +48,25 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
         rows = station == k
         arrows = scale * missed[rows]
         colour = (BLUE, RED, GREEN)[k % 3]
-        axes.quiver(*places[rows].T, *arrows.T, **_QUIVER, color=colour, label=parallax.station)
+        axes.quiver(
+            *places[rows].T,
+            *arrows.T,
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            width=0.0025,
+            color=colour,
+            label=parallax.station,
+        )
     axes.plot(*places[~kept].T, "o", mfc="none", color=GREY, label="counts less (robust)")
     hull = np.rad2deg(np.vstack([mirror.model.hull_rad, mirror.model.hull_rad[:1]]))
     axes.plot(*hull.T, "-", color=GREY, linewidth=0.8, label="calibrated field")
     _field_axes(
-        axes, f"{role} eye, {mirror.chosen.name}: {rms_px:.2f} fovea px rms left out, x {scale:.1f}°/px"
+        axes,
+        f"{role} eye, {mirror.chosen.name}: {rms_px:.2f} fovea px rms left out; arrows {scale:.1f}° a px",
     )
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
     return png(figure)
-
-
-_QUIVER = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.0025}
 
 
 def models_picture(result: FitResult) -> bytes:
@@ -87,7 +95,9 @@ def models_picture(result: FitResult) -> bytes:
         title="mirror: angle of a node left out", xlabel="order of the polynomial", ylabel="fovea px rms"
     )
     fields.set(title="rectification: corners of a pose left out", xlabel="order of the polynomial")
+    fields.set_ylabel("fovea px rms")
     for axes in (mirrors, fields):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_yscale("log")
         axes.grid(visible=True, which="both", alpha=0.25)
         axes.legend(fontsize=8)
@@ -98,18 +108,13 @@ def models_picture(result: FitResult) -> bytes:
 def warp_picture(calibration: Calibration, role: Role) -> bytes:
     """Return a PNG: what becomes of a square grid of a raw image at gazes all over the field (Eq. 4)."""
     mirror = calibration.eye(role).mirror
-    low, high = mirror.hull_rad.min(axis=0), mirror.hull_rad.max(axis=0)
-    gazes = [
-        (x, y)
-        for y in np.linspace(low[1], high[1], _WARP_SIDE)
-        for x in np.linspace(low[0], high[0], _WARP_SIDE)
-    ]
-    inside = [gaze for gaze in gazes if mirror.contains(*gaze)]
-    figure = Figure(figsize=(8.0, 7.2), dpi=_DPI, layout="constrained")
+    line = np.linspace(-_RIM, _RIM, _WARP_SIDE)
+    gazes = mirror.angles_of(np.array([(x, y) for y in line for x in line]) * np.array(mirror.max_v))
+    figure = Figure(figsize=(9.0, 7.6), dpi=_DPI, layout="constrained")
     axes = figure.subplots()
-    for ax_rad, ay_rad in inside:
+    for ax_rad, ay_rad in gazes.tolist():
         _grid(axes, calibration, role, (ax_rad, ay_rad))
-    _field_axes(axes, f"{role} eye: raw images as rectified, {_WARP_SIZE_DEG / 2.86:.2f} of their size")
+    _field_axes(axes, f"{role} eye: the images as read out (grey) and as rectified (blue), in their places")
     return png(figure)
 
 
@@ -117,7 +122,7 @@ def _grid(axes: Axes, calibration: Calibration, role: Role, gaze_rad: tuple[floa
     """Draw one image's grid about its gaze, as it is read out in grey and as rectified in colour."""
     width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
     homography = calibration.eye(role).homography.at(*gaze_rad)
-    scale = _WARP_SIZE_DEG / width
+    scale = float(np.rad2deg(1.0 / calibration.fovea_f_px))
     middle = np.rad2deg(gaze_rad)
     along = np.linspace(0.0, 1.0, 21)
     for share in np.linspace(0.0, 1.0, _LINES):
@@ -125,7 +130,7 @@ def _grid(axes: Axes, calibration: Calibration, role: Role, gaze_rad: tuple[floa
         down = np.column_stack([np.full(21, share * width), along * height])
         for line in (across, down):
             plain = line - np.array([width, height]) / 2.0
-            axes.plot(*(middle + scale * plain).T, "-", color="0.8", linewidth=0.6)
+            axes.plot(*(middle + scale * plain).T, "-", color="0.75", linewidth=0.6)
             axes.plot(
                 *(middle + scale * homography_apply(homography, line)).T, "-", color=BLUE, linewidth=0.8
             )
