@@ -11,7 +11,7 @@ import foveacam_hardware
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig import open_rig
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.stream_socket import listen
 from foveacam_server.settings import Settings
@@ -78,7 +78,7 @@ def _rig(settings: Settings) -> str:
 def _calibration(settings: Settings) -> str:
     rig = open_rig(rig_config(settings))
     rig.close()
-    path = settings.calibration or FACTORY / f"{rig.rig_id}.json"
+    path = settings.calibration or SHIPPED / f"{rig.rig_id}.json"
     calibration = load_calibration(path)
     calibration.check_rig(rig.rig_id)
     return f"{calibration.label}, made {calibration.created_utc}"

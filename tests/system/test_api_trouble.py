@@ -10,7 +10,7 @@ import pytest
 
 from foveacam_hardware.contract import PARKED, Role, StereoVolts
 from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 
 from .conftest import API, CENTRE, Program, Running, running
 
@@ -119,7 +119,7 @@ def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Pa
 
 
 def test_calibration_of_another_rig_is_refused_and_said(tmp_path: Path) -> None:
-    with running(tmp_path, calibration=FACTORY / "sim-paper.json") as server:
+    with running(tmp_path, calibration=SHIPPED / "sim-paper.json") as server:
         refused = server.post("/fixations", CENTRE)
         assert refused.status_code == 409
         assert "sim-paper" in refused.json()["detail"]

@@ -11,7 +11,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
-from foveacam_server.bench.factory import FOLDER
+from foveacam_server.runtime.calibrations import SHIPPED
 
 WHITEBOARD = (660.0, 300.0)
 HIDDEN_FROM_THE_LEFT = (602.0, 561.0)
@@ -27,7 +27,7 @@ def rig() -> Iterator[Rig]:
 
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
-    return load_calibration(FOLDER / "sim-rig120.json")
+    return load_calibration(SHIPPED / "sim-rig120.json")
 
 
 def look_at(rig: Rig, calibration: Calibration, x_px: float, y_px: float) -> Fixation:

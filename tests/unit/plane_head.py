@@ -16,7 +16,7 @@ from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Virtu
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
-CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
 TEXEL_M = 0.4e-3
 TILE = 2048
 LOOK_NS = 33_000_000

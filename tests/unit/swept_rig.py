@@ -148,7 +148,7 @@ def swept(
     rng = np.random.default_rng([seed, round(1e3 * distance_m)])
     plan = SweepPlan(columns=side, rows=side)
     volts = {role: np.zeros(2) for role in EYES}
-    turn = rotation(np.array([0.01, 0.02, 0.005]))
+    turn = target_turn()
     poses = []
     for index, node in enumerate(plan.nodes_rad().tolist()):
         t_ns = round(1e9 * (begin_s + POSE_S * index))
@@ -181,6 +181,11 @@ def swept(
             )
         )
     return Sweep(header=header(seed, distance_m, plan), poses=tuple(poses))
+
+
+def target_turn() -> NDArray[np.float64]:
+    """Return how the target hangs: not quite square to the line of sight."""
+    return rotation(np.array([0.01, 0.02, 0.005]))
 
 
 def header(seed: int, distance_m: float, plan: SweepPlan) -> SweepHeader:

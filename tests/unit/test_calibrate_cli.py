@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.store import Store
 
 RIG = "sim-rig120"
@@ -35,13 +35,13 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 
 def own(data: Path, label: str = "mine") -> Calibration:
     """Return a calibration that is kept in the data directory."""
-    factory = load_calibration(FACTORY / f"{RIG}.json")
-    made = replace(factory, label=label, origin="measured", created_utc="2098-01-01T00:00:00+00:00")
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    made = replace(shipped, label=label, origin="measured", created_utc="2098-01-01T00:00:00+00:00")
     RecordStore(data / "calibrations").add(made)
     return made
 
 
-def test_list_names_own_and_factory_calibrations(
+def test_list_names_own_and_shipped_calibrations(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
     made = own(data)
@@ -49,19 +49,19 @@ def test_list_names_own_and_factory_calibrations(
     listed = {found["id"]: found for found in json.loads(capsys.readouterr().out)}
     assert listed[made.id]["label"] == "mine"
     assert listed[made.id]["current"]
-    assert sum(found["origin"] == "factory" for found in listed.values()) == 2
+    assert sum(found["label"].startswith("shipped with") for found in listed.values()) == 2
 
 
 def test_use_puts_in_force_what_an_id_begins_with(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
     own(data)
-    factory = load_calibration(FACTORY / f"{RIG}.json")
-    assert run(monkeypatch, "use", factory.id[:8], "--json") == 0
-    assert json.loads(capsys.readouterr().out) == {"id": factory.id}
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    assert run(monkeypatch, "use", shipped.id[:8], "--json") == 0
+    assert json.loads(capsys.readouterr().out) == {"id": shipped.id}
     assert run(monkeypatch, "list", "--json") == 0
     listed = {found["id"]: found["current"] for found in json.loads(capsys.readouterr().out)}
-    assert listed[factory.id]
+    assert listed[shipped.id]
 
 
 def test_exported_file_is_imported_as_the_same(

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import PARKED, InvalidInput, NotCalibrated, OutO
 from foveacam_pipeline.geometry import homography_apply, point_from_direction
 from foveacam_pipeline.models import load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "factory"
+FOLDER = Path(foveacam_server.__file__).parent / "shipped"
 RIG120 = load_calibration(FOLDER / "sim-rig120.json")
 
 
@@ -30,7 +30,7 @@ def test_each_simulated_rig_has_its_own_certificate() -> None:
     paper = load_calibration(FOLDER / "sim-paper.json")
     paper.check_rig("sim-paper")
     assert paper.id != RIG120.id
-    assert paper.origin == RIG120.origin == "factory"
+    assert paper.origin == RIG120.origin == "measured"
     assert RIG120.created.tzinfo is not None
 
 

@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.calibrations import FACTORY, CalibrationService
+from foveacam_server.runtime.calibrations import SHIPPED, CalibrationService
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.store import Store
 
@@ -32,22 +32,22 @@ def folder(tmp_path: Path) -> Path:
     return path
 
 
-def test_factory_certificate_is_used_when_there_is_nothing_better(events: EventLog, folder: Path) -> None:
+def test_the_shipped_calibration_is_used_when_there_is_nothing_better(events: EventLog, folder: Path) -> None:
     service = CalibrationService(chosen=None, folder=folder, events=events)
     service.choose_for(RIG)
-    assert service.require().origin == "factory"
+    assert service.require().origin == "measured"
     assert service.problem is None
     assert service.reach_rad is not None
 
 
 def test_newer_calibration_in_the_data_folder_wins(events: EventLog, folder: Path) -> None:
-    factory = load_calibration(FACTORY / f"{RIG}.json")
-    newer = replace(factory, label="mine", origin="measured", created_utc="2099-01-01T00:00:00+00:00")
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    newer = replace(shipped, label="mine", origin="measured", created_utc="2099-01-01T00:00:00+00:00")
     save_calibration(newer, folder / "mine.json")
     service = CalibrationService(chosen=None, folder=folder, events=events)
     service.choose_for(RIG)
     assert service.require().label == "mine"
-    assert [known.label for known in service.every()] == ["mine", factory.label]
+    assert [known.label for known in service.every()] == ["mine", shipped.label]
 
 
 def test_before_the_rig_is_open_there_is_none(events: EventLog, folder: Path) -> None:
@@ -57,7 +57,7 @@ def test_before_the_rig_is_open_there_is_none(events: EventLog, folder: Path) ->
 
 
 def test_calibration_of_another_rig_is_refused_naming_both(events: EventLog, folder: Path) -> None:
-    service = CalibrationService(chosen=FACTORY / "sim-paper.json", folder=folder, events=events)
+    service = CalibrationService(chosen=SHIPPED / "sim-paper.json", folder=folder, events=events)
     service.choose_for(RIG)
     with pytest.raises(NotCalibrated, match=r"sim-paper.*sim-rig120"):
         service.require()
@@ -72,7 +72,7 @@ def test_rig_without_any_calibration_says_how_to_load_one(events: EventLog, fold
 
 
 def test_damaged_file_in_the_data_folder_is_passed_over(events: EventLog, folder: Path) -> None:
-    shutil.copy(FACTORY / f"{RIG}.json", folder / "bad.json")
+    shutil.copy(SHIPPED / f"{RIG}.json", folder / "bad.json")
     (folder / "bad.json").write_text((folder / "bad.json").read_text()[:500])
     service = CalibrationService(chosen=None, folder=folder, events=events)
     service.choose_for(RIG)
@@ -87,8 +87,8 @@ def test_unknown_id_is_not_found(events: EventLog, folder: Path) -> None:
 
 def own(folder: Path, label: str, created_utc: str) -> Calibration:
     """Return a calibration of the rig's own, kept in `folder`."""
-    factory = load_calibration(FACTORY / f"{RIG}.json")
-    made = replace(factory, label=label, origin="measured", created_utc=created_utc)
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    made = replace(shipped, label=label, origin="measured", created_utc=created_utc)
     RecordStore(folder).add(made)
     return made
 
@@ -126,18 +126,18 @@ def test_change_of_calibration_is_told_with_its_reach(events: EventLog, folder: 
     told: list[str] = []
     service.on_change(lambda calibration: told.append(calibration.id))
     service.choose_for(RIG)
-    factory = load_calibration(FACTORY / f"{RIG}.json")
-    service.activate(factory.id)
-    assert told == [newer.id, factory.id]
-    assert service.reach_rad == factory.reach_rad()
-    assert events.recent(1)[0].data["id"] == factory.id
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    service.activate(shipped.id)
+    assert told == [newer.id, shipped.id]
+    assert service.reach_rad == shipped.reach_rad()
+    assert events.recent(1)[0].data["id"] == shipped.id
 
 
 def test_calibration_of_another_rig_cannot_be_added(events: EventLog, folder: Path) -> None:
     service = CalibrationService(chosen=None, folder=folder, events=events)
     service.choose_for(RIG)
     with pytest.raises(NotCalibrated, match="sim-paper"):
-        service.add(load_calibration(FACTORY / "sim-paper.json"))
+        service.add(load_calibration(SHIPPED / "sim-paper.json"))
     assert list(folder.glob("*.json")) == []
 
 

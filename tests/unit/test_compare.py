@@ -15,7 +15,7 @@ from foveacam_pipeline.calibrate.compare import compare
 from foveacam_pipeline.calibrate.compare_picture import comparison_picture
 from foveacam_pipeline.models import Calibration, EyeCalibration, load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "factory"
+FOLDER = Path(foveacam_server.__file__).parent / "shipped"
 A = load_calibration(FOLDER / "sim-rig120.json")
 NODES = 5
 

@@ -5,7 +5,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.fixation_request import check_direction, check_target, target_of
 from foveacam_server.runtime.store import Document
 
@@ -51,7 +51,7 @@ def test_more_than_ten_degrees_is_refused_with_value_and_range(angle_deg: float)
 
 
 def test_rectangle_that_leaves_the_image_is_refused() -> None:
-    calibration = load_calibration(FACTORY / "sim-rig120.json")
+    calibration = load_calibration(SHIPPED / "sim-rig120.json")
     target = RectangleTarget(x_px=1430.0, y_px=10.0, width_px=20.0, height_px=10.0)
     with pytest.raises(OutOfRange, match="1450"):
         check_target(target, calibration)

@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.record_files import ImportFacts, exported, imported, known_format
 from foveacam_server.calibrating.sessions import SessionShelf
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 
 from .swept_rig import swept
 
@@ -32,8 +32,8 @@ def measured(shelf: SessionShelf) -> Calibration:
     rig_id = sweep.header.rig_id
     session = shelf.create(label="spring", rig_id=rig_id, baseline_m=0.2)
     save_sweep(sweep, session.folder / sweep_filename(sweep.header.station))
-    factory = load_calibration(FACTORY / "sim-rig120.json")
-    return replace(factory, rig_id=rig_id, session_id=session.id, origin="measured")
+    shipped = load_calibration(SHIPPED / "sim-rig120.json")
+    return replace(shipped, rig_id=rig_id, session_id=session.id, origin="measured")
 
 
 def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionShelf) -> None:

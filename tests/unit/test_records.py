@@ -11,7 +11,7 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records import RecordStore
 from foveacam_pipeline.models import Calibration, load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "factory"
+FOLDER = Path(foveacam_server.__file__).parent / "shipped"
 CERTIFICATE = load_calibration(FOLDER / "sim-rig120.json")
 OTHER_RIG = load_calibration(FOLDER / "sim-paper.json")
 CORRECTED = replace(

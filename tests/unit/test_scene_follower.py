@@ -29,7 +29,7 @@ class Recorder(ViewerScene):
 
 @pytest.fixture(scope="module")
 def certificate() -> Calibration:
-    return load_calibration(Path(foveacam_server.__file__).parent / "factory" / "sim-rig120.json")
+    return load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
 
 
 def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) -> None:

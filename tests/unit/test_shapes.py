@@ -9,7 +9,7 @@ from foveacam_hardware.contract import Frame, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.shapes import WAITING, Seen, ShapeWorker
@@ -82,7 +82,7 @@ def setup(tmp_path: Path) -> Iterator[Setup]:
 
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
-    return load_calibration(FACTORY / "sim-rig120.json")
+    return load_calibration(SHIPPED / "sim-rig120.json")
 
 
 def frame(role: Role, image: np.ndarray, volts: MirrorVolts | None) -> Frame:

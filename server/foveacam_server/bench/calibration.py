@@ -25,7 +25,7 @@ from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_server.bench.calibration_truth import Model, Ours, judge, pointing_errors_px, random_poses, rms
 from foveacam_server.calibrate_rig import workplace_of
-from foveacam_server.calibrating.fit_step import fit_session
+from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
 from foveacam_server.calibrating.sessions import SessionShelf
@@ -39,25 +39,6 @@ POSES, QUICK_POSES = 200, 40
 QUICK_NODES = [5, 5]
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 ROUND_TRIPS = 2_000
-
-
-@dataclass(slots=True)
-class _Shelf:
-    """The calibrations of the bench, in memory."""
-
-    known: dict[str, Calibration] = field(default_factory=dict)
-
-    def add(self, calibration: Calibration) -> None:
-        """Keep one."""
-        self.known[calibration.id] = calibration
-
-    def get(self, calibration_id: str) -> Calibration:
-        """Return one."""
-        return self.known[calibration_id]
-
-    def activate(self, calibration_id: str) -> Calibration:
-        """Return one; nothing is in force here."""
-        return self.known[calibration_id]
 
 
 class _Silent:
@@ -139,15 +120,15 @@ def calibrated(
 ) -> tuple[Calibration, Model | None]:
     """Run all three stages as an operator would, and return what came of them, ours and the paper's."""
     session = SessionShelf(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
-    workplace, shelf, silent = workplace_of(rig), _Shelf(), _Silent()
+    workplace, silent = workplace_of(rig), _Silent()
     with watch.timed("wide"):
         measure_wide(session, WideOptions(), workplace=workplace, watch=silent)
     lens = lens_of(session)
     with watch.timed("sweep"):
         measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, workplace=workplace, watch=silent)
     with watch.timed("fit"):
-        calibration = fit_session(session, FitOptions(label=label), lens, registry=shelf, watch=silent)
-    return calibration, None
+        result = fit_of(session, FitOptions(label=label, compare=False), lens)
+    return result.calibration, result.paper
 
 
 def wide_rms_px(calibration: Calibration, truth: Truth) -> float:

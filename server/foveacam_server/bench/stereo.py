@@ -26,7 +26,7 @@ from foveacam_pipeline.stereo.match import MatchSettings, match, prepare
 from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 
-CERTIFICATE = Path(__file__).resolve().parent.parent / "factory" / "sim-rig120.json"
+CERTIFICATE = Path(__file__).resolve().parent.parent / "shipped" / "sim-rig120.json"
 MOTORCYCLE_F_PX = 994.978  # its published calibration at quarter size
 MOTORCYCLE_BASELINE_M = 0.193001
 MOTORCYCLE_DOFFS_PX = 31.086

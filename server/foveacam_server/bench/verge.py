@@ -1,6 +1,6 @@
 """How well clicks become fixations: seeded clicks over both scenes on the simulated rig, in virtual time.
 
-The loop sees what it would see of a real rig, with the factory certificate; the simulation's truth judges.
+The loop sees what it would see of a real rig, with the calibration that ships; the simulation's truth judges.
 Definitions: `verge_truth.Kind`. Fractions are of clicks on texture that both eyes can see ("textured").
 `python -m foveacam_server.bench.verge` prints the figures and every click that went wrong.
 """
@@ -25,7 +25,7 @@ from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
 from foveacam_server.bench.verge_truth import Click, Kind, look_up, point_at, residual_px
 
-CERTIFICATE = Path(__file__).resolve().parent.parent / "factory" / "sim-rig120.json"
+CERTIFICATE = Path(__file__).resolve().parent.parent / "shipped" / "sim-rig120.json"
 SCENES = ("bench", "street")
 QUOTA = {Kind.TEXTURED: 75, Kind.PLAIN: 15, Kind.AWKWARD: 10}
 QUICK_QUOTA = {Kind.TEXTURED: 8, Kind.PLAIN: 3, Kind.AWKWARD: 1}

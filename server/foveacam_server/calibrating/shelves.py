@@ -9,7 +9,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.calibrations import FACTORY
+from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.documents import calibration_document
 from foveacam_server.runtime.pinned import pinned_id
 from foveacam_server.runtime.store import Document
@@ -20,17 +20,17 @@ CURRENT = "current"
 class Shelves:
     """Calibrations, sessions and drift checks of one data directory."""
 
-    def __init__(self, data: Path, *, factory: Path = FACTORY) -> None:
+    def __init__(self, data: Path, *, shipped: Path = SHIPPED) -> None:
         self.folder = data / "calibrations"
         self.records = RecordStore(self.folder)
         self.sessions = SessionShelf(self.folder / "sessions")
         self.drift = DriftRecords(self.folder / "drift")
-        self._factory = factory
+        self._shipped = shipped
 
     def every(self) -> list[Calibration]:
         """Return all calibrations, newest first: those kept here, then those that ship with the program."""
         shipped = []
-        for path in sorted(self._factory.glob("*.json")):
+        for path in sorted(self._shipped.glob("*.json")):
             try:
                 shipped.append(load_calibration(path))
             except FoveaError:

@@ -18,8 +18,8 @@ from foveacam_server.runtime.pinned import pinned_id, write_pin
 
 _log = logging.getLogger(__name__)
 
-FACTORY = Path(__file__).parents[1] / "factory"
-"""Certificates that ship with the program, one a rig id."""
+SHIPPED = Path(__file__).parents[1] / "shipped"
+"""Calibrations that ship with the program, one a rig id."""
 
 Reach = tuple[float, float, float, float]
 """Smallest ax, largest ax, smallest ay, largest ay, rad."""
@@ -29,11 +29,11 @@ class CalibrationService:
     """Loads calibrations once the rig is known; `require` is how everybody else gets the present one."""
 
     def __init__(
-        self, *, chosen: Path | None, folder: Path, events: EventLog, factory: Path = FACTORY
+        self, *, chosen: Path | None, folder: Path, events: EventLog, shipped: Path = SHIPPED
     ) -> None:
         self._chosen = chosen
         self._folder = folder
-        self._factory = factory
+        self._shipped = shipped
         self._events = events
         self._lock = threading.Lock()
         self._known: dict[str, Calibration] = {}
@@ -89,7 +89,7 @@ class CalibrationService:
     def choose_for(self, rig_id: str) -> None:
         """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated."""
         self._rig_id = rig_id
-        for path in [self._factory / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
+        for path in [self._shipped / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
             self._learn(path, rig_id)
         try:
             current = self._pick(rig_id)
