@@ -15,7 +15,7 @@ from foveacam_pipeline.geometry.polynomial import monomials
 USUAL_STIFFENING = 0.15
 """A tenth less reach at full drive than the slope at rest promises."""
 _MOST = 2.0
-_STEP = 1e-3
+_STEP = 1e-5
 
 
 def stretched(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
