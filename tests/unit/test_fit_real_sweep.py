@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.mirror_models import fit_mirror
+from foveacam_pipeline.calibrate.mirror_models import fit_mirror, fit_mirror_models
 from foveacam_pipeline.geometry import fit_polynomial
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 
@@ -45,3 +45,21 @@ def test_the_order_chosen_predicts_left_out_poses_as_well_as_the_cubic(name: str
     cubic = fit_polynomial(volts, angles, 3).loo_rms
     assert (np.array(mirror.loo_rad) < 1.1 * cubic).all()
     assert np.abs(mirror.volts_for(mirror.angles_of(0.97 * volts)) - 0.97 * volts).max() < DAC_STEP_V / 2
+
+
+@pytest.mark.parametrize(("name", "bar_deg"), [("left", 0.042), ("right", 0.053)])
+def test_the_elected_model_predicts_a_left_out_pose_within_the_bars(name: str, bar_deg: float) -> None:
+    fit = fit_mirror_models(*eye(name))
+    assert max(np.rad2deg(fit.chosen.loo_rad)) <= bar_deg
+    cubic = next(score for score in fit.scores if score.paper)
+    assert max(np.rad2deg(cubic.loo_rad)) <= bar_deg
+    assert fit.chosen.judged_rad <= cubic.judged_rad
+
+
+@pytest.mark.parametrize("name", ["left", "right"])
+def test_springs_spare_the_real_mirrors_a_third_of_the_coefficients(name: str) -> None:
+    scores = {score.name: score for score in fit_mirror_models(*eye(name)).scores}
+    springs, cubic = scores["springs + order 2"], scores["order 3"]
+    assert springs.terms == 7 < cubic.terms == 10
+    assert springs.judged_rad < 1.2 * cubic.judged_rad
+    assert springs.judged_rad < 0.4 * scores["order 2"].judged_rad
