@@ -103,7 +103,7 @@ def held_to_base(
     x_m, y_m, z_m = state.pivot_m.tolist()
     base = replace(
         nothing,
-        held=sigma**2 <= LARGEST_EXCESS * free**2,
+        held=bool(sigma**2 <= LARGEST_EXCESS * free**2),
         corner_sigma_px=sigma,
         tilt_axis_rig_m=(x_m, y_m, z_m),
     )
