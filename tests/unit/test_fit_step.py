@@ -1,0 +1,114 @@
+"""The fit as a step of a session: what it keeps, what it tells, and what it refuses."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import NotCalibrated
+from foveacam_pipeline.calibrate.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep_file import save_sweep
+from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.models import Calibration
+from foveacam_server.calibrating.documents import session_document
+from foveacam_server.calibrating.fit_step import fit_session
+from foveacam_server.calibrating.options import FitOptions
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+
+from .swept_rig import SweptRig, swept, wide_lens
+
+SEED = 5
+SIDE = 6
+DISTANCES_M = (5.0, 2.5)
+
+
+@dataclass
+class Kept:
+    """The rig's calibrations, in memory."""
+
+    known: dict[str, Calibration] = field(default_factory=dict)
+
+    def add(self, calibration: Calibration) -> None:
+        self.known[calibration.id] = calibration
+
+    def get(self, calibration_id: str) -> Calibration:
+        return self.known[calibration_id]
+
+    def activate(self, calibration_id: str) -> Calibration:
+        raise AssertionError(f"nobody asked to put {calibration_id} in force")
+
+
+@dataclass
+class Heard(Nobody):
+    """What a step told."""
+
+    stages: list[str] = field(default_factory=list)
+    fits: list[str] = field(default_factory=list)
+    last: tuple[int, int] = (0, 0)
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        self.last = (done, total)
+
+    def stage(self, name: str) -> None:
+        self.stages.append(name)
+
+    def sample(self, sample_id: str) -> None:
+        raise AssertionError(sample_id)
+
+    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
+        raise AssertionError(station)
+
+    def fitted(self, calibration: Calibration) -> None:
+        self.fits.append(calibration.id)
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationSession]:
+    """A session that holds two sweeps."""
+    sweeps = [swept(SEED, distance_m, side=SIDE) for distance_m in DISTANCES_M]
+    shelf = SessionShelf(tmp_path_factory.mktemp("sessions"))
+    made = shelf.create(label="spring", rig_id=sweeps[0].header.rig_id, baseline_m=0.2)
+    for sweep in sweeps:
+        save_sweep(sweep, made.folder / sweep_filename(sweep.header.station))
+    yield made
+
+
+def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
+    kept, heard = Kept(), Heard()
+    lens = wide_lens(SweptRig(SEED))
+    calibration = fit_session(session, FitOptions(compare=False), lens, registry=kept, watch=heard)
+    assert kept.known == {calibration.id: calibration}
+    assert (calibration.origin, calibration.label, calibration.session_id) == (
+        "measured",
+        "spring",
+        session.id,
+    )
+    assert heard.stages == ["fit"]
+    assert heard.fits == [calibration.id]
+    assert heard.last[0] == heard.last[1] > 0
+    document = session_document(session, url="/s", running=None)
+    assert document["calibrations"][-1] == document["fit"]["calibration_id"] == calibration.id
+    assert {model["eye"] for model in document["fit"]["models"] if model["chosen"]} == {"left", "right"}
+    assert set(document["fit"]["parallax"]) == {f"markers at {distance_m:g} m" for distance_m in DISTANCES_M}
+    assert document["fit"]["volts_roundtrip_max_lsb"] <= 1.0
+    drawn = {picture["name"] for picture in document["pictures"]}
+    assert {"quiver_left", "quiver_right", "loo", "warp_left", "warp_right"} <= drawn
+
+
+def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: CalibrationSession) -> None:
+    kept, heard = Kept(), Heard()
+    options = FitOptions(compare=False, order=3, use_all_distances=False, label="plain")
+    calibration = fit_session(session, options, wide_lens(SweptRig(SEED)), registry=kept, watch=heard)
+    assert calibration.label == "plain"
+    fit = session_document(session, url="/s", running=None)["fit"]
+    assert {model["order"] for model in fit["models"]} == {3}
+    assert set(fit["parallax"]) == {"markers at 5 m"}
+    assert session.head.calibrations[-1] == calibration.id
+
+
+def test_session_without_a_sweep_says_which_step_comes_first(tmp_path: Path) -> None:
+    empty = SessionShelf(tmp_path).create(label="empty", rig_id="rig-1", baseline_m=0.2)
+    with pytest.raises(NotCalibrated, match="run the step mirrors first"):
+        fit_session(empty, FitOptions(), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Heard())
+    assert empty.empty
