@@ -79,7 +79,7 @@ def export(
     data: DataOption = None,
 ) -> None:
     """Write a calibration to a file."""
-    from foveacam_pipeline.calibrate.new_file import write_new
+    from foveacam_pipeline.calibrate.records.new_file import write_new
     from foveacam_server.calibrating.record_files import exported, known_format
     from foveacam_server.calibrating.shelves import Shelves
 

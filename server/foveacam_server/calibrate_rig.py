@@ -14,7 +14,7 @@ from rich.table import Column
 from foveacam_hardware.contract import NotConnected, Role
 from foveacam_hardware.rig import Rig, open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
-from foveacam_pipeline.calibrate.measured import RigDrawing
+from foveacam_pipeline.calibrate.fit.measured import RigDrawing
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_options import Wish
 from foveacam_server.calibrating.sessions import SessionShelf

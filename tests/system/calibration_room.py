@@ -14,9 +14,9 @@ from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.optics import gaze
-from foveacam_pipeline.calibrate.marker_sight import direction_rad, gaze_on_target
-from foveacam_pipeline.calibrate.marker_target import TargetPose
-from foveacam_pipeline.calibrate.sweep import EyePose
+from foveacam_pipeline.calibrate.sweep.marker_sight import direction_rad, gaze_on_target
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 ROOM = Path(scenes.__file__).with_name("calibration.toml")

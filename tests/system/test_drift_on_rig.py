@@ -16,9 +16,9 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.optics import gaze
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift_values import DriftCheck, DriftSettings
-from foveacam_pipeline.calibrate.health import Checkup, Health, Verdict
+from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
+from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.drift.health import Checkup, Health, Verdict
 from foveacam_pipeline.calibrate.watcher import Nobody
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate

@@ -11,8 +11,8 @@ from foveacam_hardware.sim.low_pass import DriveHistory
 from foveacam_hardware.sim.presets import Preset, find_preset
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.settle import characterise
-from foveacam_pipeline.calibrate.settle_values import SettleReport, SettleSettings
+from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings
 from foveacam_pipeline.verge.aim import EYES
 
 pytestmark = pytest.mark.timeout(300)

@@ -26,12 +26,12 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.marker_target import locate_target
-from foveacam_pipeline.calibrate.sweep import Sweep, sweep_filename
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
-from foveacam_pipeline.calibrate.sweep_plan import SweepPlan, base_pose
-from foveacam_pipeline.calibrate.sweep_run import run_sweep
-from foveacam_pipeline.calibrate.sweep_settings import SweepSettings
+from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, base_pose
+from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 
 from .calibration_room import EYES, Notebook, changed_room, gaze_error_px, true_wide
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.boards import Board, Charuco, Checkerboard
-from foveacam_pipeline.calibrate.fit_wide import choose_model
-from foveacam_pipeline.calibrate.lens_accuracy import grid_px
 from foveacam_pipeline.calibrate.watcher import Nobody
-from foveacam_pipeline.calibrate.wide_run import WideSettings, calibrate_wide
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
+from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
+from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 
 
 @pytest.mark.timeout(300)  # renders some 250 wide frames

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.board_detector import BoardView
-from foveacam_pipeline.calibrate.boards import Board, draw_board
-from foveacam_pipeline.calibrate.wide_samples import WideSample, WideSamples
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+from foveacam_pipeline.calibrate.wide.boards import Board, draw_board
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
 
 WIDTH, HEIGHT = 1440, 1080
 SQUARE_PX = 60

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import PanTiltPose, Role, Station, StationTarget
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout, MarkerView
-from foveacam_pipeline.calibrate.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep_plan import Spacing, SweepPlan, base_pose
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan, base_pose
 from foveacam_pipeline.geometry.angles import angles_from_rays, ray
 from foveacam_pipeline.geometry.verging import eye_angles
 from foveacam_pipeline.models import Intrinsics

@@ -11,9 +11,9 @@ from foveacam_hardware.sim.drift import MountDrift
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.mirror import built_law
 from foveacam_hardware.sim.optics import FoldedEye, View, built_assembly, rotation
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout, MarkerView
-from foveacam_pipeline.calibrate.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep_plan import SweepPlan
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.models import Intrinsics
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 

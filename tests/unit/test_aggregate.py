@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.aggregate import aggregate, combine_sessions, sweep_paths
-from foveacam_pipeline.calibrate.sweep import Sweep
-from foveacam_pipeline.calibrate.sweep_file import load_sweep, save_sweep
-from foveacam_pipeline.calibrate.sweep_plan import SweepPlan
+from foveacam_pipeline.calibrate.records.aggregate import aggregate, combine_sessions, sweep_paths
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 
 from .exchange_rig import Bench
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from foveacam_pipeline.calibrate.auto_capture import AutoCapture, Verdict
-from foveacam_pipeline.calibrate.board_detector import BoardView
-from foveacam_pipeline.calibrate.boards import Charuco
+from foveacam_pipeline.calibrate.wide.auto_capture import AutoCapture, Verdict
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+from foveacam_pipeline.calibrate.wide.boards import Charuco
 
 from .board_scenes import Pose, board_view
 

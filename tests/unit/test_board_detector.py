@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.board_detector import detect_board, explain_absence
-from foveacam_pipeline.calibrate.boards import Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
 
 from .board_scenes import SMALL, DivisionLens, Pose, board_picture, board_points_m
 

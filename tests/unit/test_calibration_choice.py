@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_server.errors import NotFound

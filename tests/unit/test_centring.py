@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.centring import CentringSettings, EyeCentring, Pid
-from foveacam_pipeline.calibrate.eye_prediction import EyePrediction
-from foveacam_pipeline.calibrate.marker_sight import EyeSight
-from foveacam_pipeline.calibrate.marker_view import MarkerView
+from foveacam_pipeline.calibrate.sweep.centring import CentringSettings, EyeCentring, Pid
+from foveacam_pipeline.calibrate.sweep.eye_prediction import EyePrediction
+from foveacam_pipeline.calibrate.sweep.marker_sight import EyeSight
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 
 SIZE = (1440, 1080)
 F_PX = 28_760.0

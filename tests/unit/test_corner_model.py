@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.corner_model import fit_crossings
+from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
 
 SIDE = 41
 FINE = 8

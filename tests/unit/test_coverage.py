@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from foveacam_pipeline.calibrate.board_attitude import attitude_of
-from foveacam_pipeline.calibrate.boards import Charuco
-from foveacam_pipeline.calibrate.coverage import Covering, coverage_of
+from foveacam_pipeline.calibrate.wide.board_attitude import attitude_of
+from foveacam_pipeline.calibrate.wide.boards import Charuco
+from foveacam_pipeline.calibrate.wide.coverage import Covering, coverage_of
 
 from .board_scenes import Pose, board_view
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
-from foveacam_pipeline.calibrate.drift import applied, judged
-from foveacam_pipeline.calibrate.drift_turn import EyeTurn
-from foveacam_pipeline.calibrate.drift_values import DriftSettings
+from foveacam_pipeline.calibrate.drift.drift import applied, judged
+from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
+from foveacam_pipeline.calibrate.drift.drift_values import DriftSettings
 from foveacam_pipeline.models import load_calibration, save_calibration
 from foveacam_pipeline.verge.aim import EYES
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.drift import judged
-from foveacam_pipeline.calibrate.drift_history import FILE, DriftHistory
-from foveacam_pipeline.calibrate.drift_trend import drift_trend, trend_picture
-from foveacam_pipeline.calibrate.drift_values import DriftCheck
+from foveacam_pipeline.calibrate.drift.drift import judged
+from foveacam_pipeline.calibrate.drift.drift_history import FILE, DriftHistory
+from foveacam_pipeline.calibrate.drift.drift_trend import drift_trend, trend_picture
+from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck
 
 from .drift_scenes import LEFT, RIGHT, STILL, places
 from .plane_head import CALIBRATION

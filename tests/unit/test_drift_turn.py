@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
-from foveacam_pipeline.calibrate.drift_turn import EyeTurn, turned_eye
+from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn, turned_eye
 from foveacam_pipeline.geometry import homography_apply
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V

@@ -5,7 +5,7 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.exchange import ImportedRig, extrinsic_record, sweep_of
-from foveacam_pipeline.calibrate.measured import RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import RigDrawing, rig_sweep
 
 from .exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench
 

@@ -24,7 +24,7 @@ from foveacam_pipeline.calibrate.exchange import (
 )
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.intrinsic import typed_array
-from foveacam_pipeline.calibrate.fit import fit_calibration
+from foveacam_pipeline.calibrate.fit.fit import fit_calibration
 from foveacam_pipeline.models import Calibration
 
 from .exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench

@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.fit import PIVOT_TOLERANCE_M, fit_calibration
-from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
+from foveacam_pipeline.calibrate.fit.fit import PIVOT_TOLERANCE_M, fit_calibration
+from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.models import Calibration, Intrinsics
 
 F_PX = 28_760.0

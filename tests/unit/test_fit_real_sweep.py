@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.mirror_models import fit_mirror, fit_mirror_models
+from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror, fit_mirror_models
 from foveacam_pipeline.geometry import fit_polynomial
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 

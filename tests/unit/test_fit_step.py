@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate.sweep import sweep_filename
-from foveacam_pipeline.calibrate.sweep_file import save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import Nobody
 from foveacam_pipeline.models import Calibration
 from foveacam_server.calibrating.documents import session_document

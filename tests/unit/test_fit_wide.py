@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.board_detector import BoardView
-from foveacam_pipeline.calibrate.boards import Charuco, Checkerboard
-from foveacam_pipeline.calibrate.fit_wide import WideFit, choose_model, fit_wide
-from foveacam_pipeline.calibrate.lens_accuracy import grid_px
-from foveacam_pipeline.calibrate.wide_samples import WideSample, WideSamples
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+from foveacam_pipeline.calibrate.wide.boards import Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide
+from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
 
 from .board_scenes import DivisionLens, Pose, board_samples, many_poses
 

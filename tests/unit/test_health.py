@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import StereoVolts
-from foveacam_pipeline.calibrate.drift_turn import EyeTurn
-from foveacam_pipeline.calibrate.health import FEWEST, KEPT, Checkup, Health, Verdict
+from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
+from foveacam_pipeline.calibrate.drift.health import FEWEST, KEPT, Checkup, Health, Verdict
 from foveacam_pipeline.geometry.triangulate import closest_approach
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, volts_for
 from foveacam_pipeline.verge.values import Fixation, FixationState

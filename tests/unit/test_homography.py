@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit_homography import fit_homography
+from foveacam_pipeline.calibrate.fit.fit_homography import fit_homography
 from foveacam_pipeline.geometry import homography_apply
 from foveacam_pipeline.models import HomographyField
 

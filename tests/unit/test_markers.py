@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.marker_model import CELLS
-from foveacam_pipeline.calibrate.marker_view import MarkerView
-from foveacam_pipeline.calibrate.markers import SIDE_M, find_markers, mean_view, middle_px, refind_marker
+from foveacam_pipeline.calibrate.sweep.marker_model import CELLS
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
+from foveacam_pipeline.calibrate.sweep.markers import (
+    SIDE_M,
+    find_markers,
+    mean_view,
+    middle_px,
+    refind_marker,
+)
 
 from .marker_images import draw_marker, homography, true_corners
 

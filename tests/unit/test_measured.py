@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, NotCalibrated, Role
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout
-from foveacam_pipeline.calibrate.measured import Distance, Measured, RigDrawing, rig_sweep
-from foveacam_pipeline.calibrate.parallax import eq1_rad
-from foveacam_pipeline.calibrate.samples import EyeSweep
-from foveacam_pipeline.calibrate.sweep import Sweep, SweepPose
+from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.parallax import eq1_rad
+from foveacam_pipeline.calibrate.fit.samples import EyeSweep
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.models import Intrinsics
 
 from .swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens

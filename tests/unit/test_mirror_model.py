@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, OutOfRange
-from foveacam_pipeline.calibrate.mirror_models import fit_mirror
+from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror
 from foveacam_pipeline.geometry import fit_polynomial
 from foveacam_pipeline.models import MirrorModel
 from foveacam_pipeline.models.mirror import DAC_STEP_V

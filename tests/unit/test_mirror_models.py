@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.mirror_models import Family, MirrorFit, fit_mirror_models
-from foveacam_pipeline.calibrate.springs import fit_stiffening, stretched
+from foveacam_pipeline.calibrate.fit.mirror_models import Family, MirrorFit, fit_mirror_models
+from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, stretched
 
 NOISE_RAD = math.radians(2e-4)
 UNSEEN = np.random.default_rng(4).uniform(-165.0, 165.0, (300, 2))

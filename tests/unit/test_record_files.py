@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.sweep import sweep_filename
-from foveacam_pipeline.calibrate.sweep_file import save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.record_files import ImportFacts, exported, imported, known_format

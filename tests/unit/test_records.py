@@ -8,7 +8,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
-from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models import Calibration, load_calibration
 
 FOLDER = Path(foveacam_server.__file__).parent / "shipped"

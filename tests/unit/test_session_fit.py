@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import OutOfRange, Role
-from foveacam_pipeline.calibrate.fit_pictures import fit_pictures
-from foveacam_pipeline.calibrate.measured import Distance, RigDrawing
-from foveacam_pipeline.calibrate.session_fit import FitResult, FitSettings, fit_session
+from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
+from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
+from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings, fit_session
 from foveacam_pipeline.models import Intrinsics
 from foveacam_server.bench.calibration_truth import Ours, judge
 

@@ -19,12 +19,12 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_pipeline.calibrate.settle import characterise
-from foveacam_pipeline.calibrate.settle_file import load_settle, save_settle
-from foveacam_pipeline.calibrate.settle_picture import settle_picture
-from foveacam_pipeline.calibrate.settle_resonance import fit_resonance, left_of_step
-from foveacam_pipeline.calibrate.settle_shift import Reference
-from foveacam_pipeline.calibrate.settle_values import SettleReport, SettleSettings, Trace, time_below
+from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle_file import load_settle, save_settle
+from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
+from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance, left_of_step
+from foveacam_pipeline.calibrate.settle.settle_shift import Reference
+from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings, Trace, time_below
 from foveacam_pipeline.calibrate.watcher import Nobody
 
 from .plane_head import noise_texture

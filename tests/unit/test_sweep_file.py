@@ -15,10 +15,10 @@ from foveacam_hardware.contract import (
     Station,
     StationTarget,
 )
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout, MarkerView
-from foveacam_pipeline.calibrate.sweep import EyePose, Sweep, SweepHeader, SweepPose, sweep_filename
-from foveacam_pipeline.calibrate.sweep_file import append_pose, load_sweep, save_sweep
-from foveacam_pipeline.calibrate.sweep_plan import Spacing, SweepPlan, base_pose, check_reach
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan, base_pose, check_reach
 
 STATION = Station(
     name="Markers near",

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout
-from foveacam_pipeline.calibrate.markers import middle_px
-from foveacam_pipeline.calibrate.sweep_wide import WideAtRest, fresh_wide
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.sweep.markers import middle_px
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideAtRest, fresh_wide
 
 from .marker_images import draw_marker, homography
 

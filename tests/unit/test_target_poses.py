@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.marker_target import TargetPose, locate_target
-from foveacam_pipeline.calibrate.sweep import Sweep
-from foveacam_pipeline.calibrate.target_poses import TurningBase, held_to_base
+from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, held_to_base
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models import Intrinsics
 
 from .swept_rig import PLACES_M, SweptRig, markers_in_rig, swept, target_turn, wide_lens

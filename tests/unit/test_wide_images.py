@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.boards import Checkerboard
-from foveacam_pipeline.calibrate.fit_wide import choose_model, fit_wide
-from foveacam_pipeline.calibrate.wide_images import samples_from_images
+from foveacam_pipeline.calibrate.wide.boards import Checkerboard
+from foveacam_pipeline.calibrate.wide.fit_wide import choose_model, fit_wide
+from foveacam_pipeline.calibrate.wide.wide_images import samples_from_images
 
 from .board_scenes import SMALL, Pose, board_picture
 

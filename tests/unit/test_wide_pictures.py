@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
-from foveacam_pipeline.calibrate.boards import Charuco
-from foveacam_pipeline.calibrate.fit_wide import fit_wide
-from foveacam_pipeline.calibrate.wide_pictures import coverage_picture, residuals_picture
+from foveacam_pipeline.calibrate.wide.boards import Charuco
+from foveacam_pipeline.calibrate.wide.fit_wide import fit_wide
+from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
 
 from .board_scenes import board_samples, many_poses
 

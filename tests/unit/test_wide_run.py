@@ -16,9 +16,9 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
-from foveacam_pipeline.calibrate.boards import Board, Charuco, Checkerboard
-from foveacam_pipeline.calibrate.wide_run import WideSettings, calibrate_wide
-from foveacam_pipeline.calibrate.wide_samples import WideSamples
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 
 from .board_scenes import SMALL, Pose, board_picture
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.boards import Charuco, Checkerboard
-from foveacam_pipeline.calibrate.wide_samples import FILE, WideSample, WideSamples, thumbnail
+from foveacam_pipeline.calibrate.wide.boards import Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
 
 from .board_scenes import SMALL, board_samples, board_view, many_poses
 

@@ -1,7 +1,7 @@
 """Writes the calibrations that ship with the simulated rigs: measured by the procedures, as on any other rig.
 
-`python -m foveacam_server.bench.shipped` runs all three stages on both rigs in virtual time, minutes each. Run
-it again when mirrors, optics or lens of the simulation change.
+`python -m foveacam_server.bench.shipped` runs all three stages on both rigs in virtual time, minutes each.
+Run it again when mirrors, optics or lens of the simulation change.
 """
 
 import argparse

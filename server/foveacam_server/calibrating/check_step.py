@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import NotCalibrated, StationTarget
-from foveacam_pipeline.calibrate.check import check_calibration
-from foveacam_pipeline.calibrate.check_pictures import check_pictures
-from foveacam_pipeline.calibrate.check_values import CheckResult, CheckSettings
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.fit.check import check_calibration
+from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
+from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import CHECK
 from foveacam_server.calibrating.options import CheckOptions

@@ -4,8 +4,8 @@ import math
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.drift_history import DriftHistory, DriftRecord
-from foveacam_pipeline.calibrate.drift_values import DriftCheck, EyeDrift
+from foveacam_pipeline.calibrate.drift.drift_history import DriftHistory, DriftRecord
+from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, EyeDrift
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.documents import deg, rounded
 from foveacam_server.runtime.store import Document
@@ -37,7 +37,7 @@ class DriftRecords:
 
     def trend_picture(self) -> bytes:
         """Return a PNG of the drift over time; raise `NotFound` before the first check."""
-        from foveacam_pipeline.calibrate.drift_trend import trend_picture  # figures load for seconds
+        from foveacam_pipeline.calibrate.drift.drift_trend import trend_picture  # figures load for seconds
 
         records = self._history.records()
         if not records:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from foveacam_hardware.contract import Clock, Head
-from foveacam_pipeline.calibrate.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
+from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.workplace import Registry, StepWatcher

@@ -3,9 +3,9 @@
 import math
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.parallax import Parallax
-from foveacam_pipeline.calibrate.session_fit import FitResult
-from foveacam_pipeline.calibrate.variants import VariantScore
+from foveacam_pipeline.calibrate.fit.parallax import Parallax
+from foveacam_pipeline.calibrate.fit.session_fit import FitResult
+from foveacam_pipeline.calibrate.fit.variants import VariantScore
 from foveacam_server.runtime.store import Document
 
 EYES = (Role.LEFT, Role.RIGHT)

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate import session_fit
-from foveacam_pipeline.calibrate.fit_pictures import fit_pictures
-from foveacam_pipeline.calibrate.measured import Distance, RigDrawing
-from foveacam_pipeline.calibrate.session_fit import FitResult, FitSettings
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.fit import session_fit
+from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
+from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
+from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import FIT

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.sweep import sweep_filename
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
-from foveacam_pipeline.calibrate.sweep_plan import Spacing, SweepPlan
-from foveacam_pipeline.calibrate.sweep_run import run_sweep
-from foveacam_pipeline.calibrate.sweep_settings import SweepSettings
+from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.options import MirrorsOptions
 from foveacam_server.calibrating.sessions import CalibrationSession

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.aggregate import sweep_paths
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT, calibration_from, save_calibration
 from foveacam_server.calibrating.sessions import SessionShelf
@@ -88,7 +88,7 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
         rig_sweep_of,
         settings_of,
     )
-    from foveacam_pipeline.calibrate.fit import fit_calibration
+    from foveacam_pipeline.calibrate.fit.fit import fit_calibration
 
     bundle = bundle_from(document, what="the imported bundle")  # type: ignore[arg-type]  # it checks all of it
     if facts.distance_m is None or not math.isfinite(facts.distance_m):

@@ -3,10 +3,10 @@
 from functools import partial
 
 from foveacam_hardware.contract import StationTarget
-from foveacam_pipeline.calibrate.settle import characterise
-from foveacam_pipeline.calibrate.settle_file import save_settle
-from foveacam_pipeline.calibrate.settle_picture import settle_picture
-from foveacam_pipeline.calibrate.settle_values import AxisSettle, SettleReport
+from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle_file import save_settle
+from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
+from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
 from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.drift_records import DriftRecords

@@ -5,8 +5,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.sweep import Sweep, SweepPose
-from foveacam_pipeline.calibrate.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.runtime.store import Document
 
 WAITING = "waiting"

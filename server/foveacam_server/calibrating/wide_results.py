@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.calibrate.board_attitude import attitude_of
-from foveacam_pipeline.calibrate.boards import Board, Charuco
-from foveacam_pipeline.calibrate.coverage import coverage_of
-from foveacam_pipeline.calibrate.fit_wide import WideFit, choose_model, fit_wide
-from foveacam_pipeline.calibrate.wide_samples import WideSample, WideSamples
+from foveacam_pipeline.calibrate.wide.board_attitude import attitude_of
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco
+from foveacam_pipeline.calibrate.wide.coverage import coverage_of
+from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
 from foveacam_pipeline.models.content import plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.sessions import CalibrationSession

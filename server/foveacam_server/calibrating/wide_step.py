@@ -5,12 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from foveacam_hardware.contract import Station, StationTarget
-from foveacam_pipeline.calibrate.boards import Board, Charuco, board_from
-from foveacam_pipeline.calibrate.fit_wide import WideFit, fit_wide
-from foveacam_pipeline.calibrate.wide_images import samples_from_images
-from foveacam_pipeline.calibrate.wide_pictures import coverage_picture, residuals_picture
-from foveacam_pipeline.calibrate.wide_run import WideSettings, calibrate_wide
-from foveacam_pipeline.calibrate.wide_samples import WideSamples
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, board_from
+from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, fit_wide
+from foveacam_pipeline.calibrate.wide.wide_images import samples_from_images
+from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
+from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession

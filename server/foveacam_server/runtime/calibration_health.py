@@ -2,7 +2,7 @@
 
 import threading
 
-from foveacam_pipeline.calibrate.health import Checkup, Health, Verdict, health_of
+from foveacam_pipeline.calibrate.drift.health import Checkup, Health, Verdict, health_of
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.runtime.documents import rounded

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, NotCalibrated
-from foveacam_pipeline.calibrate.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.errors import NotFound

@@ -21,8 +21,8 @@ from foveacam_pipeline.calibrate.exchange.extrinsic import (
     places_of,
 )
 from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord
-from foveacam_pipeline.calibrate.samples import EyeSweep, RigSweep
-from foveacam_pipeline.calibrate.sweep_plan import base_pose
+from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
 from foveacam_pipeline.geometry.angles import ray
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.intrinsics import Intrinsics

@@ -9,7 +9,7 @@ from foveacam_pipeline.calibrate.exchange.extrinsic import extrinsic_record
 from foveacam_pipeline.calibrate.exchange.files import DeviceBundle
 from foveacam_pipeline.calibrate.exchange.intrinsic import intrinsic_record
 from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
-from foveacam_pipeline.calibrate.sweep import Sweep
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models.calibration import Calibration
 
 NO_DRIFT = ((0.0, 0.0), (0.0, 0.0))

@@ -15,9 +15,9 @@ from foveacam_hardware.contract import InvalidInput, PanTiltPose, Role, Station,
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.documents import Datapoint, Point2
 from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
-from foveacam_pipeline.calibrate.marker_view import MarkerLayout, MarkerView
-from foveacam_pipeline.calibrate.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep_plan import FEWEST, SweepPlan
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_plan import FEWEST, SweepPlan
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 

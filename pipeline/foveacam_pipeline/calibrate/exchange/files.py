@@ -22,7 +22,7 @@ from foveacam_pipeline.calibrate.exchange.record import (
     checked_date,
     parsed,
 )
-from foveacam_pipeline.calibrate.new_file import write_new
+from foveacam_pipeline.calibrate.records.new_file import write_new
 
 RECORD_SCHEMA = "fovea-calibration-record@1"
 BUNDLE_SCHEMA = "fovea-device-config@1"

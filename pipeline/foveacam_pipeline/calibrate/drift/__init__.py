@@ -1,0 +1,1 @@
+"""What becomes of a calibration in the field: drift checks and health."""

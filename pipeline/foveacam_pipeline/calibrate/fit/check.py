@@ -1,0 +1,208 @@
+"""Checks a calibration where it was not made: live looks at textured places between and beyond the nodes.
+
+Two things are asked of the fitted model (D3 asks them of a homography solved on the spot): does a thing lie
+on the same row of both rectified foveae, and does the fovea laid into the wide view fit it there?
+"""
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, Head, InvalidInput, Role, Sighting
+from foveacam_pipeline.calibrate.drift.drift_look import Expectation, PlaceLooker
+from foveacam_pipeline.calibrate.drift.drift_places import Field, Spot, spots
+from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace, DriftSettings
+from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings, Pointing, RowMatch
+from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
+from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
+from foveacam_pipeline.verge.aim import aim_at, gazes_under
+from foveacam_pipeline.verge.fine import Guess, match_fine
+
+PAUSE_NS = 300_000_000
+"""Between the two wide pictures that tell what moves."""
+FRESH_MS = 40.0
+ASIDE = 0.55
+"""Rows are compared at the gaze and at so much of the way from it to the corners of the image."""
+LEAST_POSES = 4
+VERGED_PX = 20.0
+"""A look in which the eyes see one thing so near to the same place is good enough to be shown."""
+FRAMES = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
+
+
+def check_calibration(
+    head: Head,
+    calibration: Calibration,
+    *,
+    clock: Clock,
+    watch: Watcher | None = None,
+    settings: CheckSettings | None = None,
+    swept_rad: NDArray[np.float64] | None = None,
+) -> CheckResult:
+    """Look at places all over the field of regard and return what the calibration leaves there.
+
+    `swept_rad`: (n, 2) gazes at which it was fitted; places nearer to one than the settings say are left out.
+    Raise InvalidInput when the scene shows too few places to say anything.
+    """
+    run = _Check(
+        head, calibration, clock=clock, watch=watch or Nobody(), settings=settings or CheckSettings()
+    )
+    return run.result(swept_rad)
+
+
+class _Check:
+    """The looks of one check."""
+
+    def __init__(
+        self, head: Head, calibration: Calibration, *, clock: Clock, watch: Watcher, settings: CheckSettings
+    ) -> None:
+        self._head = head
+        self._calibration = calibration
+        self._clock = clock
+        self._watch = watch
+        self._settings = settings
+        self._places = DriftSettings(
+            columns=settings.columns, rows=settings.rows, margin_rad=settings.margin_rad, layout=None
+        )
+        self._looker = PlaceLooker(head, calibration, self._places)
+        self._rows: list[RowMatch] = []
+        self._pointings: list[Pointing] = []
+        self._farthest: tuple[float, Sighting] | None = None
+
+    def result(self, swept_rad: NDArray[np.float64] | None) -> CheckResult:
+        """Look, match, lay over."""
+        deadline_ns = self._clock.now_ns() + round(1e9 * self._settings.timeout_s)
+        views = self._two_views()
+        queue = [
+            spot
+            for spot in spots(
+                Field.of(views, self._calibration, self._places), self._calibration, self._places
+            )
+            if self._apart(spot, swept_rad)
+        ]
+        mosaic = np.repeat(views[1][:, :, None], 3, axis=2)
+        done: set[int] = set()
+        total = len({spot.part for spot in queue})
+        expected = Expectation()
+        for spot in queue:
+            check(self._watch, doing="the check")
+            if spot.part in done or self._clock.now_ns() > deadline_ns:
+                continue
+            place = self._looker.measure(spot, expected)
+            if place is None or self._looker.last is None:
+                continue
+            done.add(spot.part)
+            self._take(place, self._looker.last)
+            self._lay_over(mosaic, self._looker.last, len(done))
+            self._watch.progress(len(done), total=total, note=f"{len(self._rows)} rows compared")
+            self._watch.show("wide", mosaic)
+        return self._found(mosaic)
+
+    def _found(self, mosaic: NDArray[np.uint8]) -> CheckResult:
+        if len(self._pointings) < LEAST_POSES:
+            raise InvalidInput(
+                f"check: both foveae found {len(self._pointings)} places of the wide view, {LEAST_POSES} are "
+                "needed; turn the rig to a scene with texture, or calibrate the mirrors again"
+            )
+        placed = math.sqrt(2.0) * self._places.placed_sigma_wide_px / self._calibration.wide.fx_px
+        return CheckResult(
+            calibration_id=self._calibration.id,
+            rows=tuple(self._rows),
+            pointings=tuple(self._pointings),
+            pointing_sigma_px=placed * self._calibration.fovea_f_px,
+            looks=self._looker.looks,
+            mosaic=mosaic,
+            farthest=None if self._farthest is None else self._farthest[1],
+        )
+
+    def _two_views(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        first = gray(to_uint8(self._head.wide()))
+        self._clock.sleep_until_ns(self._clock.now_ns() + PAUSE_NS)
+        return first, gray(to_uint8(self._head.wide(max_age_ms=FRESH_MS)))
+
+    def _apart(self, spot: Spot, swept_rad: NDArray[np.float64] | None) -> bool:
+        if swept_rad is None or not len(swept_rad):
+            return True
+        apart = np.linalg.norm(np.arctan(spot.template.target) - swept_rad, axis=1)
+        return bool(apart.min() >= self._settings.apart_rad)
+
+    def _take(self, place: DriftPlace, sighting: Sighting) -> None:
+        """Note what the eyes say of a place, and compare rows all over the look."""
+        gazes = gazes_under(self._calibration, sighting.volts)
+        middle = (gazes.left + gazes.right) / 2.0
+        ax_rad, ay_rad = np.arctan(middle).tolist()
+        true = aim_at(
+            self._calibration,
+            np.array(place.target),
+            (place.left[0] - place.right[0]) / self._calibration.baseline_m,
+        )
+        missed = (place.seen(Role.LEFT) - true.left + place.seen(Role.RIGHT) - true.right) / 2.0
+        x_px, y_px = (self._calibration.fovea_f_px * missed).tolist()
+        self._pointings.append(Pointing(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
+        beside = place.seen(Role.LEFT) - gazes.left, place.seen(Role.RIGHT) - gazes.right
+        self._rows += row_matches(sighting, self._calibration, self._settings, beside=beside)
+        reach = float(np.linalg.norm(middle))
+        verged = float(np.abs(beside[0] - beside[1]).max()) * self._calibration.fovea_f_px < VERGED_PX
+        if verged and (self._farthest is None or reach > self._farthest[0]):
+            self._farthest = reach, sighting
+
+    def _lay_over(self, mosaic: NDArray[np.uint8], sighting: Sighting, count: int) -> None:
+        """Lay one eye's fovea over the wide view, the eyes in turn, with a thin frame."""
+        role = Role.LEFT if count % 2 else Role.RIGHT
+        window = footprint_window(self._calibration, role, sighting, zoom=1.0)
+        shown, seen = fovea_in_wide(sighting, self._calibration, role, window)
+        y, x = round(window.y0_px), round(window.x0_px)
+        part = mosaic[y : y + window.height, x : x + window.width]
+        part[seen] = shown[seen][:, None]
+        inside = cv2.erode(seen.astype(np.uint8), np.ones((3, 3), dtype=np.uint8), borderValue=0) > 0
+        part[seen & ~inside] = FRAMES[role]
+
+
+def row_matches(
+    sighting: Sighting,
+    calibration: Calibration,
+    settings: CheckSettings,
+    *,
+    beside: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> list[RowMatch]:
+    """Return how the rows of both rectified foveae differ at five places of a look, as far as they match.
+
+    `beside`: (2,) tangents from the left and from the right gaze to one thing that both eyes see.
+    """
+    half = np.array([calibration.fovea_width, calibration.fovea_height]) / 2.0
+    gazes = gazes_under(calibration, sighting.volts)
+    ax_rad, ay_rad = np.arctan((gazes.left + gazes.right) / 2.0).tolist()
+    found = []
+    for x, y in ((0.0, 0.0), (-ASIDE, -ASIDE), (ASIDE, -ASIDE), (ASIDE, ASIDE), (-ASIDE, ASIDE)):
+        aside = np.array([x, y]) * half / calibration.fovea_f_px
+        guess = Guess(left=beside[0] + aside, right=beside[1] + aside)
+        fine = match_fine(sighting, calibration, guess)
+        if fine.score < settings.score or fine.sigma_y_px > settings.sigma_px:
+            continue
+        place = calibration.fovea_f_px * (guess.left + guess.right) / 2.0
+        found.append(
+            RowMatch(
+                gaze_rad=(ax_rad, ay_rad),
+                offset_px=(float(place[0]), float(place[1])),
+                rows_px=_middles_apart_px(sighting, calibration, guess) + fine.residual_y_px,
+                sigma_px=fine.sigma_y_px,
+            )
+        )
+    return found
+
+
+def _middles_apart_px(sighting: Sighting, calibration: Calibration, guess: Guess) -> float:
+    """Return by how much lower the left eye's image centre lies on its plane than the right one's, px."""
+    gazes = gazes_under(calibration, sighting.volts)
+    apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
+    depth_m = calibration.baseline_m / apart if apart > 0.0 else math.inf
+    centre = np.array([(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2, 1.0])
+    heights = []
+    for role in (Role.LEFT, Role.RIGHT):
+        place = plane_from_raw(calibration, role, sighting.volts, depth_m=depth_m) @ centre
+        heights.append(float(place[1] / place[2]))
+    return heights[0] - heights[1]

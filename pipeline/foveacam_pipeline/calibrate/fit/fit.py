@@ -1,0 +1,200 @@
+"""From the samples of a sweep to the calibration of a rig; models are elected by leave-one-out."""
+
+import logging
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.fit.fit_homography import ORDERS as FIELD_ORDERS
+from foveacam_pipeline.calibrate.fit.fit_homography import FieldFit, apply_field, fit_fields
+from foveacam_pipeline.calibrate.fit.mirror_models import (
+    ORDERS,
+    SPRING_ORDERS,
+    MirrorFit,
+    fit_mirror,
+    fit_mirror_models,
+)
+from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, PIVOT_TOLERANCE_M, PivotFit, fit_pivot
+from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
+from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
+from foveacam_pipeline.models.homography import HomographyField
+
+__all__ = [
+    "PIVOT_TOLERANCE_M",
+    "FitChoice",
+    "PivotFit",
+    "RigFit",
+    "fit_calibration",
+    "fit_mirror",
+    "fit_pivot",
+    "fit_rig",
+]
+
+_PUPIL_STEPS_M = (10e-3, 1e-3)
+_PUPIL_ORDER = 3
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitChoice:
+    """Which models may stand for election.
+
+    `mirror_orders`, `spring_orders`, `field_orders`: of the polynomials; one alone leaves no choice.
+    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does. `walks`: measure
+    where gazes leave and where the pupil stands, if the targets' distances show it; else it is as drawn.
+    """
+
+    mirror_orders: tuple[int, ...] = ORDERS
+    spring_orders: tuple[int, ...] = SPRING_ORDERS
+    field_orders: tuple[int, ...] = FIELD_ORDERS
+    pose_by_pose: bool = False
+    walks: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RigFit:
+    """A calibration and how it was reached: for each eye the tables of models and what they leave.
+
+    `pivots`: where gazes leave. `sweeps`: the measurements as they were fitted, the gazes counted from the
+    eyes' reference points.
+    """
+
+    calibration: Calibration
+    mirrors: dict[Role, MirrorFit]
+    fields: dict[Role, FieldFit]
+    pivots: dict[Role, PivotFit]
+    sweeps: dict[Role, EyeSweep]
+
+
+def fit_calibration(sweep: RigSweep) -> Calibration:
+    """Fit both eyes; sweeps over two depths also measure baseline, pivots and pupil."""
+    return fit_rig(sweep).calibration
+
+
+def fit_rig(sweep: RigSweep, choice: FitChoice | None = None) -> RigFit:
+    """Fit both eyes, keep every candidate's score.
+
+    The rectification found first says what the image centre sees from all corners of a pose, also where the
+    marker stood aside; then everything is fitted once more.
+    """
+    choice = choice or FitChoice()
+    first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
+    sharper = replace(
+        sweep,
+        left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
+        right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
+    )
+    pupil_m = _fit_pupil(sharper, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
+    return _fit_eyes(sharper, choice, pupil_m=pupil_m)
+
+
+def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
+    eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
+    pivots = {role: fit_pivot(eye) if choice.walks else PivotFit() for role, eye in eyes.items()}
+    widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
+    mirrors, fields, fitted = {}, {}, {}
+    for role, eye in eyes.items():
+        mirrors[role] = fit_mirror_models(
+            eye.volts_v,
+            _gaze_from_pivot(eye, pivots[role]),
+            group=eye.group,
+            orders=choice.mirror_orders,
+            spring_orders=choice.spring_orders,
+        )
+        gaze = mirrors[role].model.forward(eye.volts_v)
+        fields[role] = _fit_fields(sweep, eye, gaze, pupil_m=pupil_m, choice=choice)
+        shift = -widened if role is Role.LEFT else widened
+        fitted[role] = _eye(eye, mirrors[role], fields[role].field, pivots[role], reference_shift_m=shift)
+    calibration = Calibration(
+        rig_id=sweep.rig_id,
+        created_utc=sweep.created_utc,
+        origin=sweep.origin,
+        label=sweep.label,
+        wide=sweep.wide,
+        left=fitted[Role.LEFT],
+        right=fitted[Role.RIGHT],
+        baseline_m=sweep.baseline_m + 2.0 * widened,
+        fovea_f_px=sweep.fovea_f_px,
+        fovea_width=sweep.fovea_width,
+        fovea_height=sweep.fovea_height,
+        pupil_m=pupil_m,
+    )
+    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, pivots=pivots, sweeps=eyes)
+
+
+def _eye(
+    eye: EyeSweep, mirror: MirrorFit, field: HomographyField, pivot: PivotFit, *, reference_shift_m: float
+) -> EyeCalibration:
+    x_m, y_m, z_m = pivot.offset_m
+    across, down = mirror.model.sigma_rad
+    sigma_rad = math.hypot(across, DRIFT_RAD), math.hypot(down, DRIFT_RAD)
+    return EyeCalibration(
+        mirror=replace(mirror.model, sigma_rad=sigma_rad),
+        homography=field,
+        pivot_offset_m=(x_m - reference_shift_m, y_m, z_m),
+        pivot_sigma_m=pivot.sigma_m,
+        reference_depth_m=1.0 / float(np.mean(1.0 / eye.depth_m)),
+    )
+
+
+def _gaze_from_pivot(eye: EyeSweep, pivot: PivotFit) -> NDArray[np.float64]:
+    """Return the (n, 2) gaze angles from the pivot itself; the sweep holds them from the reference point."""
+    offset = np.array(pivot.offset_m)
+    depth = eye.depth_m[:, None]
+    gaze: NDArray[np.float64] = np.arctan((np.tan(eye.angles_rad) * depth - offset[:2]) / (depth - offset[2]))
+    return gaze
+
+
+def _sharpened(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSweep:
+    """Return the sweep of an eye with its gazes measured by all corners through a first rectification."""
+    choice = FitChoice(field_orders=(_PUPIL_ORDER,))
+    field = _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
+    places = apply_field(field, eye.angles_rad, eye.raw_px) * _widening(eye, pupil_m)[:, None, None]
+    shift_px = np.nanmedian(eye.plane_px - places, axis=1)
+    angles = np.arctan(np.tan(eye.angles_rad) + shift_px / sweep.fovea_f_px)
+    return replace(eye, angles_rad=angles, plane_px=eye.plane_px - shift_px[:, None, :])
+
+
+def _widening(eye: EyeSweep, pupil_m: float) -> NDArray[np.float64]:
+    """Return (n,) how much wider than from the pivot a pupil behind it sees the targets."""
+    forward = 1.0 / np.sqrt(1.0 + np.sum(np.tan(eye.angles_rad) ** 2, axis=1))
+    return np.asarray(1.0 + pupil_m * forward / eye.depth_m, dtype=np.float64)
+
+
+def _fit_fields(
+    sweep: RigSweep, eye: EyeSweep, gaze: NDArray[np.float64], *, pupil_m: float, choice: FitChoice
+) -> FieldFit:
+    return fit_fields(
+        gaze,
+        eye.raw_px,
+        eye.plane_px / _widening(eye, pupil_m)[:, None, None],
+        width=sweep.fovea_width,
+        height=sweep.fovea_height,
+        orders=choice.field_orders,
+        pose_by_pose=choice.pose_by_pose,
+    )
+
+
+def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: tuple[float, ...]) -> float:
+    """Return the pupil's distance behind the pivots for which near and far targets agree best, m."""
+    if not (choice.walks and sweep.left.has_two_depths and sweep.right.has_two_depths):
+        return start_m
+    cubic = FitChoice(field_orders=(_PUPIL_ORDER,))
+
+    def disagreement(pupil_m: float) -> float:
+        fits = [
+            _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=cubic).field
+            for eye in (sweep.left, sweep.right)
+        ]
+        return fits[0].loo_px ** 2 + fits[1].loo_px ** 2
+
+    pupil_m = start_m
+    for step_m in steps_m:  # squares of misfits: a parabola, the better the nearer
+        below, at, above = (disagreement(pupil_m + side * step_m) for side in (-1.0, 0.0, 1.0))
+        pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
+    logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)
+    return pupil_m

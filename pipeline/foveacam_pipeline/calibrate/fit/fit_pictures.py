@@ -1,0 +1,158 @@
+"""Diagrams of a fit as PNG: what is left at every pose, how the models compare, how images are warped."""
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.fit.mirror_models import Family, MirrorScore
+from foveacam_pipeline.calibrate.fit.session_fit import FitResult
+from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.models.calibration import Calibration
+
+_DPI = 110
+_ARROW_DEG = 0.5
+"""Length of a typical residual in a picture."""
+BLUE, RED, GREEN, GREY = "#1f4e79", "#b03a2e", "#1e8449", "0.45"
+_WARP_SIDE = 5
+_LINES = 7
+_RIM = 0.985
+"""Share of the calibrated volts at which the outermost grids are drawn."""
+
+
+def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
+    """Return what draws each picture of a fit, by the name under which it is kept."""
+    eyes = (Role.LEFT, Role.RIGHT)
+    quivers = {f"quiver_{role}": lambda role=role: quiver_picture(result, role) for role in eyes}
+    warps = {f"warp_{role}": lambda role=role: warp_picture(result.calibration, role) for role in eyes}
+    return {**quivers, "loo": lambda: models_picture(result), **warps}
+
+
+def quiver_picture(result: FitResult, role: Role) -> bytes:
+    """Return a PNG: what the elected model leaves of the gaze at each pose, left out, many times enlarged."""
+    fit, f_px = result.fit, result.calibration.fovea_f_px
+    mirror, eye = fit.mirrors[role], fit.sweeps[role]
+    places = np.rad2deg(mirror.model.angles_of(eye.volts_v))
+    missed = f_px * mirror.loo_residuals_rad
+    kept = (mirror.weights > 0.5).all(axis=1)
+    rms_px = float(np.sqrt(np.mean(np.sum(missed[kept] ** 2, axis=1))))
+    scale = _ARROW_DEG / max(rms_px, 1e-9)
+    figure = Figure(figsize=(7.6, 7.0), dpi=_DPI, layout="constrained")
+    axes = figure.subplots()
+    station = result.measured.nodes[role][:, 0]
+    for k, parallax in enumerate(result.parallax):
+        rows = station == k
+        arrows = scale * missed[rows]
+        colour = (BLUE, RED, GREEN)[k % 3]
+        axes.quiver(
+            *places[rows].T,
+            *arrows.T,
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            width=0.0025,
+            color=colour,
+            label=parallax.station,
+        )
+    axes.plot(*places[~kept].T, "o", mfc="none", color=GREY, label="counts less (robust)")
+    hull = np.rad2deg(np.vstack([mirror.model.hull_rad, mirror.model.hull_rad[:1]]))
+    axes.plot(*hull.T, "-", color=GREY, linewidth=0.8, label="calibrated field")
+    _field_axes(
+        axes,
+        f"{role} eye, {mirror.chosen.name}: {rms_px:.2f} fovea px rms left out; arrows {scale:.1f}° a px",
+    )
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, frameon=False)
+    return png(figure)
+
+
+def models_picture(result: FitResult) -> bytes:
+    """Return a PNG: leave-one-out error of every model of both mirrors, and of every rectification."""
+    figure = Figure(figsize=(11.5, 4.6), dpi=_DPI, layout="constrained")
+    mirrors, fields = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    f_px = result.calibration.fovea_f_px
+    for role, colour in ((Role.LEFT, BLUE), (Role.RIGHT, RED)):
+        for family, line in ((Family.POLYNOMIAL, "o-"), (Family.SPRINGS, "s--")):
+            scores = [score for score in result.models[role] if score.family is family]
+            errors = [f_px * float(np.hypot(*score.loo_rad)) for score in scores]
+            label = f"{role}: {'polynomial' if family is Family.POLYNOMIAL else 'springs + polynomial'}"
+            mirrors.plot([s.order for s in scores], errors, line, color=colour, label=label, markersize=4)
+            _mark(mirrors, scores, errors, colour)
+        orders = result.fit.fields[role].scores
+        fields.plot(
+            [s.order for s in orders], [s.loo_px for s in orders], "o-", color=colour, label=str(role)
+        )
+        chosen = next(score for score in orders if score.chosen)
+        fields.plot(chosen.order, chosen.loo_px, "o", color=colour, markersize=11, mfc="none")
+    mirrors.axvline(3, color=GREY, linestyle=":", linewidth=1.0)
+    mirrors.text(
+        3.05, 0.97, " the paper's cubic", transform=mirrors.get_xaxis_transform(), va="top", fontsize=8
+    )
+    mirrors.set(
+        title="mirror: angle of a node left out", xlabel="order of the polynomial", ylabel="fovea px rms"
+    )
+    fields.set(title="rectification: corners of a pose left out", xlabel="order of the polynomial")
+    fields.set_ylabel("fovea px rms")
+    for axes in (mirrors, fields):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_yscale("log")
+        axes.grid(visible=True, which="both", alpha=0.25)
+        axes.legend(fontsize=8)
+    figure.suptitle("Circled: elected", fontsize=10)
+    return png(figure)
+
+
+def warp_picture(calibration: Calibration, role: Role) -> bytes:
+    """Return a PNG: what becomes of a square grid of a raw image at gazes all over the field (Eq. 4)."""
+    mirror = calibration.eye(role).mirror
+    line = np.linspace(-_RIM, _RIM, _WARP_SIDE)
+    gazes = mirror.angles_of(np.array([(x, y) for y in line for x in line]) * np.array(mirror.max_v))
+    figure = Figure(figsize=(9.0, 7.6), dpi=_DPI, layout="constrained")
+    axes = figure.subplots()
+    for ax_rad, ay_rad in gazes.tolist():
+        _grid(axes, calibration, role, (ax_rad, ay_rad))
+    _field_axes(axes, f"{role} eye: the images as read out (grey) and as rectified (blue), in their places")
+    return png(figure)
+
+
+def _grid(axes: Axes, calibration: Calibration, role: Role, gaze_rad: tuple[float, float]) -> None:
+    """Draw one image's grid about its gaze, as it is read out in grey and as rectified in colour."""
+    width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
+    homography = calibration.eye(role).homography.at(*gaze_rad)
+    scale = float(np.rad2deg(1.0 / calibration.fovea_f_px))
+    middle = np.rad2deg(gaze_rad)
+    along = np.linspace(0.0, 1.0, 21)
+    for share in np.linspace(0.0, 1.0, _LINES):
+        across = np.column_stack([along * width, np.full(21, share * height)])
+        down = np.column_stack([np.full(21, share * width), along * height])
+        for line in (across, down):
+            plain = line - np.array([width, height]) / 2.0
+            axes.plot(*(middle + scale * plain).T, "-", color="0.75", linewidth=0.6)
+            axes.plot(
+                *(middle + scale * homography_apply(homography, line)).T, "-", color=BLUE, linewidth=0.8
+            )
+
+
+def _mark(axes: Axes, scores: list[MirrorScore], errors: list[float], colour: str) -> None:
+    for score, error in zip(scores, errors, strict=True):
+        if score.chosen:
+            axes.plot(score.order, error, "o", color=colour, markersize=11, mfc="none")
+
+
+def _field_axes(axes: Axes, title: str) -> None:
+    axes.set(xlabel="ax, deg (right)", ylabel="ay, deg (down)", title=title)
+    axes.title.set_fontsize(10)
+    axes.set_aspect("equal")
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+    axes.grid(visible=True, alpha=0.25)
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", facecolor="white")
+    return buffer.getvalue()

@@ -1,0 +1,278 @@
+"""Models of a mirror, volts to angles, judged against each other by poses that each did not see.
+
+Three kinds stand for election: the paper's cubic (Eq. 3), polynomials of other orders, and springs that
+stiffen with few terms for the cross-talk. The winner is handed on as one polynomial, whatever its kind.
+"""
+
+import logging
+import math
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, stretched
+from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_polynomial
+from foveacam_pipeline.models.mirror import MirrorModel
+
+ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
+SPRING_ORDERS = (2, 3, 4, 5, 6, 7)
+PAPER_ORDER = 3
+SAMPLES_PER_TERM = 3
+"""A model with fewer samples a coefficient is not tried: robust weights would serve its noise."""
+TOLERANCE = 0.02
+"""Of models whose errors differ by less than this share, the one with fewest terms is taken."""
+_OUTLIER_SIGMAS = 4.0
+_DOMAIN_MARGIN_RAD = math.radians(0.05)
+_INVERSE_ORDER = 7
+_WRITTEN_ORDER = 11
+"""Of the polynomial that writes the springs down: it leaves 1e-7 rad over the calibrated volts."""
+
+logger = logging.getLogger(__name__)
+
+
+class Family(StrEnum):
+    """What a model of a mirror is made of."""
+
+    POLYNOMIAL = "polynomial"
+    SPRINGS = "springs"
+    """Each axis is a spring that stiffens, u + k u^3 = v; a polynomial of (u, u) is what remains."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MirrorScore:
+    """One model of one mirror. `rms_rad`, `loo_rad`: (ax, ay) over the poses, seen and left out.
+
+    `terms`: unknowns of an axis. `judged_rad`: what the election compares, outliers capped alike for all.
+    """
+
+    name: str
+    family: Family
+    order: int
+    terms: int
+    rms_rad: tuple[float, float]
+    loo_rad: tuple[float, float]
+    judged_rad: float
+    chosen: bool = False
+    paper: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MirrorFit:
+    """The elected model of a mirror, the table of all of them, and what it leaves at each pose.
+
+    `residuals_rad`, `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
+    """
+
+    model: MirrorModel
+    scores: tuple[MirrorScore, ...]
+    residuals_rad: NDArray[np.float64]
+    loo_residuals_rad: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+    @property
+    def chosen(self) -> MirrorScore:
+        """The score of the elected model."""
+        return next(score for score in self.scores if score.chosen)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Candidate:
+    family: Family
+    stiffening: tuple[float, float]
+    max_v: NDArray[np.float64]
+    fit: PolynomialFit
+
+    @property
+    def order(self) -> int:
+        return self.fit.polynomial.order
+
+    @property
+    def terms(self) -> int:
+        return len(exponents(self.order)) + (self.family is Family.SPRINGS)
+
+    def drive(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the polynomial is a function of, (n, 2), under volts (n, 2)."""
+        if self.family is Family.POLYNOMIAL:
+            return volts_v
+        return stretched(volts_v / self.max_v, self.stiffening)
+
+    def __call__(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the angles (n, 2), rad, of volts (n, 2)."""
+        return self.fit.polynomial(self.drive(volts_v))
+
+
+def fit_mirror_models(
+    volts_v: NDArray[np.float64],
+    angles_rad: NDArray[np.float64],
+    *,
+    group: NDArray[np.int64] | None = None,
+    orders: tuple[int, ...] = ORDERS,
+    spring_orders: tuple[int, ...] = SPRING_ORDERS,
+) -> MirrorFit:
+    """Fit every model with samples enough to (n, 2) volts and gaze angles, rad, and elect one.
+
+    `group`: (n,), samples with the same number are left out together. A node that was swept at two distances
+    would otherwise vouch for itself, and an order high enough to pass through all nodes would win.
+    """
+    candidates = _candidates(volts_v, angles_rad, orders, spring_orders)
+    if group is not None:
+        candidates = [replace(c, fit=_left_out_together(c, volts_v, group)) for c in candidates]
+    judged = _judged_rad(candidates)
+    limit = min(judged) * (1.0 + TOLERANCE)
+    fitting = [k for k, error in enumerate(judged) if error <= limit]
+    elected = min(fitting, key=lambda k: candidates[k].terms)
+    scores = tuple(
+        _score(candidate, error, chosen=k == elected)
+        for k, (candidate, error) in enumerate(zip(candidates, judged, strict=True))
+    )
+    fit = candidates[elected].fit
+    logger.info(
+        "mirror: %s, left out %.4f and %.4f deg",
+        scores[elected].name,
+        *(math.degrees(v) for v in scores[elected].loo_rad),
+    )
+    return MirrorFit(
+        model=_written(candidates[elected], volts_v, angles_rad),
+        scores=scores,
+        residuals_rad=fit.residuals,
+        loo_residuals_rad=fit.loo_residuals,
+        weights=fit.weights,
+    )
+
+
+def fit_mirror(
+    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], *, orders: tuple[int, ...] = ORDERS
+) -> MirrorModel:
+    """Fit a mirror to (n, 2) volts and the (n, 2) gaze angles, rad, measured under them."""
+    return fit_mirror_models(volts_v, angles_rad, orders=orders).model
+
+
+def _candidates(
+    volts_v: NDArray[np.float64],
+    angles_rad: NDArray[np.float64],
+    orders: tuple[int, ...],
+    spring_orders: tuple[int, ...],
+) -> list[_Candidate]:
+    max_v = np.abs(volts_v).max(axis=0)
+    if not (max_v > 0.0).all():
+        raise InvalidInput(
+            f"mirror: the volts reach only ({max_v[0]:g}, {max_v[1]:g}) V; drive both axes and sweep again"
+        )
+    rooms = len(volts_v) // SAMPLES_PER_TERM
+    found = [
+        _Candidate(
+            family=Family.POLYNOMIAL,
+            stiffening=(0.0, 0.0),
+            max_v=max_v,
+            fit=fit_polynomial(volts_v, angles_rad, order),
+        )
+        for order in sorted(orders)
+        if len(exponents(order)) <= rooms
+    ]
+    stiff = [order for order in sorted(spring_orders) if len(exponents(order)) + 1 <= rooms]
+    found += [_springs(volts_v, angles_rad, max_v, order) for order in stiff]
+    if not found:
+        fewest = min((*orders, *spring_orders))
+        raise InvalidInput(
+            f"mirror: {len(volts_v)} poses are too few, order {fewest} needs "
+            f"{SAMPLES_PER_TERM * len(exponents(fewest))}; add poses or lower the order"
+        )
+    return found
+
+
+def _left_out_together(
+    candidate: _Candidate, volts_v: NDArray[np.float64], group: NDArray[np.int64]
+) -> PolynomialFit:
+    """Return the fit with residuals as they would be without the whole group: (I - H_gg)^-1 r_g."""
+    fit = candidate.fit
+    basis = np.linalg.qr(fit.polynomial.basis(candidate.drive(volts_v)))[0]
+    left_out = np.empty_like(fit.residuals)
+    for axis in (0, 1):
+        weights, residuals = fit.weights[:, axis], fit.residuals[:, axis]
+        reach = np.linalg.inv(basis.T @ (basis * weights[:, None]))
+        for number in np.unique(group):
+            rows = np.flatnonzero(group == number)
+            hat = basis[rows] @ reach @ (basis[rows] * weights[rows, None]).T
+            left_out[rows, axis] = np.linalg.lstsq(np.eye(len(rows)) - hat, residuals[rows], rcond=1e-9)[0]
+    return replace(fit, loo_residuals=left_out)
+
+
+def _springs(
+    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], max_v: NDArray[np.float64], order: int
+) -> _Candidate:
+    stiffening = fit_stiffening(volts_v / max_v, angles_rad, order=order)
+    drive = stretched(volts_v / max_v, stiffening)
+    fit = fit_polynomial(drive, angles_rad, order)
+    return _Candidate(family=Family.SPRINGS, stiffening=stiffening, max_v=max_v, fit=fit)
+
+
+def _judged_rad(candidates: list[_Candidate]) -> list[float]:
+    """Return each model's leave-one-out error, with one limit for all: none hides its misses as outliers."""
+    misses = [np.abs(candidate.fit.loo_residuals) for candidate in candidates]
+    cap = _OUTLIER_SIGMAS * 1.4826 * np.min([np.median(m, axis=0) for m in misses], axis=0)
+    return [float(np.sqrt(np.mean(np.minimum(m, cap) ** 2))) for m in misses]
+
+
+def _score(candidate: _Candidate, judged_rad: float, *, chosen: bool) -> MirrorScore:
+    polynomial = candidate.family is Family.POLYNOMIAL
+    rms, loo = candidate.fit.rms.tolist(), candidate.fit.loo_rms.tolist()
+    return MirrorScore(
+        name=f"order {candidate.order}" if polynomial else f"springs + order {candidate.order}",
+        family=candidate.family,
+        order=candidate.order,
+        terms=candidate.terms,
+        rms_rad=(rms[0], rms[1]),
+        loo_rad=(loo[0], loo[1]),
+        judged_rad=judged_rad,
+        chosen=chosen,
+        paper=polynomial and candidate.order == PAPER_ORDER,
+    )
+
+
+def _written(
+    candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
+) -> MirrorModel:
+    """Return the model of the product: one forward polynomial, a start for its inverse, and the domain."""
+    line = np.sin(np.linspace(-0.5, 0.5, 33) * math.pi)  # dense at the rim, where a polynomial swings
+    grid = np.array([(x, y) for x in line for y in line]) * candidate.max_v
+    forward = candidate.fit.polynomial
+    if candidate.family is Family.SPRINGS:
+        forward = fit_polynomial(grid, candidate(grid), _WRITTEN_ORDER, "square").polynomial
+    sigma = _model_sigma(candidate, volts_v, angles_rad)
+    loo = candidate.fit.loo_rms
+    return MirrorModel(
+        forward=forward,
+        inverse=fit_polynomial(forward(grid), grid, _INVERSE_ORDER, "square").polynomial,
+        hull_rad=hull_of(forward(volts_v)),
+        margin_rad=_DOMAIN_MARGIN_RAD,
+        max_v=(float(candidate.max_v[0]), float(candidate.max_v[1])),
+        sigma_rad=(float(sigma[0]), float(sigma[1])),
+        loo_rad=(float(loo[0]), float(loo[1])),
+    )
+
+
+def _model_sigma(
+    candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the (2,) standard error of a predicted angle: of the coefficients, and of what the order lacks.
+
+    A fit two orders higher shows how much of the scatter is structure that the model leaves behind.
+    """
+    variance = candidate.fit.scatter**2
+    parameters = candidate.terms / len(volts_v)
+    richer = candidate.order + 2
+    lack = np.zeros_like(variance)
+    if len(exponents(richer)) * 2 <= len(volts_v):
+        finer = fit_polynomial(candidate.drive(volts_v), angles_rad, richer)
+        lack = np.maximum(0.0, variance - finer.scatter**2)
+    sigma: NDArray[np.float64] = np.sqrt(variance * parameters + lack)
+    return sigma
+
+
+def hull_of(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (m, 2) corners of the convex hull of (n, 2) directions, anticlockwise in (ax, ay)."""
+    return np.asarray(angles[ConvexHull(angles).vertices], dtype=np.float64)

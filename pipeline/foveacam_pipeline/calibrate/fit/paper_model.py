@@ -1,0 +1,116 @@
+"""The paper's own calibration (Sec. 3.2), plain, to compare with: nothing here is used for steering.
+
+Cubics both ways, fitted apart (Eqs. 2, 3); one homography a pose and a polynomial for each entry (Eq. 4); one
+distance, the wide camera's bearing taken for the gaze (Eq. 1 left in), no walk of pivot or pupil.
+"""
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolts
+from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
+from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
+from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.polynomial import PolynomialFit, fit_polynomial
+from foveacam_pipeline.geometry.verging import vergence_angles
+from foveacam_pipeline.models.calibration import Calibration, eye_volts
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.models.mirror import DAC_STEP_V
+
+CUBIC = 3
+PAPER_CHOICE = FitChoice(
+    mirror_orders=(CUBIC,), spring_orders=(), field_orders=(CUBIC,), pose_by_pose=True, walks=False
+)
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PaperModel:
+    """A rig as the paper calibrates it; can be asked at any pose.
+
+    `fit`: volts to angles and the rectification. `inverse`: angles to volts, for each eye. `station`: where
+    it was measured.
+    """
+
+    fit: RigFit
+    inverse: dict[Role, PolynomialFit]
+    station: str
+
+    @property
+    def calibration(self) -> Calibration:
+        """The forward half, in the form of ours."""
+        return self.fit.calibration
+
+    @property
+    def wide(self) -> Intrinsics:
+        """The wide camera."""
+        return self.calibration.wide
+
+    @property
+    def fovea_f_px(self) -> float:
+        """Focal length of the virtual pinholes, px."""
+        return self.calibration.fovea_f_px
+
+    @property
+    def baseline_m(self) -> float:
+        """Distance of the eyes' reference points, m."""
+        return self.calibration.baseline_m
+
+    def steer(self, ax_rad: float, ay_rad: float, *, distance_m: float = math.inf) -> StereoVolts:
+        """Return the volts by Eq. 2 for a direction and a distance from the origin, or raise OutOfRange."""
+        references = self.calibration.reference_rig_m(Role.LEFT), self.calibration.reference_rig_m(Role.RIGHT)
+        left, right = vergence_angles(ax_rad, ay_rad, distance_m, pivots_rig_m=references)
+        return StereoVolts(left=self._volts(Role.LEFT, left), right=self._volts(Role.RIGHT, right))
+
+    def plane_px(
+        self, role: Role, volts: StereoVolts, *, raw_px: NDArray[np.float64], depth_m: float
+    ) -> NDArray[np.float64]:
+        """Return (n, 2) places of raw px (n, 2) on an eye's virtual plane, whatever the depth."""
+        del depth_m
+        eye = self.calibration.eye(role)
+        ax_rad, ay_rad = eye.mirror.angles_rad(eye_volts(volts, role))
+        gaze = self.fovea_f_px * np.array([math.tan(ax_rad), math.tan(ay_rad)])
+        return np.asarray(gaze + homography_apply(eye.homography.at(ax_rad, ay_rad), raw_px), np.float64)
+
+    @property
+    def roundtrip_lsb(self) -> float:
+        """Largest volts -> angles -> volts at the measured poses, DAC steps: two cubics fitted apart."""
+        missed = [
+            self.inverse[role].polynomial(self.calibration.eye(role).mirror.angles_of(sweep.volts_v))
+            - sweep.volts_v
+            for role, sweep in self.fit.sweeps.items()
+        ]
+        return float(np.abs(np.concatenate(missed)).max() / DAC_STEP_V)
+
+    def _volts(self, role: Role, angles_rad: tuple[float, float]) -> MirrorVolts:
+        mirror = self.calibration.eye(role).mirror
+        if not mirror.contains(*angles_rad):
+            ax_deg, ay_deg = np.rad2deg(angles_rad)
+            raise OutOfRange(
+                f"paper model, {role} eye: ax {ax_deg:.2f}°, ay {ay_deg:.2f}° is beyond what was swept; "
+                "choose a direction nearer to the centre"
+            )
+        x_v, y_v = self.inverse[role].polynomial([angles_rad])[0].tolist()
+        return MirrorVolts(x_v=x_v, y_v=y_v)
+
+
+def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: RigDrawing) -> PaperModel:
+    """Calibrate as the paper does, with the sweep of one station."""
+    measured = rig_sweep(
+        [sweep], wide, drawing=replace(drawing, pupil_m=0.0), label="paper", distance=Distance.UNKNOWN
+    )
+    fit = fit_rig(measured.rig, PAPER_CHOICE)
+    inverse = {role: fit_polynomial(eye.angles_rad, eye.volts_v, CUBIC) for role, eye in fit.sweeps.items()}
+    return PaperModel(fit=fit, inverse=inverse, station=sweep.header.station.name)
+
+
+def farthest(sweeps: Sequence[Sweep], distances_m: Sequence[float]) -> Sweep:
+    """Return the sweep whose target stood farthest, where Eq. 1 does least harm."""
+    return sweeps[int(np.argmax(distances_m))]

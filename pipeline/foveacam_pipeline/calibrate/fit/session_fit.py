@@ -1,0 +1,139 @@
+"""From the sweeps of a session to a calibration, with everything that is to be said of it."""
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
+from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
+from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest, fit_paper
+from foveacam_pipeline.calibrate.fit.parallax import Parallax
+from foveacam_pipeline.calibrate.fit.variants import VariantScore, compare_variants
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.models.mirror import DAC_STEP_V, MirrorModel
+
+ROUNDTRIP_SIDE = 41
+
+logger = logging.getLogger(__name__)
+
+_Found = TypeVar("_Found")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitSettings:
+    """What an operator may choose.
+
+    `mirror_order`, `field_order`: of the polynomials, instead of an election. `pose_by_pose`: rectify from
+    one homography a pose. `all_distances`: use the sweeps of every station, else the farthest alone.
+    `distance`: who says how far the targets stood. `compare`: also judge our additions one by one (slower).
+    """
+
+    mirror_order: int | None = None
+    field_order: int | None = None
+    pose_by_pose: bool = False
+    all_distances: bool = True
+    distance: Distance = Distance.PRINT
+    compare: bool = True
+
+    @property
+    def choice(self) -> FitChoice:
+        """Which models may stand for election."""
+        choice = FitChoice(pose_by_pose=self.pose_by_pose)
+        if self.mirror_order is not None:
+            choice = replace(choice, mirror_orders=(self.mirror_order,), spring_orders=())
+        if self.field_order is not None:
+            choice = replace(choice, field_orders=(self.field_order,))
+        return choice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitResult:
+    """A calibration and what it was elected from.
+
+    `fit`: tables of models and residuals for each eye. `measured`: what was fitted. `paper`: the paper's
+    plain model of the same data, None where one station has too few poses for it. `variants`: our additions
+    one by one, judged on nodes left out; empty unless asked, and where a part of the poses is too few.
+    `volts_roundtrip_max_lsb`: largest volts -> angles -> volts over the calibrated field, DAC steps.
+    """
+
+    calibration: Calibration
+    fit: RigFit
+    measured: Measured
+    paper: PaperModel | None
+    variants: tuple[VariantScore, ...]
+    volts_roundtrip_max_lsb: float
+
+    @property
+    def parallax(self) -> tuple[Parallax, ...]:
+        """Eq. 1 at every station."""
+        return self.measured.parallax
+
+    @property
+    def models(self) -> dict[Role, tuple[MirrorScore, ...]]:
+        """The table of models of each mirror, the paper's cubic and the elected one marked."""
+        return {role: mirror.scores for role, mirror in self.fit.mirrors.items()}
+
+
+def fit_session(
+    sweeps: Sequence[Sweep],
+    wide: Intrinsics,
+    *,
+    drawing: RigDrawing,
+    label: str,
+    settings: FitSettings | None = None,
+    session_id: str | None = None,
+) -> FitResult:
+    """Fit the sweeps of a session; raise InvalidInput or NotCalibrated naming what is wrong with them."""
+    settings = settings or FitSettings()
+    measured = rig_sweep(sweeps, wide, drawing=drawing, label=label, distance=settings.distance)
+    far = farthest(sweeps, [parallax.print_m for parallax in measured.parallax])
+    if not settings.all_distances and len(sweeps) > 1:
+        measured = rig_sweep([far], wide, drawing=drawing, label=label, distance=settings.distance)
+    fit = fit_rig(measured.rig, settings.choice)
+    calibration = replace(fit.calibration, session_id=session_id)
+    compared = _or_none(lambda: _variants(sweeps, measured, fit)) if settings.compare else None
+    return FitResult(
+        calibration=calibration,
+        fit=replace(fit, calibration=calibration),
+        measured=measured,
+        paper=_or_none(lambda: fit_paper(far, wide, drawing=drawing)),
+        variants=compared or (),
+        volts_roundtrip_max_lsb=max(roundtrip_lsb(mirror.model) for mirror in fit.mirrors.values()),
+    )
+
+
+def _or_none(compare: Callable[[], _Found]) -> _Found | None:
+    """Return a comparison; a rig with poses enough for ours shall not be refused for want of the paper's."""
+    try:
+        return compare()
+    except InvalidInput as error:
+        logger.info("left out of the comparison: %s", error)
+        return None
+
+
+def _variants(sweeps: Sequence[Sweep], measured: Measured, fit: RigFit) -> tuple[VariantScore, ...]:
+    """Return what each addition is worth; sweeps that were not used are not looked at."""
+    used = [sweep for sweep in sweeps if sweep.header.station.name in {p.station for p in measured.parallax}]
+    rig = measured.rig
+    drawing = RigDrawing(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
+    plain = rig_sweep(used, rig.wide, drawing=drawing, label="paper", distance=Distance.UNKNOWN)
+    far = int(np.argmax([parallax.print_m for parallax in measured.parallax]))
+    return compare_variants(measured, plain, fit, far=far)
+
+
+def roundtrip_lsb(mirror: MirrorModel, *, side: int = ROUNDTRIP_SIDE) -> float:
+    """Return the largest volts -> angles -> volts of a grid over the calibrated volts, steps of the DAC."""
+    line = np.linspace(-1.0, 1.0, side)
+    volts = np.array([(x, y) for x in line for y in line]) * np.array(mirror.max_v)
+    angles = mirror.angles_of(volts)
+    inside = mirror.inside(angles)
+    if not inside.any():
+        raise InvalidInput("mirror: its inverse reaches none of its own calibrated gazes; sweep it again")
+    return float(np.abs(mirror.volts_for(angles[inside]) - volts[inside]).max() / DAC_STEP_V)

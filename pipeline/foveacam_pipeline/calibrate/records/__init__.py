@@ -1,0 +1,1 @@
+"""Calibrations kept, compared and put together."""

@@ -1,0 +1,134 @@
+"""Sweeps of one rig from several sessions, put together for one fit; the fit itself is done elsewhere."""
+
+import json
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.models.content import content_id, plain
+
+SOURCES_FILE = "sources.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """Where a sweep came from; `sweep_id` is the hash of its content, `repeated` one that was given twice."""
+
+    path: Path
+    sweep_id: str
+    station: str
+    poses: int
+    repeated: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Aggregate:
+    """Sweeps that one calibration can be fitted to."""
+
+    rig_id: str
+    sweeps: tuple[Sweep, ...]
+    sources: tuple[Source, ...]
+
+    @property
+    def label(self) -> str:
+        """Words for the calibration fitted to it."""
+        poses = sum(len(sweep.poses) for sweep in self.sweeps)
+        return f"combined from {len(self.sweeps)} sweeps of {poses} poses"
+
+
+def sweep_id(sweep: Sweep) -> str:
+    """Return the name of a sweep: the hash of its content."""
+    return content_id(plain(sweep))
+
+
+def aggregate(paths: Sequence[Path], *, rig_id: str) -> Aggregate:
+    """Read sweeps and check that they are of one rig with one set of cameras; leave out repeated ones."""
+    known: dict[str, Sweep] = {}
+    sources = []
+    for path in paths:
+        sweep = load_sweep(path)
+        _check_rig(path, sweep, rig_id)
+        name = sweep_id(sweep)
+        sources.append(
+            Source(
+                path=path,
+                sweep_id=name,
+                station=sweep.header.station.name,
+                poses=len(sweep.poses),
+                repeated=name in known,
+            )
+        )
+        known.setdefault(name, sweep)
+    sweeps = tuple(known.values())
+    if not sweeps:
+        raise InvalidInput("no sweep was given to put together; name sessions that hold one")
+    for path, sweep in zip([s.path for s in sources if not s.repeated], sweeps, strict=True):
+        _check_alike(path, sweep.header, sweeps[0].header)
+    return Aggregate(rig_id=rig_id, sweeps=sweeps, sources=tuple(sources))
+
+
+def sweep_paths(session: Path) -> tuple[Path, ...]:
+    """Return the files of a session's sweeps."""
+    return tuple(sorted(session.glob("sweep-*.jsonl")))
+
+
+def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_from: Path) -> Aggregate:
+    """Make the folder of a new session out of others: all their sweeps, and the wide camera of one of them.
+
+    `into` must not exist yet; it appears complete or not at all. The sources are named in `sources.json`.
+    """
+    combined = aggregate([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
+    if not (wide_from / "wide.json").is_file():
+        raise InvalidInput(f"session {wide_from} holds no wide.json; name one with a calibrated wide camera")
+    if into.exists():
+        raise InvalidInput(f"session {into} exists already, nothing was overwritten; give a new one")
+    beside = into.with_name(f".{into.name}.part")
+    try:
+        _fill(beside, combined, wide_from)
+        beside.replace(into)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return combined
+
+
+def _fill(folder: Path, combined: Aggregate, wide_from: Path) -> None:
+    folder.mkdir(parents=True)
+    shutil.copy2(wide_from / "wide.json", folder / "wide.json")
+    if (wide_from / "wide").is_dir():
+        shutil.copytree(wide_from / "wide", folder / "wide")
+    for number, source in enumerate(s for s in combined.sources if not s.repeated):
+        shutil.copy2(source.path, folder / f"{source.path.stem}-{number}.jsonl")
+    listing = {"wide": str(wide_from), "sweeps": [_source_document(source) for source in combined.sources]}
+    (folder / SOURCES_FILE).write_text(json.dumps(listing, indent=1) + "\n", encoding="utf-8")
+
+
+def _source_document(source: Source) -> dict[str, str | int | bool]:
+    return {
+        "path": str(source.path),
+        "sweep_id": source.sweep_id,
+        "station": source.station,
+        "poses": source.poses,
+        "repeated": source.repeated,
+    }
+
+
+def _check_rig(path: Path, sweep: Sweep, rig_id: str) -> None:
+    if sweep.header.rig_id != rig_id:
+        raise InvalidInput(
+            f"sweep {path} is of rig {sweep.header.rig_id!r}, this one is {rig_id!r}; "
+            "put together sweeps of one rig"
+        )
+
+
+def _check_alike(path: Path, header: SweepHeader, first: SweepHeader) -> None:
+    for name in ("wide_size", "fovea_size", "wide_serial", "left_serial", "right_serial"):
+        found, needed = getattr(header, name), getattr(first, name)
+        if found != needed:
+            raise InvalidInput(
+                f"sweep {path}: {name} is {found!r}, another sweep has {needed!r}; "
+                "put together sweeps of the same cameras"
+            )

@@ -1,0 +1,123 @@
+"""The calibrations of a rig on disk: immutable, each named by the hash of its content.
+
+Files are in the product's own format. What another program wrote is turned into a calibration elsewhere.
+"""
+
+import logging
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
+from foveacam_pipeline.calibrate.records.new_file import claim
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refusal:
+    """A file of the folder that is no calibration to be trusted, and why."""
+
+    path: Path
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Listing:
+    """What lies in a folder: calibrations, newest first, and the files that were refused."""
+
+    calibrations: tuple[Calibration, ...]
+    refusals: tuple[Refusal, ...]
+
+
+class RecordStore:
+    """A folder of calibrations, `<id>.json` each. Nothing in it is ever changed or overwritten."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    @property
+    def folder(self) -> Path:
+        """Where the files lie."""
+        return self._folder
+
+    def path_of(self, calibration_id: str) -> Path:
+        """Return where the calibration of this id lies, or would."""
+        return self._folder / f"{calibration_id}.json"
+
+    def add(self, calibration: Calibration) -> Path:
+        """Keep a calibration; one that is kept already is left alone."""
+        return self._write(calibration, self.path_of(calibration.id))
+
+    def get(self, calibration_id: str) -> Calibration:
+        """Return the calibration whose id is, or begins with, `calibration_id`."""
+        paths = [path for path in self._paths() if calibration_id and path.stem.startswith(calibration_id)]
+        if len(paths) != 1:
+            found = "none" if not paths else f"{len(paths)} of them"
+            raise NotCalibrated(
+                f"calibration {calibration_id!r}: {found} in {self._folder}; "
+                "list the calibrations and give one id in full"
+            )
+        return self._load(paths[0])
+
+    def every(self, *, rig_id: str | None = None) -> Listing:
+        """Return all calibrations (of one rig), newest first, and what had to be passed over."""
+        calibrations, refusals = [], []
+        for path in self._paths():
+            try:
+                known = self._load(path)
+                if rig_id is not None:
+                    known.check_rig(rig_id)
+            except FoveaError as error:
+                refusals.append(Refusal(path=path, reason=str(error)))
+                continue
+            calibrations.append(known)
+        newest_first = sorted(calibrations, key=lambda known: (known.created, known.id), reverse=True)
+        return Listing(calibrations=tuple(newest_first), refusals=tuple(refusals))
+
+    def lineage(self, calibration_id: str) -> tuple[Calibration, ...]:
+        """Return a calibration, what it was corrected from, and so on, as far as the folder knows."""
+        chain = [self.get(calibration_id)]
+        while (parent_id := chain[-1].parent_id) is not None:
+            try:
+                chain.append(self.get(parent_id))
+            except NotCalibrated:
+                logger.info("calibration %s names a parent that is not kept here", chain[-1].id)
+                break
+        return tuple(chain)
+
+    def import_file(self, path: Path, *, rig_id: str | None = None) -> Calibration:
+        """Keep the calibration that lies in `path`; refuse one that is damaged or of another rig."""
+        calibration = load_calibration(path)
+        if rig_id is not None:
+            calibration.check_rig(rig_id)
+        self.add(calibration)
+        return calibration
+
+    def export_file(self, calibration_id: str, path: Path) -> Path:
+        """Write a calibration to `path`, where nothing else may lie."""
+        return self._write(self.get(calibration_id), path)
+
+    def _paths(self) -> list[Path]:
+        return sorted(path for path in self._folder.glob("*.json") if not path.name.startswith("."))
+
+    def _load(self, path: Path) -> Calibration:
+        calibration = load_calibration(path)
+        if calibration.id != path.stem:
+            raise InvalidInput(
+                f"{path} holds calibration {calibration.id}, which is not its name; "
+                "move it away and import it again"
+            )
+        return calibration
+
+    def _write(self, calibration: Calibration, path: Path) -> Path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        finished = path.with_name(f".{path.name}.{os.getpid()}.new")
+        try:
+            save_calibration(calibration, finished)
+            claim(finished, path)
+        finally:
+            finished.unlink(missing_ok=True)
+        return path

@@ -1,0 +1,1 @@
+"""How fast each mirror axis comes to rest."""

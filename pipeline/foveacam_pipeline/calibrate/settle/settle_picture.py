@@ -1,0 +1,71 @@
+"""The picture of a settling report: what is left of a step over time, and the ringing behind it."""
+
+import io
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, Trace
+
+_DPI = 110
+_FLOOR_PX = 0.01
+COLOURS = {
+    ("left", "x"): "#1f77b4",
+    ("left", "y"): "#6baed6",
+    ("right", "x"): "#d95f02",
+    ("right", "y"): "#fdae6b",
+}
+
+
+def settle_picture(report: SettleReport) -> bytes:
+    """Return a PNG: all four axes with the filter as it is, on a logarithmic scale, and wide open."""
+    figure = Figure(figsize=(11.0, 7.6), dpi=_DPI, layout="constrained")
+    above, below = figure.subplots(2, 1)
+    for found in report.axes:
+        _left(above, found)
+        _ringing(below, found)
+    above.axhline(report.limit_px, color="0.4", linestyle="--", linewidth=0.8)
+    above.set_yscale("log")
+    above.set_xlim(0.0, 1.6e-3 * report.settle_us)
+    above.set_ylabel("left of the step, fovea px")
+    above.set_xlabel("after the command, ms")
+    above.set_title(f"drive filter at {report.low_pass_hz} Hz; dashed: {report.limit_px:g} px", fontsize=10)
+    below.set_ylabel("left of the step, %")
+    below.set_xlabel("after the command, ms")
+    below.set_title("drive filter wide open: the mirrors' own swing", fontsize=10)
+    for axes in (above, below):
+        axes.grid(visible=True, alpha=0.3)
+        axes.legend(fontsize=8, loc="upper right")
+    figure.suptitle(
+        f"{report.rig_id}: at rest to {report.limit_px:g} px after {1e-3 * report.settle_us:.2f} ms"
+    )
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()
+
+
+def _left(axes: Axes, found: AxisSettle) -> None:
+    label = (
+        f"{found.role} {found.axis}: {found.step_px:.0f} px, 1 % after "
+        f"{1e-3 * found.settle_share_us:.2f} ms, rest after {1e-3 * found.settle_us:.2f} ms"
+    )
+    times_ms, left = _arrays(found.trace)
+    axes.plot(
+        times_ms, np.maximum(np.abs(left), _FLOOR_PX), ".-", color=_colour(found), linewidth=0.8, label=label
+    )
+
+
+def _ringing(axes: Axes, found: AxisSettle) -> None:
+    times_ms, left = _arrays(found.open_trace)
+    label = f"{found.role} {found.axis}: {found.ringing}"
+    axes.plot(times_ms, 100.0 * left / found.step_px, ".-", color=_colour(found), linewidth=0.8, label=label)
+
+
+def _arrays(trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return 1e-3 * np.array(trace.times_us), np.array(trace.left_px)
+
+
+def _colour(found: AxisSettle) -> str:
+    return COLOURS[found.role.value, found.axis]

@@ -1,0 +1,173 @@
+"""The mirror's own resonance in what it does after a step: the drive filter, then one damped mode.
+
+The filter is the board's: a Bessel low-pass of the fifth order. Its cut-off is known, so that what it does
+not explain is the mirror's.
+"""
+
+import copy
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, signal
+
+from foveacam_pipeline.calibrate.settle.settle_values import Resonance, Trace
+
+FILTER_ORDER = 5
+EXPOSURE_PARTS = 7
+FREQUENCIES_HZ = np.geomspace(250.0, 5000.0, 120)
+QUALITIES = (0.8, 2.0, 5.0, 15.0, 50.0)
+NOT_A_RESONANCE = 0.75
+"""A quality below this swings over by less than can be told from a slower filter."""
+SIGNIFICANT = 4.0
+"""Without the mode the data must be explained so many times worse."""
+FEWEST = 12
+LEAST_NOISE_PX = 0.03
+STARTS = 3
+FORGIVEN = 30.0
+"""When starts are compared a picture misses by so many standard errors at most."""
+BLUR_SHARE = 0.15
+"""How well a picture is placed that moved during its exposure, as a share of the way."""
+MISTAKEN = 400.0
+"""A picture that misses by twenty times the median was taken for another one."""
+LARGEST_REL_SIGMA = 0.25
+MODEL_SHARE = 0.01
+"""Of what is left of the step the model is trusted to: pictures turn a little on the way, and blur."""
+NOT_RESOLVED = "not resolvable"
+
+
+def fit_resonance(
+    trace: Trace, *, step_px: float, cutoff_hz: int, exposure_us: float, noise_px: float
+) -> tuple[Resonance | None, str]:
+    """Return the resonance that explains a trace, or None; and a sentence about it."""
+    if len(trace.times_us) < FEWEST:
+        return None, f"{NOT_RESOLVED}: only {len(trace.times_us)} pictures were recognised"
+    data = _Data(
+        np.array(trace.times_us) / 1e6,
+        np.array(trace.left_px) / step_px,
+        exposure_s=exposure_us / 1e6,
+        noise=max(noise_px, LEAST_NOISE_PX) / step_px,
+    )
+    filtering = _poles(float(cutoff_hz))
+    alone = _fitted(data, filtering, [[0.0]])
+    rough = _fitted(data, filtering, _starts(data, filtering))
+    fit = _fitted(
+        data.blurred(_modelled(filtering, rough.x), delay_s=float(rough.x[0])), filtering, [rough.x.tolist()]
+    )
+    frequency, quality = (math.exp(v) for v in fit.x[1:3].tolist())
+    _, *sigmas = _rel_sigmas(fit)
+    if data.gain(filtering, fit.x, alone.x) < SIGNIFICANT or max(sigmas) > 1.0:
+        return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"
+    if quality < NOT_A_RESONANCE:
+        return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
+    if max(sigmas) > LARGEST_REL_SIGMA:
+        return None, f"{NOT_RESOLVED}: {max(sigmas):.0%} of error; use more delays or a larger step"
+    found = Resonance(
+        frequency_hz=frequency,
+        quality=quality,
+        frequency_sigma_hz=frequency * sigmas[0],
+        quality_sigma=quality * sigmas[1],
+    )
+    return found, (
+        f"{frequency:.0f} ± {found.frequency_sigma_hz:.0f} Hz, "
+        f"quality {quality:.1f} ± {found.quality_sigma:.1f}"
+    )
+
+
+class _Data:
+    """What was left of the step, as a share of it, at each time; and how far a model misses that."""
+
+    def __init__(
+        self, times_s: NDArray[np.float64], left: NDArray[np.float64], *, exposure_s: float, noise: float
+    ) -> None:
+        self._left = left
+        self._sigma = np.hypot(noise, MODEL_SHARE * np.abs(left))
+        parts = (np.arange(EXPOSURE_PARTS) + 0.5) / EXPOSURE_PARTS - 0.5
+        self._moments_s = times_s[:, None] + exposure_s * parts
+
+    def blurred(self, poles: NDArray[np.complex128], *, delay_s: float) -> "_Data":
+        """Return the same data, less trusted where the picture moved during its exposure."""
+        span = np.ptp(left_of_step(poles, self._moments_s - delay_s), axis=1)
+        wiser = copy.copy(self)
+        wiser._sigma = np.hypot(self._sigma, BLUR_SHARE * span)  # noqa: SLF001 - our own copy
+        return wiser
+
+    def miss(self, poles: NDArray[np.complex128], *, delay_s: float) -> NDArray[np.float64]:
+        """Return (n,) misses in standard errors, the mean over each exposure being what a picture shows."""
+        return np.asarray(self._miss(poles, delay_s) / self._sigma, dtype=np.float64)
+
+    def gain(
+        self, filtering: NDArray[np.complex128], found: NDArray[np.float64], other: NDArray[np.float64]
+    ) -> float:
+        """Return how many times less a fit misses than another, squares, where pictures were not mistaken."""
+        first, second = (
+            self._miss(_modelled(filtering, terms), float(terms[0])) ** 2 for terms in (found, other)
+        )
+        bulk = first <= MISTAKEN * max(float(np.median(first)), float(np.min(self._sigma)) ** 2)
+        return float(np.sum(second[bulk]) / np.sum(first[bulk]))
+
+    def _miss(self, poles: NDArray[np.complex128], delay_s: float) -> NDArray[np.float64]:
+        model = left_of_step(poles, self._moments_s - delay_s).mean(axis=1)
+        return np.asarray(model - self._left, dtype=np.float64)
+
+
+def left_of_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what an all-pole system of gain 1 at rest has left of a unit step after `times_s`, any shape."""
+    apart = poles[:, None] - poles[None, :]
+    np.fill_diagonal(apart, 1.0)
+    shares = -np.prod(-poles) / (poles * np.prod(apart, axis=1))
+    after = np.maximum(times_s, 0.0)
+    left = np.sum(shares * np.exp(poles * after[..., None]), axis=-1).real
+    return np.asarray(np.where(times_s > 0.0, left, 1.0), dtype=np.float64)
+
+
+def _poles(cutoff_hz: float) -> NDArray[np.complex128]:
+    """Return the poles of the filter, 1/s."""
+    _, poles, _ = signal.bessel(
+        FILTER_ORDER, 2.0 * math.pi * cutoff_hz, analog=True, output="zpk", norm="mag"
+    )
+    return np.asarray(poles, dtype=np.complex128)
+
+
+def _modelled(filtering: NDArray[np.complex128], terms: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return the poles of the filter and of a mode behind it, by (delay[, ln frequency, Hz, ln quality])."""
+    if len(terms) == 1:
+        return filtering
+    omega, quality = 2.0 * math.pi * math.exp(terms[1]), math.exp(terms[2])
+    damping = omega / (2.0 * quality)
+    swing = complex(np.sqrt(complex(omega**2 - damping**2))) + 1e-6 * omega  # two equal poles have no modes
+    return np.append(filtering, [-damping + 1j * swing, -damping - 1j * swing])
+
+
+def _starts(data: _Data, filtering: NDArray[np.complex128]) -> list[list[float]]:
+    """Return the best few of a grid of frequencies and qualities."""
+    tried = []
+    for frequency in FREQUENCIES_HZ.tolist():
+        for quality in QUALITIES:
+            start = [0.0, math.log(frequency), math.log(quality)]
+            miss = data.miss(_modelled(filtering, np.array(start)), delay_s=0.0)
+            tried.append((float(np.sum(np.minimum(np.abs(miss), FORGIVEN))), start))
+    return [start for _, start in sorted(tried)[:STARTS]]
+
+
+def _fitted(
+    data: _Data, filtering: NDArray[np.complex128], starts: list[list[float]]
+) -> optimize.OptimizeResult:
+    """Return the best robust fit of the delay, and of a mode where the starts have one."""
+
+    def miss(terms: NDArray[np.float64]) -> NDArray[np.float64]:
+        return data.miss(_modelled(filtering, terms), delay_s=float(terms[0]))
+
+    scales = (1e-4, 0.05, 0.2)
+    fits = [
+        optimize.least_squares(miss, start, loss="soft_l1", x_scale=scales[: len(start)]) for start in starts
+    ]
+    return min(fits, key=lambda fit: float(fit.cost))
+
+
+def _rel_sigmas(fit: optimize.OptimizeResult) -> list[float]:
+    """Return the standard errors of a fit's terms, the data's own scatter considered."""
+    free = max(1, len(fit.fun) - len(fit.x))
+    variance = max(1.0, 2.0 * float(fit.cost) / free)
+    sigmas: list[float] = np.sqrt(variance * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac))).tolist()
+    return sigmas

@@ -1,0 +1,170 @@
+"""Turns the base until the target stands at a gaze and everything is at rest, or waits until somebody did."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import (
+    Clock,
+    DeviceFault,
+    Head,
+    NotConnected,
+    PanTilt,
+    PanTiltPose,
+    Station,
+    Timeout,
+)
+from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
+from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnSettings:
+    """How the base comes to rest. `near_rad`, `still_px`: what a rig turned by hand must keep."""
+
+    rest_ms: float = 50.0
+    turn_ms: float = 30_000.0
+    home_ms: float = 120_000.0
+    poll_ms: float = 10.0
+    near_rad: float = math.radians(0.6)
+    still_px: float = 0.15
+    still_frames: int = 8
+
+
+class Base:
+    """The pan-tilt at one station, as the sweep uses it."""
+
+    def __init__(
+        self, pan_tilt: PanTilt, station: Station, *, clock: Clock, watch: Watcher, settings: TurnSettings
+    ) -> None:
+        self._pan_tilt = pan_tilt
+        self._station = station
+        self._clock = clock
+        self._watch = watch
+        self._settings = settings
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether somebody turns it."""
+        return not self._pan_tilt.moves_itself
+
+    def prepare(self) -> None:
+        """Let it come to rest; home it when nobody knows where it stands."""
+        self._check()
+        self._wait("the pan-tilt's last move", timeout_ms=self._settings.home_ms)
+        if not self.by_hand and not self._pan_tilt.state.homed:
+            self._pan_tilt.home()
+            self._until_homed()
+
+    def turn_to(self, node_rad: NDArray[np.float64]) -> PanTiltPose | None:
+        """Turn until the target stands at a gaze, (2,) rad; return where the base then stands."""
+        self._check()
+        self._pan_tilt.move_to(base_pose(node_rad, self._station.pose))
+        self._wait("the pan-tilt's move", timeout_ms=self._settings.turn_ms)
+        self._clock.sleep_until_ns(self._clock.now_ns() + round(self._settings.rest_ms * 1e6))
+        return self._pan_tilt.state.pose
+
+    def ask(self, node_rad: NDArray[np.float64]) -> None:
+        """Tell whoever turns the base by hand which bearing is wanted."""
+        self._check()
+        self._pan_tilt.move_to(base_pose(node_rad, self._station.pose))
+
+    def hold(self) -> None:
+        """Stop it where it is."""
+        if not self.by_hand and self._pan_tilt.state.connected:
+            self._pan_tilt.hold()
+
+    def _until_homed(self) -> None:
+        self._wait("the pan-tilt's homing", timeout_ms=self._settings.home_ms)
+        if not self._pan_tilt.state.homed:
+            raise DeviceFault(
+                "pan-tilt: it was asked to home, it stopped and still does not know where it stands; "
+                "check its reference switches"
+            )
+
+    def _wait(self, what: str, *, timeout_ms: float) -> None:
+        deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
+        while self._pan_tilt.state.moving:
+            check(self._watch, doing="the sweep")
+            if self._clock.now_ns() > deadline_ns:
+                raise Timeout(
+                    f"{what}: not over within {timeout_ms / 1e3:g} s; free it, then resume the sweep"
+                )
+            self._clock.sleep_until_ns(self._clock.now_ns() + round(self._settings.poll_ms * 1e6))
+        self._check()
+
+    def _check(self) -> None:
+        state = self._pan_tilt.state
+        if not state.connected:
+            raise NotConnected(
+                "pan-tilt: a sweep needs it, it is not connected; plug it in and resume the sweep"
+            )
+        if state.fault is not None:
+            raise DeviceFault(f"pan-tilt: {state.fault}; clear the fault and resume the sweep")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HandTurned:
+    """Watches the wide view while somebody turns the rig, until the target rests near a wanted gaze."""
+
+    head: Head
+    clock: Clock
+    watch: Watcher
+    wide: Intrinsics
+    layout: MarkerLayout
+    settings: TurnSettings
+
+    def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
+        """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for."""
+        middles: list[NDArray[np.float64]] = []
+        last_seq = -1
+        while True:
+            check(self.watch, doing="the sweep")
+            frame = self.head.wide(max_age_ms=0.0)
+            if frame.seq == last_seq:
+                self.clock.sleep_until_ns(self.clock.now_ns() + round(self.settings.poll_ms * 1e6))
+                continue
+            last_seq = frame.seq
+            found = find_markers(
+                gray(to_uint8(frame)), side_m=self.layout.side_m, only=(self.layout.wide_id,)
+            ).get(self.layout.wide_id)
+            if found is None:
+                middles = []
+                self._say("no marker of the wide camera in view", nodes_rad[0], done, total)
+                continue
+            middles = [*middles, middle_px(found)][-self.settings.still_frames :]
+            gaze = self.wide.angles_rad(middles[-1][None])[0]
+            off = np.abs(nodes_rad - gaze).max(axis=1)
+            nearest = int(np.argmin(off))
+            still = self._still(middles)
+            if off[nearest] <= self.settings.near_rad and still:
+                return nearest
+            self._say(self._asked(gaze, nodes_rad[0], still=still), nodes_rad[0], done, total)
+
+    def _still(self, middles: list[NDArray[np.float64]]) -> bool:
+        if len(middles) < self.settings.still_frames:
+            return False
+        return bool(np.ptp(np.array(middles), axis=0).max() <= self.settings.still_px)
+
+    def _asked(self, gaze: NDArray[np.float64], node: NDArray[np.float64], *, still: bool) -> str:
+        """Say how to turn: the target must move to the right by turning the rig to the left."""
+        x, y = (node - gaze).tolist()
+        aside = f"{degrees(abs(x))} to the {'left' if x > 0 else 'right'}"
+        along = f"{degrees(abs(y))} {'up' if y > 0 else 'down'}"
+        return (
+            f"turn the rig {aside} and {along}"
+            if max(abs(x), abs(y)) > self.settings.near_rad or still
+            else ("hold still")
+        )
+
+    def _say(self, what: str, node: NDArray[np.float64], done: int, total: int) -> None:
+        wanted = f"({degrees(float(node[0]))}, {degrees(float(node[1]))})"
+        self.watch.progress(done, total=total, note=f"wanted: the target at {wanted}; {what}")

@@ -1,0 +1,201 @@
+"""Brings one eye's marker to the middle of its image by PID; says when it is there, or why it never will be.
+
+The controller works in volts on the error that the image shows, in velocity form: it holds no integral beside
+its command, so that clamping the command at the limit is all the anti-windup there is to do.
+
+It ends well when the marker's middle is within `centred_px` of the image's centre on both axes (centred), or
+when an axis that is not stands at its limit and asks for more, with the whole marker in view (rim).
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.sweep.eye_prediction import LOCATED_V, EyePrediction, clamp_volts
+from foveacam_pipeline.calibrate.sweep.marker_sight import EyeSight, SightLimits, doubt
+from foveacam_pipeline.calibrate.sweep.sweep import EyePose
+
+BEYOND = "beyond the volts"
+"""How the reason begins when a gaze would take more than is allowed."""
+LIMIT_RINGS = 4
+"""So many places are tried about a gaze that is beyond the volts."""
+LIMIT_TOLERANCE_V = 0.02
+"""Closer to its limit an axis cannot be set: a few steps of the DAC."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CentringSettings:
+    """The controller and its end. `proportional`, `integral`, `derivative`: shares of the error taken a look.
+
+    `centred_px`: end condition on each axis, fovea px. `most_looks`: at one pose, search included.
+    `ring_rad`: how far apart the places of a search lie.
+    """
+
+    proportional: float = 0.05
+    integral: float = 0.95
+    derivative: float = 0.0
+    centred_px: float = 12.0
+    most_looks: int = 16
+    most_doubtful: int = 3
+    ring_rad: float = math.radians(0.7)
+    limits: SightLimits = field(default_factory=SightLimits)
+
+
+class Pid:
+    """Velocity-form PID of two axes; see the head of this file."""
+
+    def __init__(self, settings: CentringSettings, *, max_v: float) -> None:
+        self._settings = settings
+        self._max_v = max_v
+        self._errors: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+
+    def next(self, command_v: NDArray[np.float64], error_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the command, (2,) V, that follows on `command_v` under which `error_v` was seen."""
+        before, earlier = self._errors or (error_v, error_v)
+        s = self._settings
+        change = (
+            s.proportional * (error_v - before)
+            + s.integral * error_v
+            + s.derivative * (error_v - 2.0 * before + earlier)
+        )
+        self._errors = (error_v, before)
+        return clamp_volts(command_v + change, self._max_v)
+
+    def restart(self) -> None:
+        """Forget what was seen: the marker was lost."""
+        self._errors = None
+
+
+class EyeCentring:
+    """One eye at one pose: told what each look saw, it says what to try next, until it is `done`."""
+
+    def __init__(
+        self,
+        role: Role,
+        wanted_rad: NDArray[np.float64],
+        prediction: EyePrediction,
+        settings: CentringSettings,
+        *,
+        max_v: float,
+    ) -> None:
+        self.role = role
+        self.result: EyePose | None = None
+        self.refusal: str | None = None
+        self.looks = 0
+        self._wanted_rad = wanted_rad
+        self._prediction = prediction
+        self._settings = settings
+        self._max_v = max_v
+        self._pid = Pid(settings, max_v=max_v)
+        self._doubtful = 0
+        self._rings = 0
+        prediction.forget()
+        self.command_v = clamp_volts(prediction.volts(wanted_rad), max_v)
+
+    @property
+    def done(self) -> bool:
+        """Whether it ended, one way or the other."""
+        return self.result is not None or self.refusal is not None
+
+    def refuse(self, reason: str) -> None:
+        """End without a result."""
+        self.refusal = reason
+
+    def take(
+        self,
+        sight: EyeSight,
+        gaze_rad: NDArray[np.float64] | None,
+        *,
+        asked_ns: int,
+    ) -> None:
+        """Take what a look saw. `gaze_rad`: (2,) where the eye looks, None when nothing tells."""
+        self.looks += 1
+        reason = doubt(sight, self._settings.limits, asked_ns=asked_ns)
+        if sight.view is None:
+            self._search(sight, gaze_rad, str(reason))
+        elif gaze_rad is not None:
+            self._prediction.learn(gaze_rad, sight.volts_v)
+            self._close(sight, gaze_rad, reason)
+        if not self.done and self.looks >= self._settings.most_looks:
+            self.refuse(f"not centred after {self.looks} looks: {reason or self._far(sight)}")
+
+    def _close(self, sight: EyeSight, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
+        """Steer by a marker in view; end when it is where it should be, or cannot be brought there."""
+        slope = self._prediction.slope(gaze_rad)
+        error_rad = self._wanted_rad - gaze_rad
+        error_v = slope @ error_rad
+        offset_px = sight.offset_px
+        rad_per_px = math.hypot(*error_rad) / max(math.hypot(*offset_px), 1.0)
+        tolerance_v = np.abs(np.diag(slope)) * self._settings.centred_px * rad_per_px
+        centred = bool((np.abs(offset_px) <= self._settings.centred_px).all())
+        beyond = self._beyond(sight.volts_v, error_v)
+        command_v = self._pid.next(sight.volts_v, error_v)
+        stays = np.abs(command_v - sight.volts_v).max() < LIMIT_TOLERANCE_V
+        rim = bool(beyond.any() and (stays or (beyond | (np.abs(error_v) <= tolerance_v)).all()))
+        if centred or rim:
+            self._end(sight, reason, rim=not centred)
+        else:
+            self.command_v = command_v
+
+    def _beyond(self, volts_v: NDArray[np.float64], error_v: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which axes stand at their limit and ask for more."""
+        at_limit = np.abs(volts_v) >= self._max_v - LIMIT_TOLERANCE_V
+        return np.asarray(at_limit & (np.sign(error_v) == np.sign(volts_v)))
+
+    def _end(self, sight: EyeSight, reason: str | None, *, rim: bool) -> None:
+        if reason is None and sight.view is not None:
+            volts = (float(sight.volts_v[0]), float(sight.volts_v[1]))
+            self.result = EyePose(
+                volts_v=volts, corners=sight.view, centred=not rim, rim=rim, looks=self.looks
+            )
+            return
+        self._doubtful += 1
+        self.command_v = clamp_volts(sight.volts_v, self._max_v)  # as reported: rounded to codes
+        if self._doubtful >= self._settings.most_doubtful:
+            beyond = f"{self._needs()}, and there " if rim else ""
+            self.refuse(f"{beyond}{reason}")
+
+    def _search(self, sight: EyeSight, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
+        """Go where the wide view says, or around in rings."""
+        self._pid.restart()
+        if gaze_rad is not None and sight.others:
+            self._prediction.learn(gaze_rad, sight.volts_v)
+        elif gaze_rad is not None and not self._prediction.suppose(gaze_rad, sight.volts_v):
+            gaze_rad = None
+        wanted_v = self._prediction.volts(self._wanted_rad)
+        command_v = clamp_volts(wanted_v, self._max_v)
+        moved = float(np.abs(command_v - sight.volts_v).max())
+        there = moved < LOCATED_V and gaze_rad is not None
+        if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
+            self.refuse(f"{self._needs()}, and at the limit {reason}")
+            return
+        if gaze_rad is None or there:
+            aside = _ring(self._rings) * self._settings.ring_rad
+            self._rings += 1
+            command_v = clamp_volts(self._prediction.volts(self._wanted_rad + aside), self._max_v)
+        self.command_v = command_v
+
+    def _needs(self) -> str:
+        x, y = self._prediction.volts(self._wanted_rad).tolist()
+        return (
+            f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed; "
+            "choose a smaller sweep"
+        )
+
+    def _far(self, sight: EyeSight) -> str:
+        x, y = sight.offset_px.tolist()
+        return f"the marker still is ({x:.0f}, {y:.0f}) px from the middle; check that the mirror follows"
+
+
+def _ring(number: int) -> NDArray[np.float64]:
+    """Return the place of a number on square rings about the middle, nearest first, (2,)."""
+    x = y = 0
+    dx, dy = 0, -1
+    for _ in range(number + 1):
+        if x == y or (x < 0 and x == -y) or (x > 0 and x == 1 - y):
+            dx, dy = -dy, dx
+        x, y = x + dx, y + dy
+    return np.array([float(x), float(y)])

@@ -1,0 +1,74 @@
+"""Where the base goes during a sweep: to the gazes of the plan, as far as both eyes can follow.
+
+A pan-tilt stands a little crooked: by how much it missed the last gaze corrects the next one.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import PanTiltPose
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
+from foveacam_pipeline.calibrate.sweep.markers import middle_px
+from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+LARGEST_LEAN_RAD = math.radians(3.0)
+"""A pan-tilt that misses by more is not where it says, and nothing is corrected by that."""
+
+
+class Course:
+    """Turns the base by `turn_to`, measures there, and learns how far both eyes and the base reach."""
+
+    def __init__(
+        self,
+        turn_to: Callable[[NDArray[np.float64]], PanTiltPose | None],
+        meter: PoseMeter,
+        wide: Intrinsics,
+        *,
+        wide_id: int,
+        approach_rad: float,
+    ) -> None:
+        self._turn_to = turn_to
+        self._meter = meter
+        self._wide = wide
+        self._wide_id = wide_id
+        self._approach_rad = approach_rad
+        self._here = np.zeros(2)
+        self._lean = np.zeros(2)
+
+    def measure(self, index: int, node_rad: NDArray[np.float64], target: TargetPose) -> SweepPose:
+        """Measure a pose of the plan; once more, less far out, when an eye was beyond its volts."""
+        for node in self._approach(node_rad):
+            self._measured_at(node, 0, node)
+        self._here = node_rad
+        pose = self._measured_at(self._meter.reachable(node_rad, target), index, node_rad)
+        nearer = self._meter.retreat(pose, target)
+        if nearer is None:
+            return pose
+        again = self._measured_at(nearer, index, node_rad)
+        return again if again.eyes_measured >= pose.eyes_measured else pose
+
+    def _approach(self, there: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Return the steps to a far corner of the unknown, to learn on the way."""
+        far = 1.5 * self._approach_rad
+        if all(self._meter.predictions[role].nearest_rad(there) <= far for role in EYES):
+            return []
+        way = there - self._here
+        steps = math.ceil(float(np.linalg.norm(way)) / self._approach_rad)
+        return [self._here + way * k / steps for k in range(1, steps)]
+
+    def _measured_at(
+        self, gaze_rad: NDArray[np.float64], index: int, node_rad: NDArray[np.float64]
+    ) -> SweepPose:
+        told = gaze_rad - self._lean
+        stands = self._turn_to(told)
+        pose = self._meter.measure(index, (float(node_rad[0]), float(node_rad[1])), stands)
+        if self._wide_id in pose.wide:
+            lean = self._wide.angles_rad(middle_px(pose.wide[self._wide_id])[None])[0] - told
+            if np.abs(lean).max() <= LARGEST_LEAN_RAD:
+                self._lean = lean
+        return pose

@@ -1,0 +1,287 @@
+"""Measures one pose: the markers in the wide view at rest, and each eye's own marker in its middle.
+
+Both eyes share every exposure; each is accepted or refused by itself.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import (
+    Clock,
+    Head,
+    InvalidInput,
+    MirrorVolts,
+    PanTiltPose,
+    Role,
+    Sighting,
+    Station,
+    StereoVolts,
+)
+from foveacam_pipeline.calibrate.sweep.centring import BEYOND, EyeCentring
+from foveacam_pipeline.calibrate.sweep.eye_prediction import EyePrediction, clamp_volts
+from foveacam_pipeline.calibrate.sweep.marker_sight import (
+    EyeSight,
+    centre_px,
+    direction_rad,
+    eye_sight,
+    gaze_by_wide,
+    gaze_on_target,
+    turn_between,
+    view_doubt,
+)
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
+from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_pictures import marked
+from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideAtRest
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+EYES = (Role.LEFT, Role.RIGHT)
+MARKER_ROOM = 0.62
+"""Half a marker that may be turned by some degrees, of its side."""
+LARGEST_RETREAT_RAD = math.radians(2.5)
+OVERHANG = 0.8
+"""Share of the room beside a marker that a pose beyond the volts may use up."""
+
+
+class PoseMeter:
+    """Measures poses of one station; what one look teaches about the mirrors, the next ones use."""
+
+    def __init__(
+        self,
+        head: Head,
+        wide: Intrinsics,
+        station: Station,
+        *,
+        clock: Clock,
+        watch: Watcher,
+        settings: SweepSettings,
+    ) -> None:
+        self.predictions = {role: EyePrediction(settings.rad_per_v) for role in EYES}
+        self.fovea_size: tuple[int, int] | None = None
+        self._head = head
+        self._wide = wide
+        self._station = station
+        self._clock = clock
+        self._watch = watch
+        self._settings = settings
+        self._eyes_m = {role: np.array([settings.eye_x_m(role), 0.0, 0.0]) for role in EYES}
+        self._turns_rad = dict.fromkeys(EYES, 0.0)
+        self._before: dict[Role, NDArray[np.uint8]] = {}
+
+    def look_wide(self) -> WideAtRest:
+        """Return the markers in a wide frame exposed from now on."""
+        return WideAtRest(self._head, self._clock, self._settings.layout, since_ns=self._clock.now_ns())
+
+    def locate(self, at_rest: WideAtRest) -> TargetPose:
+        """Return where the target stands; by tape when somebody measured."""
+        return locate_target(
+            at_rest.views, self._settings.layout, self._wide, distance_m=self._station.distance_m
+        )
+
+    def measure(self, index: int, node_rad: tuple[float, float], base: PanTiltPose | None) -> SweepPose:
+        """Measure a pose; once more when the rig moved meanwhile."""
+        for _ in range(self._settings.most_restarts):
+            pose, moved_px = self._measure_once(index, node_rad, base)
+            if moved_px <= self._settings.still_px:
+                return pose
+        reason = (
+            f"the rig was not at rest: the markers strayed by {moved_px:.2f} wide px, at most "
+            f"{self._settings.still_px:g}; wait longer after a move, and do not touch the rig"
+        )
+        return SweepPose(
+            index=index,
+            node_rad=node_rad,
+            pan_tilt=base,
+            t_ns=pose.t_ns,
+            wide=pose.wide,
+            left=None,
+            right=None,
+            left_refusal=reason,
+            right_refusal=reason,
+        )
+
+    def _measure_once(
+        self, index: int, node_rad: tuple[float, float], base: PanTiltPose | None
+    ) -> tuple[SweepPose, float]:
+        at_rest = self.look_wide()
+        eyes, target = self.begin(at_rest)
+        if target is not None:
+            self.steer(eyes, at_rest, target)
+        at_rest.fill(self._settings.wide_frames)
+        left, right = eyes[Role.LEFT], eyes[Role.RIGHT]
+        self._show_wide(at_rest, accepted=left.result is not None and right.result is not None)
+        pose = SweepPose(
+            index=index,
+            node_rad=node_rad,
+            pan_tilt=base,
+            t_ns=at_rest.frame.t_ns,
+            wide=at_rest.means(),
+            left=left.result,
+            right=right.result,
+            left_refusal=left.refusal,
+            right_refusal=right.refusal,
+        )
+        return pose, at_rest.moved_px()
+
+    def begin(self, at_rest: WideAtRest) -> tuple[dict[Role, EyeCentring], TargetPose | None]:
+        """Return the eyes, aimed at their markers; those whose marker the wide view lacks are refused."""
+        try:
+            target = self.locate(at_rest)
+        except InvalidInput as error:
+            refused = {role: self._aimed(role, np.zeros(2)) for role in EYES}
+            for eye in refused.values():
+                eye.refuse(str(error))
+            return refused, None
+        eyes = {}
+        for role in EYES:
+            wanted = direction_rad(target.marker_rig_m(role), self._eyes_m[role])
+            eyes[role] = self._aimed(role, wanted)
+            own = self._settings.layout.id_of(role)
+            reason = self._wide_doubt(at_rest, own)
+            if reason is not None:
+                eyes[role].refuse(reason)
+        return eyes, target
+
+    def steer(
+        self,
+        eyes: Mapping[Role, EyeCentring],
+        at_rest: WideAtRest,
+        target: TargetPose,
+        *,
+        enough: Callable[[], bool] | None = None,
+    ) -> None:
+        """Look and steer until both eyes are done, or there is `enough`."""
+        while not all(eye.done for eye in eyes.values()):
+            if enough is not None and enough():
+                return
+            check(self._watch, doing="the sweep")
+            asked_ns = self._clock.now_ns()
+            sighting = self.look({role: eye.command_v for role, eye in eyes.items()})
+            at_rest.add(sighting.wide)
+            for role, eye in eyes.items():
+                if eye.done:
+                    continue
+                sight = self.sight(sighting, role)
+                if self._frozen(sight):
+                    eye.refuse("frozen: its camera repeats a picture; power the camera up again")
+                    continue
+                eye.take(sight, self.gaze(sight, at_rest, target), asked_ns=asked_ns)
+                self._show_eye(sight, accepted=eye.result is not None)
+
+    def look(self, commands_v: Mapping[Role, NDArray[np.float64]]) -> Sighting:
+        """Look with both eyes."""
+        left, right = (commands_v[role].tolist() for role in EYES)
+        return self._head.look(
+            StereoVolts(
+                left=MirrorVolts(x_v=left[0], y_v=left[1]), right=MirrorVolts(x_v=right[0], y_v=right[1])
+            )
+        )
+
+    def sight(self, sighting: Sighting, role: Role) -> EyeSight:
+        """Return what an eye saw of its marker in a look."""
+        frame = sighting.left if role is Role.LEFT else sighting.right
+        layout = self._settings.layout
+        sight = eye_sight(frame, layout)
+        self.fovea_size = sight.size
+        return sight
+
+    def gaze(self, sight: EyeSight, at_rest: WideAtRest, target: TargetPose) -> NDArray[np.float64] | None:
+        """Return where an eye looks, (2,) rad: by a marker of the target, else by the wide view, or None."""
+        layout = self._settings.layout
+        seen = [view for view in (sight.view, *sight.others.values()) if view is not None]
+        for view in seen:
+            whose = layout.role_of(view.id)
+            if whose is not None:
+                if view.id in at_rest.views:
+                    self._turns_rad[sight.role] = turn_between(view, at_rest.views[view.id])
+                point = gaze_on_target(view, sight.size, target, whose)
+                return direction_rad(point, self._eyes_m[sight.role])
+        turn_rad = self._turns_rad[sight.role]
+        found = gaze_by_wide(
+            sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom, turn_rad=turn_rad
+        )
+        return None if found is None else direction_rad(found, self._eyes_m[sight.role])
+
+    def reachable(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
+        """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
+        known = [
+            role
+            for role in EYES
+            if self.predictions[role].nearest_rad(node_rad) < self._settings.approach_rad
+        ]
+        room_rad = self._room_rad(target)
+        return node_rad + self._give_way(node_rad, dict.fromkeys(known, room_rad))
+
+    def retreat(self, pose: SweepPose, target: TargetPose) -> NDArray[np.float64] | None:
+        """Return a gaze that eyes refused beyond their volts just reach, (2,) rad, or None."""
+        node_rad, room_rad = np.array(pose.node_rad), self._room_rad(target)
+        beyond = [role for role in EYES if (pose.refusal(role) or "").startswith(BEYOND)]
+        rooms = {role: np.zeros(2) if role in beyond else room_rad for role in EYES}
+        return node_rad + self._give_way(node_rad, rooms) if beyond else None
+
+    def _room_rad(self, target: TargetPose) -> NDArray[np.float64]:
+        """Return how far beside an eye's middle its marker may be and still be whole in view, (2,) rad."""
+        if self.fovea_size is None:
+            return np.zeros(2)
+        half_field = np.array(self.fovea_size) / (2.0 * self._settings.zoom * self._wide.fx_px)
+        half_marker = MARKER_ROOM * self._settings.layout.side_m / target.distance_m
+        return np.asarray(OVERHANG * np.maximum(half_field - half_marker, 0.0))
+
+    def _give_way(
+        self, node_rad: NDArray[np.float64], rooms_rad: Mapping[Role, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Return how far a gaze must give way for eyes to come within their room of it, (2,) rad."""
+        shift_rad = np.zeros(2)
+        for role, room_rad in rooms_rad.items():
+            prediction = self.predictions[role]
+            wanted_v = prediction.volts(node_rad)
+            over_v = wanted_v - clamp_volts(wanted_v, self._settings.max_v)
+            give_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
+            give_rad -= np.clip(give_rad, -room_rad, room_rad)
+            shift_rad = np.where(np.abs(give_rad) > np.abs(shift_rad), give_rad, shift_rad)
+        return np.asarray(np.clip(shift_rad, -LARGEST_RETREAT_RAD, LARGEST_RETREAT_RAD))
+
+    def learn(self, pose: SweepPose) -> None:
+        """Learn from a pose that was measured before."""
+        if self.fovea_size is None:
+            return
+        for role in EYES:
+            eye = pose.eye(role)
+            if eye is None:
+                continue
+            target = locate_target(
+                pose.wide, self._settings.layout, self._wide, distance_m=self._station.distance_m
+            )
+            point = gaze_on_target(eye.corners, self.fovea_size, target, role)
+            self.predictions[role].learn(direction_rad(point, self._eyes_m[role]), np.array(eye.volts_v))
+
+    def _aimed(self, role: Role, wanted_rad: NDArray[np.float64]) -> EyeCentring:
+        settings = self._settings
+        return EyeCentring(role, wanted_rad, self.predictions[role], settings.centring, max_v=settings.max_v)
+
+    def _wide_doubt(self, at_rest: WideAtRest, marker_id: int) -> str | None:
+        if marker_id not in at_rest.views:
+            return f"marker {marker_id} is not in the wide view; uncover it and light it"
+        most_px = self._settings.centring.limits.blur_wide_px
+        doubt = view_doubt(at_rest.views[marker_id], most_px=most_px)
+        return None if doubt is None else f"wide view: {doubt}"
+
+    def _frozen(self, sight: EyeSight) -> bool:
+        """Return whether a picture is the one before, noise and all."""
+        before = self._before.get(sight.role)
+        self._before[sight.role] = sight.image
+        return before is not None and bool(np.array_equal(before, sight.image))
+
+    def _show_wide(self, at_rest: WideAtRest, *, accepted: bool) -> None:
+        views = list(at_rest.views.values())
+        self._watch.show("wide", marked(at_rest.image, views, accepted=accepted, aim_px=None))
+
+    def _show_eye(self, sight: EyeSight, *, accepted: bool) -> None:
+        views = [] if sight.view is None else [sight.view]
+        aim_px = centre_px(sight.size)
+        self._watch.show(str(sight.role), marked(sight.image, views, accepted=accepted, aim_px=aim_px))

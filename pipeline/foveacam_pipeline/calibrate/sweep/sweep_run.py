@@ -1,0 +1,241 @@
+"""Stage 2, measured: sweeps the target over the field and keeps, pose by pose, what all three cameras saw.
+
+The base turns the rig, the wide camera says where the markers are, each eye centres its own. Interrupted, it
+goes on from its file; poses at which an eye was refused are tried again.
+"""
+
+import logging
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import (
+    Clock,
+    FoveaError,
+    Head,
+    InvalidInput,
+    OutOfRange,
+    PanTilt,
+    Role,
+    Station,
+    StationTarget,
+)
+from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned
+from foveacam_pipeline.calibrate.sweep.centring import BEYOND
+from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_course import Course
+from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, open_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
+from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
+from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+logger = logging.getLogger(__name__)
+
+AHEAD = np.zeros(2)
+HALF_SIDE = 0.6
+"""Half a marker and a little white, of its side."""
+
+
+def run_sweep(
+    head: Head,
+    pan_tilt: PanTilt,
+    station: Station,
+    wide: Intrinsics,
+    *,
+    plan: SweepPlan,
+    clock: Clock,
+    watch: Watcher,
+    folder: Path,
+    settings: SweepSettings,
+) -> Sweep:
+    """Sweep one station and return everything measured there, in this run and before it.
+
+    Raise Cancelled when the watcher has had enough, and the errors of what is refused: a plan that rig or
+    pan-tilt cannot take, swapped markers, a dead axis, an eye that is refused pose after pose. What was
+    measured lies in the sweep's file in `folder` in any case.
+    """
+    check_plan(plan, station, wide, settings)
+    if pan_tilt.moves_itself:
+        check_reach(plan, station.pose, pan_tilt.limits)
+    path = folder / sweep_filename(station)
+    known = load_sweep(path) if path.exists() else None
+    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
+    meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
+    course = Course(
+        base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
+    )
+    run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
+    by_hand = HandTurned(
+        head=head, clock=clock, watch=watch, wide=wide, layout=settings.layout, settings=settings.turning
+    )
+    try:
+        base.prepare()
+        sweep = run.opened(station, known, by_hand)
+        return run.measured(sweep, by_hand)
+    finally:
+        base.hold()
+
+
+def check_plan(plan: SweepPlan, station: Station, wide: Intrinsics, settings: SweepSettings) -> None:
+    """Raise InvalidInput for a station without markers, or a pose that cuts them off in the wide view."""
+    if station.target is not StationTarget.MARKERS:
+        raise InvalidInput(
+            f"station {station.name!r} shows a {station.target}: a sweep needs one of markers; choose one"
+        )
+    layout = settings.layout
+    near_m = station.distance_m or math.inf
+    half_m = HALF_SIDE * layout.side_m
+    across = plan.half_width_rad + math.atan((layout.spacing_m + half_m) / near_m)
+    down = plan.half_height_rad + math.atan(half_m / near_m)
+    corners = np.array([[x, y] for x in (-across, across) for y in (-down, down)])
+    for (ax_rad, ay_rad), (x_px, y_px) in zip(corners, wide.pixels(corners), strict=True):
+        if not wide.contains(float(x_px), float(y_px)):
+            raise InvalidInput(
+                f"sweep of ±{degrees(plan.half_width_rad)} x ±{degrees(plan.half_height_rad)}: at the gaze "
+                f"({degrees(ax_rad)}, {degrees(ay_rad)}) the markers leave the wide view; choose a smaller "
+                "sweep, or set the target up farther away"
+            )
+
+
+@dataclass(slots=True, kw_only=True)
+class _Run:
+    """One run of a sweep."""
+
+    base: Base
+    meter: PoseMeter
+    plan: SweepPlan
+    watch: Watcher
+    settings: SweepSettings
+    path: Path
+    course: Course
+    _target: TargetPose = field(init=False)
+
+    def opened(self, station: Station, known: Sweep | None, by_hand: HandTurned) -> Sweep:
+        """Look straight ahead, try the mirrors, and return the sweep to go on with."""
+        total = self.plan.columns * self.plan.rows
+        self.watch.progress(0, total=total, note="looking straight ahead, trying both mirrors")
+        if self.base.by_hand:
+            self.base.ask(AHEAD)
+            by_hand.wait_for(AHEAD[None], done=0, total=total)
+        else:
+            self.base.turn_to(AHEAD)
+        at_rest = open_sweep(self.meter, self.settings)
+        self._target = self.meter.locate(at_rest)
+        check_volts(self.meter, self.plan, self.settings)
+        fovea_size = self.meter.fovea_size
+        if fovea_size is None:
+            raise InvalidInput("sweep: no eye delivered a picture; check both cameras")
+        settings = self.settings
+        header = SweepHeader(
+            rig_id=settings.rig_id,
+            created_utc=settings.created_utc,
+            station=station,
+            layout=settings.layout,
+            plan=self.plan,
+            wide_size=at_rest.size,
+            fovea_size=fovea_size,
+            max_v=settings.max_v,
+            wide_serial=settings.wide_serial,
+            left_serial=settings.left_serial,
+            right_serial=settings.right_serial,
+        )
+        if known is None:
+            save_sweep(Sweep(header=header), self.path)
+            return Sweep(header=header)
+        check_same(known.header, header, self.path)
+        for pose in known.poses:
+            self.meter.learn(pose)
+        return known
+
+    def measured(self, sweep: Sweep, by_hand: HandTurned) -> Sweep:
+        """Measure what is missing or was refused."""
+        nodes = self.plan.nodes_rad()
+        poses = {pose.index: pose for pose in sweep.poses}
+        to_do = [k for k in range(len(nodes)) if k not in poses or poses[k].eyes_measured < len(EYES)]
+        patience = _Patience(sweep, self.settings)
+        while to_do:
+            check(self.watch, doing="the sweep")
+            pose = self._next(nodes, to_do, by_hand)
+            if pose.index not in poses or pose.eyes_measured >= poses[pose.index].eyes_measured:
+                append_pose(self.path, pose)
+                poses[pose.index] = pose
+            self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_said(pose, len(nodes)))
+            patience.check(pose)
+        return Sweep(header=sweep.header, poses=tuple(poses[k] for k in sorted(poses)))
+
+    def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurned) -> SweepPose:
+        """Measure one of the poses that are to do, and strike it off."""
+        if not self.base.by_hand:
+            index = to_do.pop(0)
+            return self.course.measure(index, nodes[index], self._target)
+        self.base.ask(nodes[to_do[0]])
+        done = len(nodes) - len(to_do)
+        index = to_do.pop(by_hand.wait_for(nodes[to_do], done=done, total=len(nodes)))
+        return self.meter.measure(index, (float(nodes[index][0]), float(nodes[index][1])), None)
+
+
+class _Patience:
+    """Ends a sweep that measures one eye only, with the reason."""
+
+    def __init__(self, sweep: Sweep, settings: SweepSettings) -> None:
+        self._accepted = {role: len(sweep.accepted(role)) for role in EYES}
+        self._refused = dict.fromkeys(EYES, 0)
+        self._few = settings.give_up_after
+        self._many = max(settings.give_up_after, 2 * sweep.header.plan.columns)
+
+    def check(self, pose: SweepPose) -> None:
+        """Raise InvalidInput or OutOfRange when an eye was refused too often."""
+        for role in EYES:
+            reason = pose.refusal(role)
+            if reason is None:
+                self._accepted[role] += 1
+                self._refused[role] = 0
+                continue
+            self._refused[role] += 1
+            if self._refused[role] >= (self._many if self._accepted[role] else self._few):
+                raise _ended(role, self._refused[role], reason)
+
+
+def _ended(role: Role, times: int, reason: str) -> FoveaError:
+    message = (
+        f"sweep ended: the {role} eye was refused at {times} poses in a row, the last time because {reason}"
+    )
+    return OutOfRange(message) if reason.startswith(BEYOND) else InvalidInput(message)
+
+
+def check_same(known: SweepHeader, now: SweepHeader, path: Path) -> None:
+    """Raise InvalidInput naming what differs between the sweep on file and the one that is to go on."""
+    for name in ("rig_id", "station", "layout", "plan", "wide_size", "fovea_size", "max_v"):
+        before, wanted = getattr(known, name), getattr(now, name)
+        if before != wanted:
+            raise InvalidInput(
+                f"sweep {path}: it was begun with {name.replace('_', ' ')} {before}, now it is {wanted}; "
+                "go on with the same, or begin anew in another session"
+            )
+    for name in ("wide_serial", "left_serial", "right_serial"):
+        before, wanted = getattr(known, name), getattr(now, name)
+        if before and wanted and before != wanted:
+            raise InvalidInput(
+                f"sweep {path}: it was begun with camera {before}, now {wanted} is there ({name[:-7]}); "
+                "connect that camera, or begin anew in another session"
+            )
+
+
+def _said(pose: SweepPose, total: int) -> str:
+    parts = []
+    for role in EYES:
+        eye = pose.eye(role)
+        if eye is None:
+            parts.append(f"{role} refused: {pose.refusal(role)}")
+        else:
+            parts.append(f"{role} {'at the rim' if eye.rim else 'centred'} in {eye.looks}")
+    ax_rad, ay_rad = pose.node_rad
+    return f"pose {pose.index + 1} of {total} at ({degrees(ax_rad)}, {degrees(ay_rad)}): {'; '.join(parts)}"

@@ -1,0 +1,45 @@
+"""What a sweep must be told of the rig, and how it goes about it."""
+
+import math
+from dataclasses import dataclass, field
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.sweep.base_turn import TurnSettings
+from foveacam_pipeline.calibrate.sweep.centring import CentringSettings
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepSettings:
+    """The rig's name and limits, and the patience of the sweep.
+
+    `rad_per_v` and `zoom` (fovea over wide, px) are guesses that the first looks correct. `wide_frames`:
+    averaged at a pose. `still_px`: how far a marker may stray meanwhile, wide px. `give_up_after`: poses that
+    refuse an eye before any has accepted it. `approach_rad`: longest step into the unknown; a longer way is
+    walked in steps. `probe_v`, `least_response`: the first step of each axis, and which share of the expected
+    turn must follow.
+    """
+
+    rig_id: str
+    created_utc: str
+    wide_serial: str = ""
+    left_serial: str = ""
+    right_serial: str = ""
+    layout: MarkerLayout = field(default_factory=MarkerLayout)
+    baseline_m: float = 0.2
+    max_v: float = 170.0
+    rad_per_v: tuple[float, float] = (math.radians(0.060), math.radians(0.052))
+    zoom: float = 9.1
+    wide_frames: int = 4
+    still_px: float = 0.15
+    most_restarts: int = 2
+    give_up_after: int = 5
+    approach_rad: float = math.radians(4.6)
+    probe_v: float = 4.0
+    least_response: float = 0.35
+    turning: TurnSettings = field(default_factory=TurnSettings)
+    centring: CentringSettings = field(default_factory=CentringSettings)
+
+    def eye_x_m(self, role: Role) -> float:
+        """Return where an eye's reference point lies on the baseline."""
+        return -0.5 * self.baseline_m if role is Role.LEFT else 0.5 * self.baseline_m

@@ -1,0 +1,86 @@
+"""The wide camera's part of a pose: several frames of the markers at rest, and their mean."""
+
+import numpy as np
+
+from foveacam_hardware.contract import Clock, Frame, Head, Timeout
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.markers import find_markers, mean_view, middle_px, refind_marker
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+
+MOST_ASKED = 20
+
+
+class WideAtRest:
+    """Frames exposed after a moment, all of which must show the markers at one place."""
+
+    def __init__(self, head: Head, clock: Clock, layout: MarkerLayout, *, since_ns: int) -> None:
+        self._head = head
+        self._layout = layout
+        self._clock = clock
+        self._since_ns = since_ns
+        self.frame = fresh_wide(head, clock, since_ns=since_ns)
+        self.image = to_uint8(self.frame)
+        self.gray = gray(self.image)
+        self.views = find_markers(self.gray, side_m=layout.side_m, only=layout.ids)
+        self._series: dict[int, list[MarkerView]] = {k: [view] for k, view in self.views.items()}
+        self._last = self.frame
+        self._frames = 1
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height), px."""
+        return self.gray.shape[1], self.gray.shape[0]
+
+    def add(self, frame: Frame) -> None:
+        """Take another frame, unless it was taken already; a marker that it does not show is out."""
+        if frame.seq == self._last.seq or _begin_ns(frame) < self._since_ns:
+            return
+        self._last = frame
+        self._frames += 1
+        shades = gray(to_uint8(frame))
+        for marker_id, series in list(self._series.items()):
+            again = refind_marker(shades, series[0], side_m=self._layout.side_m)
+            if again is None:
+                del self._series[marker_id]
+            else:
+                series.append(again)
+
+    def fill(self, frames: int) -> None:
+        """Wait for more frames until there are so many."""
+        for _ in range(MOST_ASKED):
+            if self._frames >= frames:
+                return
+            age_ms = max(0.0, (self._clock.now_ns() - self._last.t_ns) / 1e6 - 1.0)
+            self.add(self._head.wide(max_age_ms=age_ms))
+        raise Timeout("wide camera: it delivers the same frame again and again; check that it runs freely")
+
+    def moved_px(self) -> float:
+        """Return how far a marker strayed from its mean, wide px, over the frames."""
+        spreads = [0.0]
+        for series in self._series.values():
+            middles = np.array([middle_px(view) for view in series])
+            spreads.append(float(np.abs(middles - middles.mean(axis=0)).max()))
+        return max(spreads)
+
+    def means(self) -> dict[int, MarkerView]:
+        """Return the markers by id, the mean over the frames."""
+        return {marker_id: mean_view(series) for marker_id, series in self._series.items()}
+
+
+def fresh_wide(head: Head, clock: Clock, *, since_ns: int) -> Frame:
+    """Return a wide frame whose exposure began at `since_ns` or later; raise Timeout when none comes."""
+    oldest_ns = since_ns
+    for _ in range(MOST_ASKED):
+        frame = head.wide(max_age_ms=max(0.0, (clock.now_ns() - oldest_ns) / 1e6))
+        if _begin_ns(frame) >= since_ns:
+            return frame
+        oldest_ns = max(oldest_ns, frame.t_ns + 1_000_000)
+    raise Timeout(
+        f"wide camera: its newest frame is {(since_ns - frame.t_ns) / 1e6:.0f} ms too old (stale); "
+        "check that it runs freely, and its link"
+    )
+
+
+def _begin_ns(frame: Frame) -> int:
+    return frame.t_ns - frame.exposure_ns // 2

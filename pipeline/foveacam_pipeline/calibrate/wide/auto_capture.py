@@ -1,0 +1,97 @@
+"""When to take a view by itself: the board is held still, and the view adds something to those so far."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+
+State = Literal["no board", "moving", "nothing new", "holding", "taken"]
+WORDS: dict[State, str] = {
+    "no board": "no board in view",
+    "moving": "hold the board still",
+    "nothing new": "seen already: move or tilt the board",
+    "holding": "hold it",
+    "taken": "taken: move on",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What became of one image; `view`: the mean of the images that the board was held for, when taken."""
+
+    state: State
+    view: BoardView | None = None
+    frames: int = 0
+
+
+class AutoCapture:
+    """Watches views go by. A board is still when no corner strays by more than `still_px` meanwhile."""
+
+    def __init__(self, *, still_px: float = 0.4, frames: int = 3) -> None:
+        self._still_px = still_px
+        self._frames = frames
+        self._quick: BoardView | None = None
+        self._held: list[BoardView] = []
+
+    def offer(
+        self,
+        quick: BoardView | None,
+        *,
+        exact: Callable[[], BoardView | None],
+        lacks: Callable[[BoardView], bool],
+    ) -> Verdict:
+        """Judge the next image by its view as found quickly.
+
+        `exact` finds it again, with all effort; `lacks` tells whether a view would add something.
+        """
+        before, self._quick = self._quick, quick
+        if quick is None:
+            self._held.clear()
+            return Verdict(state="no board")
+        if before is None or not _same(before, quick, within_px=self._still_px):
+            self._held.clear()
+            return Verdict(state="moving")
+        if not self._held and not lacks(quick):
+            return Verdict(state="nothing new")
+        fine = exact()
+        if fine is None or (self._held and not _same(self._held[0], fine, within_px=self._still_px)):
+            self._held.clear()
+            return Verdict(state="moving")
+        self._held.append(fine)
+        if len(self._held) < self._frames:
+            return Verdict(state="holding")
+        view = mean_view(self._held)
+        frames = len(self._held)
+        self._held.clear()
+        if view is None:
+            return Verdict(state="moving")
+        return Verdict(state="taken", view=view, frames=frames)
+
+
+def mean_view(views: list[BoardView]) -> BoardView | None:
+    """Return the mean of views of a board at rest, of the corners that all of them have; None without any."""
+    first = views[0]
+    shared = first.ids
+    for view in views[1:]:
+        shared = np.intersect1d(shared, view.ids)
+    if len(shared) == 0:
+        return None
+    corners = [view.corners_px[np.searchsorted(view.ids, shared)] for view in views]
+    return BoardView(
+        board=first.board,
+        corners_px=np.mean(corners, axis=0),
+        ids=shared,
+        width=first.width,
+        height=first.height,
+    )
+
+
+def _same(one: BoardView, other: BoardView, *, within_px: float) -> bool:
+    """Tell whether the corners that both views have are in the same places."""
+    shared, mine, theirs = np.intersect1d(one.ids, other.ids, return_indices=True)
+    if 2 * len(shared) < len(one.ids):
+        return False
+    return float(np.abs(one.corners_px[mine] - other.corners_px[theirs]).max()) <= within_px

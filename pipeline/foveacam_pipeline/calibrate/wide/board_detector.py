@@ -1,0 +1,237 @@
+"""Find a calibration board in an image, corners to a few hundredths of a pixel.
+
+A coarse search says where the corners are; a window that sees nothing but its own corner says where exactly.
+What the views are good for is decided elsewhere.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.wide.board_pattern import goes_on, has_markers, mapped, starts_at_black
+from foveacam_pipeline.calibrate.wide.boards import LEAST_CORNERS, Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
+
+Effort: TypeAlias = Literal["live", "exact", "thorough"]
+COARSE_WIDTH = 480
+"""Checkerboards are searched for in images shrunk to about this width, px: where a part of the board is cut
+off, the search takes longest, for nothing."""
+_LIVE = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+_SLOW = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+_WINDOW_PX = (2, 11)
+_RADIUS_PX = (2.5, 10.0)
+_CLEAR_OF_SQUARES = 0.45
+"""How far the edges of a corner reach, in squares, before those of the next interfere."""
+_BLEED_PX = 1.5
+"""What the blur of a lens adds to that which must be kept clear of."""
+_MISFIT = 0.25
+"""Largest rms difference of a corner from two crossing edges, over the contrast."""
+_FLAT = 0.35
+"""Largest distance of a corner from where a pinhole would see it, in squares: a lens shifts it by less,
+taking one corner for another by more."""
+_FOUR = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BoardView:
+    """A board seen in one image of `width` x `height`.
+
+    `corners_px`: (n, 2) float64. `ids`: (n,) int64, their numbers on the board, row by row, ascending.
+    """
+
+    board: Board
+    corners_px: NDArray[np.float64]
+    ids: NDArray[np.int64]
+    width: int
+    height: int
+
+    @property
+    def places_m(self) -> NDArray[np.float64]:
+        """(n, 2) float64 places of the corners on the board, m."""
+        places: NDArray[np.float64] = self.board.places_m()[self.ids]
+        return places
+
+    @property
+    def complete(self) -> bool:
+        """Whether every corner of the board was found."""
+        return len(self.ids) == self.board.corners
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Mean of the corners, px."""
+        x_px, y_px = self.corners_px.mean(axis=0).tolist()
+        return x_px, y_px
+
+
+def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exact") -> BoardView | None:
+    """Return where `board` is in a grey image (h, w) uint8, or None where it is not to be found.
+
+    `effort`: "live" is quick, its corners good to 0.04 px; "exact" fits their edges, to 0.01 px;
+    "thorough" also searches for longer, which is meant for files.
+    """
+    if gray.ndim != 2 or gray.dtype != np.uint8:
+        raise InvalidInput(
+            f"board detection: a grey image (h, w) uint8 is needed, {gray.shape} {gray.dtype} was given; "
+            "convert it first"
+        )
+    if isinstance(board, Charuco):
+        found = _coarse_charuco(gray, board)
+    else:
+        found = _coarse_checkerboard(gray, board, thorough=effort == "thorough")
+    if found is None:
+        return None
+    coarse_px, ids = found
+    plane = _image_from_board(coarse_px, ids, board)
+    if plane is None:
+        return None
+    if isinstance(board, Checkerboard) and (goes_on(gray, board, plane) or has_markers(gray, board, plane)):
+        return None
+    edges_px = _edges(board, ids, plane)
+    clear_px = _clear_px(board, edges_px)
+    corners_px, kept = _refine_quickly(gray, coarse_px, clear_px)
+    if effort != "live":
+        exact = fit_crossings(gray, corners_px, edges_px=edges_px, radius_px=clear_px)
+        moved = np.linalg.norm(exact.places_px - corners_px, axis=1)
+        kept = kept & (exact.misfit < _MISFIT) & (moved < clear_px)
+        corners_px = exact.places_px
+    if not _fixes_a_pose(ids[kept], board):
+        return None
+    height, width = gray.shape
+    return BoardView(
+        board=board,
+        corners_px=corners_px[kept],
+        ids=ids[kept],
+        width=width,
+        height=height,
+    )
+
+
+def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
+    """Return what there is in the image in place of `board`, in words; slow, for when all has failed."""
+    if isinstance(board, Charuco):
+        markers = _charuco_detector(board).detectBoard(gray)[3]
+        if markers is not None and len(markers) >= _FOUR:
+            return (
+                f"{len(markers)} of its markers were found, but not placed as on a {board}: "
+                "check columns, rows and dictionary"
+            )
+    seen = _lattice_seen(gray)
+    if seen is None:
+        return "nothing like a board was found: show it whole, flat, evenly lit, with a white margin"
+    if isinstance(board, Charuco):
+        return f"a checkerboard of {seen[0]} x {seen[1]} inner corners without its markers was found"
+    if set(seen) == {board.columns, board.rows}:
+        return "something like it was found, but not every corner: show the whole board with a white margin"
+    return f"a board of {seen[0]} x {seen[1]} inner corners was found: check columns and rows"
+
+
+def _coarse_checkerboard(
+    gray: NDArray[np.uint8], board: Checkerboard, *, thorough: bool
+) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    size = (board.columns, board.rows)
+    scale = max(1, gray.shape[1] // COARSE_WIDTH)
+    small = cv2.resize(gray, None, fx=1.0 / scale, fy=1.0 / scale, interpolation=cv2.INTER_AREA)
+    found, corners = cv2.findChessboardCorners(small, size, flags=_LIVE)
+    if not found and thorough:
+        found, corners = cv2.findChessboardCorners(gray, size, flags=_SLOW)
+        scale = 1
+    if not found and thorough:
+        found, corners = cv2.findChessboardCornersSB(gray, size, flags=cv2.CALIB_CB_EXHAUSTIVE)
+    if not found:
+        return None
+    rows = np.asarray(corners, dtype=np.float64).reshape(-1, 2) * scale + (scale - 1.0) / 2.0
+    if not starts_at_black(gray, rows, board):
+        rows = rows[::-1].copy()
+    return rows, np.arange(len(rows))
+
+
+def _coarse_charuco(
+    gray: NDArray[np.uint8], board: Charuco
+) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    corners, ids, _, _ = _charuco_detector(board).detectBoard(gray)
+    if ids is None or len(ids) < _FOUR:
+        return None
+    numbers = np.asarray(ids, dtype=np.int64).ravel()
+    order = np.argsort(numbers)
+    rows = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+    if not _fixes_a_pose(numbers, board):
+        return None
+    return rows[order], numbers[order]
+
+
+@cache
+def _charuco_detector(board: Charuco) -> cv2.aruco.CharucoDetector:
+    return cv2.aruco.CharucoDetector(board.printed())
+
+
+def _fixes_a_pose(ids: NDArray[np.int64], board: Board) -> bool:
+    """Tell whether the corners spread over enough rows and columns to say how the board stands."""
+    rows, columns = np.divmod(ids, board.columns)
+    return min(len(np.unique(rows)), len(np.unique(columns))) >= LEAST_CORNERS
+
+
+def _image_from_board(
+    corners_px: NDArray[np.float64], ids: NDArray[np.int64], board: Board
+) -> NDArray[np.float64] | None:
+    """Return the homography from the board, in squares, to px; None when no flat board has such corners."""
+    places = board.places_m()[ids] / board.square_m
+    plane = np.asarray(cv2.findHomography(places, corners_px)[0], dtype=np.float64)
+    if plane.shape != (3, 3):  # OpenCV found none
+        return None
+    expected = mapped(places, plane)
+    pitch_px = float(np.sqrt(abs(np.linalg.det(plane[:2, :2])))) / max(abs(float(plane[2, 2])), 1e-12)
+    off = np.linalg.norm(expected - corners_px, axis=1)
+    return plane if off.max() < _FLAT * pitch_px else None
+
+
+def _edges(board: Board, ids: NDArray[np.int64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2, 2) how far and where to, px, one square leads along the rows and the columns."""
+    places = board.places_m()[ids] / board.square_m
+    steps = [mapped(places + half, plane) - mapped(places - half, plane) for half in 0.5 * np.eye(2)]
+    return np.stack(steps, axis=1)
+
+
+def _clear_px(board: Board, edges_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n,) how far from each corner there is nothing but its own edges, px."""
+    right, down = edges_px[:, 0], edges_px[:, 1]
+    area = np.abs(right[:, 0] * down[:, 1] - right[:, 1] * down[:, 0])
+    height = area / np.linalg.norm(edges_px, axis=2).max(axis=1)
+    share = _CLEAR_OF_SQUARES
+    if isinstance(board, Charuco):  # a marker's corner is nearest, along the diagonal
+        share = min(share, np.sqrt(0.5) * (1.0 - board.marker_m / board.square_m))
+    return np.asarray(np.clip(share * height - _BLEED_PX, *_RADIUS_PX))
+
+
+def _refine_quickly(
+    gray: NDArray[np.uint8], coarse_px: NDArray[np.float64], clear_px: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return corners (n, 2) good to some 0.04 px, and which are to be trusted."""
+    half_px = int(np.clip(np.floor(clear_px.min() / np.sqrt(2.0)), *_WINDOW_PX))
+    stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-3)
+    start = coarse_px.astype(np.float32)[:, None, :]
+    fine = cv2.cornerSubPix(gray, start.copy(), (half_px, half_px), (-1, -1), stop)
+    corners = np.asarray(fine, dtype=np.float64)[:, 0, :]
+    room = np.array(gray.shape[::-1], dtype=np.float64) - 1.0
+    inside = ((corners >= half_px) & (corners <= room - half_px)).all(axis=1)
+    return corners, np.asarray(inside & (np.linalg.norm(corners - coarse_px, axis=1) <= clear_px))
+
+
+def _lattice_seen(gray: NDArray[np.uint8]) -> tuple[int, int] | None:
+    """Return columns and rows of inner corners of the checkerboard that is in the image, if one is."""
+    for picture in (cv2.resize(gray, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), gray):
+        found, _, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), cv2.CALIB_CB_LARGER)
+        if not found or meta is None:
+            continue
+        # the search may take the board's rim for one more row, or miss one
+        nearby = [(meta.shape[1] + i, meta.shape[0] + j) for i in (0, -1, 1) for j in (0, -1, 1)]
+        for columns, rows in nearby:
+            if min(columns, rows) < LEAST_CORNERS:
+                continue
+            if detect_board(gray, Checkerboard(columns=columns, rows=rows), effort="live"):
+                return max(columns, rows), min(columns, rows)
+    return None

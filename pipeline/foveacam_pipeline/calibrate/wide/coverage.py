@@ -1,0 +1,96 @@
+"""How well views of a board cover the image and the ways in which a board can be tilted."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.calibrate.wide.board_attitude import TILTS, Attitude, attitude_of
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+COLUMNS, ROWS = 12, 9
+_NEW_CELLS = 3
+_NEW_TURN_RAD = math.radians(8.0)
+_NEW_PLACE = 0.08
+_NEW_SIZE = 0.15
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Coverage:
+    """What views cover. `cells`: (9, 12) int64, how many views have a corner in each part of the image.
+
+    `tilts`: how many views there are of each of `TILTS`.
+    """
+
+    cells: NDArray[np.int64]
+    tilts: tuple[int, ...]
+
+    @property
+    def fraction(self) -> float:
+        """How much of the image has been covered, 0 to 1."""
+        return float((self.cells > 0).mean())
+
+    @property
+    def tilts_covered(self) -> int:
+        """How many of the five tilts have been shown."""
+        return sum(count > 0 for count in self.tilts)
+
+    def __str__(self) -> str:
+        missing = [tilt for tilt, count in zip(TILTS, self.tilts, strict=True) if count == 0]
+        words = f"{100.0 * self.fraction:.0f} % of the image covered"
+        return words + (f"; not shown yet: {', '.join(missing)}" if missing else ", tilted every way")
+
+
+class Covering:
+    """Views as they come: what they cover so far, and whether another would add to it."""
+
+    def __init__(self, views: Iterable[BoardView] = (), lens: Intrinsics | None = None) -> None:
+        self._lens = lens
+        self._cells = np.zeros((ROWS, COLUMNS), dtype=np.int64)
+        self._tilts = [0] * len(TILTS)
+        self._known: list[tuple[BoardView, Attitude]] = []
+        for view in views:
+            self.add(view)
+
+    @property
+    def coverage(self) -> Coverage:
+        """What the views cover."""
+        return Coverage(cells=self._cells.copy(), tilts=tuple(self._tilts))
+
+    def add(self, view: BoardView) -> None:
+        """Count a view in."""
+        attitude = attitude_of(view, self._lens)
+        self._cells += cells_of(view)
+        self._tilts[TILTS.index(attitude.tilt)] += 1
+        self._known.append((view, attitude))
+
+    def lacks(self, view: BoardView) -> bool:
+        """Tell whether a view shows new parts of the image, or is unlike each one so far."""
+        if int((cells_of(view) & (self._cells == 0)).sum()) >= _NEW_CELLS:
+            return True
+        attitude = attitude_of(view, self._lens)
+        return not any(_alike(view, attitude, *known) for known in self._known)
+
+
+def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> Coverage:
+    """Return what views cover, their tilts by a calibrated lens or the nominal one."""
+    return Covering(views, lens).coverage
+
+
+def cells_of(view: BoardView) -> NDArray[np.bool_]:
+    """Return (9, 12) which parts of the image have a corner of the board."""
+    column = np.clip(view.corners_px[:, 0] * COLUMNS / view.width, 0, COLUMNS - 1).astype(np.int64)
+    row = np.clip(view.corners_px[:, 1] * ROWS / view.height, 0, ROWS - 1).astype(np.int64)
+    cells = np.zeros((ROWS, COLUMNS), dtype=np.bool_)
+    cells[row, column] = True
+    return cells
+
+
+def _alike(view: BoardView, mine: Attitude, other: BoardView, theirs: Attitude) -> bool:
+    turn = math.acos(np.clip((np.trace(mine.rotation.T @ theirs.rotation) - 1.0) / 2.0, -1.0, 1.0))
+    shift = np.hypot(*(np.array(view.centre_px) - np.array(other.centre_px))) / view.width
+    size = abs(math.log(np.linalg.norm(mine.place_m) / np.linalg.norm(theirs.place_m)))
+    return bool(turn < _NEW_TURN_RAD and shift < _NEW_PLACE and size < _NEW_SIZE)

@@ -1,0 +1,215 @@
+"""Fit a lens to views of a board, say how well it is known, and which of the lens models to take.
+
+The rational model is taken only where it predicts views that it was not fitted to clearly better.
+"""
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.wide.board_attitude import Attitude, attitude_from, attitude_of
+from foveacam_pipeline.calibrate.wide.coverage import coverage_of
+from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
+from foveacam_pipeline.calibrate.wide.wide_bundle import (
+    FOCAL_AND_CENTRE,
+    Bundle,
+    SeenBoard,
+    first_lens,
+    fit_bundle,
+    fit_pose,
+    prior_about,
+)
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+LensModel: TypeAlias = Literal["five", "rational"]
+MODELS: dict[LensModel, int] = {"five": 5, "rational": 8}
+"""How many distortion coefficients, in OpenCV's order."""
+LEAST_VIEWS = 5
+FOLDS = 5
+WORTH_IT = 0.98
+"""The rational model is recommended when its error on views left out is below this share of the other's."""
+_TOO_UNSURE = 0.005
+"""Standard error of the focal length, over itself, from which the views are refused."""
+_NOT_A_LENS = 0.005
+"""Noise of a corner, over the image's width, from which no lens explains the views."""
+_ODD = 5.0
+_FLAT_DEG = 10.0
+_LITTLE = 0.25
+"""Share of the image below which the views are refused."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ViewFit:
+    """What a fit leaves of one view: `residuals_px` (n, 2), their rms length, and how the board stood."""
+
+    id: str
+    corners_px: NDArray[np.float64]
+    residuals_px: NDArray[np.float64]
+    rms_px: float
+    attitude: Attitude
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WideFit:
+    """A lens fitted to views of a board; `rms_px` over all corners, as OpenCV counts it."""
+
+    model: LensModel
+    intrinsics: Intrinsics
+    rms_px: float
+    accuracy: LensAccuracy
+    views: tuple[ViewFit, ...]
+
+    @property
+    def field_rad(self) -> tuple[float, float]:
+        """Width and height of the field of view, rad, along the axes through the centre."""
+        left, right, top, bottom = self.intrinsics.field_rad
+        return right - left, bottom - top
+
+    @property
+    def odd_views(self) -> tuple[str, ...]:
+        """Views that it fits far worse than most: candidates for removal."""
+        usual = float(np.median([view.rms_px for view in self.views]))
+        return tuple(view.id for view in self.views if view.rms_px > _ODD * usual)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WideChoice:
+    """Both models. `left_out_px`: rms of views that were left out, by model; `reason` in a sentence."""
+
+    recommended: WideFit
+    other: WideFit
+    left_out_px: dict[LensModel, float]
+    reason: str
+
+
+def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
+    """Fit a lens; raise InvalidInput when the views are too few, too alike, or not those of such a board."""
+    if model not in MODELS:
+        raise InvalidInput(f"lens model {model!r}: no such model; use one of {', '.join(MODELS)}")
+    taken = list(samples)
+    _check_number(taken)
+    bundle = _fit(_seen(taken), model, samples.size)
+    lens = intrinsics_from(bundle.lens, samples.size)
+    accuracy = accuracy_of(bundle, lens)
+    _check_lens(samples, bundle, accuracy)
+    residuals = np.concatenate(bundle.residuals_px)
+    fit = WideFit(
+        model=model,
+        intrinsics=lens,
+        rms_px=_rms(residuals),
+        accuracy=accuracy,
+        views=tuple(_view(s, r, p) for s, r, p in zip(taken, bundle.residuals_px, bundle.poses, strict=True)),
+    )
+    logger.info(
+        "lens of model %s from %d views: rms %.3f px, angles to %.4f deg",
+        model,
+        len(taken),
+        fit.rms_px,
+        math.degrees(accuracy.sigma_rad),
+    )
+    return fit
+
+
+def choose_model(samples: WideSamples) -> WideChoice:
+    """Fit both models and recommend one by its error on views left out, a fifth of them at a time."""
+    five, rational = fit_wide(samples, "five"), fit_wide(samples, "rational")
+    left_out: dict[LensModel, float] = {model: left_out_px(samples, model) for model in MODELS}
+    better = left_out["rational"] < WORTH_IT * left_out["five"]
+    errors = f"{left_out['rational']:.3f} px against {left_out['five']:.3f} px on views left out"
+    if better:
+        reason = f"rational: {errors}, by more than {100 * (1 - WORTH_IT):.0f} % less"
+        return WideChoice(recommended=rational, other=five, left_out_px=left_out, reason=reason)
+    reason = f"five coefficients: the rational model does not predict better, {errors}"
+    return WideChoice(recommended=five, other=rational, left_out_px=left_out, reason=reason)
+
+
+def left_out_px(samples: WideSamples, model: LensModel) -> float:
+    """Return the rms distance, px, of corners whose views were left out; only their poses are fitted."""
+    views = _seen(list(samples))
+    misses = []
+    for fold in range(min(FOLDS, len(views))):
+        others = [view for k, view in enumerate(views) if k % FOLDS != fold]
+        lens = _fit(others, model, samples.size).lens
+        misses += [fit_pose(view, lens) for view in views[fold::FOLDS]]
+    lengths = np.linalg.norm(np.concatenate(misses), axis=1)
+    knee = 5.0 * float(np.median(lengths))  # one bad corner must not decide between two lenses
+    return float(np.sqrt(np.mean(np.minimum(lengths, knee) ** 2)))
+
+
+def intrinsics_from(lens: NDArray[np.float64], size: tuple[int, int]) -> Intrinsics:
+    """Return the camera of fitted numbers (4 + k,) and an image size, px."""
+    fx, fy, cx, cy, *distortion = lens.tolist()
+    return Intrinsics(
+        width=size[0],
+        height=size[1],
+        fx_px=fx,
+        fy_px=fy,
+        cx_px=cx,
+        cy_px=cy,
+        distortion=tuple(distortion),
+    )
+
+
+def _seen(samples: Sequence[WideSample]) -> list[SeenBoard]:
+    return [SeenBoard(places_m=s.view.places_m, corners_px=s.view.corners_px) for s in samples]
+
+
+def _fit(views: Sequence[SeenBoard], model: LensModel, size: tuple[int, int]) -> Bundle:
+    start = first_lens(views, width=size[0], height=size[1], coefficients=MODELS[model])
+    prior = prior_about(start, width=size[0])
+    straight = np.arange(len(start)) < FOCAL_AND_CENTRE
+    pinhole = fit_bundle(views, start, prior=prior, free=straight)
+    return fit_bundle(views, pinhole.lens, prior=prior, poses=pinhole.poses)
+
+
+def _view(sample: WideSample, residuals_px: NDArray[np.float64], pose: NDArray[np.float64]) -> ViewFit:
+    return ViewFit(
+        id=sample.id,
+        corners_px=sample.view.corners_px,
+        residuals_px=residuals_px,
+        rms_px=_rms(residuals_px),
+        attitude=attitude_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
+    )
+
+
+def _rms(residuals_px: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.sum(residuals_px**2, axis=1))))
+
+
+def _check_number(samples: Sequence[WideSample]) -> None:
+    if len(samples) < LEAST_VIEWS:
+        raise InvalidInput(
+            f"wide calibration: {len(samples)} views of the board, at least {LEAST_VIEWS} are needed; "
+            "take more, in every part of the image and tilted every way"
+        )
+
+
+def _check_lens(samples: WideSamples, bundle: Bundle, accuracy: LensAccuracy) -> None:
+    if bundle.sigma_px > _NOT_A_LENS * samples.size[0]:
+        raise InvalidInput(
+            f"wide calibration: no lens explains the views, corners are off by {bundle.sigma_px:.1f} px; "
+            f"check that they show a flat {samples.board} and nothing else, one camera, one focus"
+        )
+    unsure = float(np.sqrt(np.diag(accuracy.covariance)[:2]).max() / bundle.lens[:2].min())
+    covered = coverage_of(sample.view for sample in samples).fraction
+    if unsure < _TOO_UNSURE and covered > _LITTLE:
+        return
+    most = math.degrees(max(attitude_of(sample.view).tilt_rad for sample in samples))
+    if most < _FLAT_DEG:
+        why = f"the board was tilted by {most:.0f}° at most: tilt it by 20 to 40° to all sides"
+    elif covered <= _LITTLE:
+        why = f"they cover {100 * covered:.0f} % of the image: show the board in every corner, and nearer"
+    else:
+        why = "they are too alike: take more, nearer and farther, tilted to all sides"
+    raise InvalidInput(
+        f"wide calibration: {len(samples)} views leave the focal length unsure by {100 * unsure:.2g} %; {why}"
+    )

@@ -1,0 +1,103 @@
+"""How well a fitted lens turns pixels into angles, and angles into pixels."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.calibrate.wide.wide_bundle import FOCAL_AND_CENTRE, POSE, Bundle, solve_scaled
+from foveacam_pipeline.geometry.angles import tan_from_angles
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+GRID = (25, 19)
+COVERAGE_FACTOR = 2.0
+"""From a standard error to a bound that holds 19 times of 20."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LensAccuracy:
+    """Error of pixel to angle, stated in px of the image.
+
+    `sigma_px`: standard error, rms over the image; `shape_px`: the part that no turn of the camera would undo
+    (the rest is a common turn of all angles, which whatever is measured through this camera shares).
+    `map_px`: (19, 25) standard error over the image. `covariance`: of the lens's numbers.
+    """
+
+    sigma_px: float
+    sigma_rad: float
+    shape_px: float
+    map_px: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+    @property
+    def bound_px(self) -> float:
+        """What the rms error over the image stays below 19 times of 20, px."""
+        return COVERAGE_FACTOR * self.sigma_px
+
+    @property
+    def bound_rad(self) -> float:
+        """The same as an angle, rad."""
+        return COVERAGE_FACTOR * self.sigma_rad
+
+
+def accuracy_of(bundle: Bundle, lens: Intrinsics) -> LensAccuracy:
+    """State the accuracy: by the noise, or by what leaving out single views changes, whichever is worse."""
+    pixels = grid_px(lens.width, lens.height)
+    slopes, turns = _slopes(lens, pixels)
+    best: LensAccuracy | None = None
+    for covariance in (_by_noise(bundle), _by_leaving_out(bundle)):
+        variances = np.einsum("nij,jk,nik->n", slopes, covariance, slopes)
+        sigma_px = float(np.sqrt(max(float(variances.mean()), 0.0)))
+        if best is None or sigma_px > best.sigma_px:
+            best = LensAccuracy(
+                sigma_px=sigma_px,
+                sigma_rad=sigma_px / float(np.sqrt(lens.fx_px * lens.fy_px)),
+                shape_px=_shape_px(slopes, turns, covariance),
+                map_px=np.sqrt(np.maximum(variances, 0.0)).reshape(GRID[1], GRID[0]),
+                covariance=covariance,
+            )
+    assert best is not None  # noqa: S101 - the loop above runs twice
+    return best
+
+
+def grid_px(width: int, height: int) -> NDArray[np.float64]:
+    """Return (475, 2) pixels all over an image, row by row."""
+    x, y = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID[0]), np.linspace(-0.5, height - 0.5, GRID[1]))
+    return np.column_stack([x.ravel(), y.ravel()])
+
+
+def _by_noise(bundle: Bundle) -> NDArray[np.float64]:
+    normal = bundle.normals.sum(axis=0) + bundle.prior.normal
+    return solve_scaled(normal, np.eye(len(normal)))
+
+
+def _by_leaving_out(bundle: Bundle) -> NDArray[np.float64]:
+    """Return the jackknife's covariance: errors that corners of one view share count as what they are."""
+    views = len(bundle.normals)
+    normal = bundle.normals.sum(axis=0) + bundle.prior.normal
+    moved = np.array(
+        [-solve_scaled(normal - own, right) for own, right in zip(bundle.normals, bundle.rights, strict=True)]
+    )
+    centred = moved - moved.mean(axis=0)
+    return np.asarray((views - 1.0) / views * centred.T @ centred)
+
+
+def _slopes(lens: Intrinsics, pixels: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how pixels of fixed directions move with the lens's numbers (n, 2, p) and a turn (n, 2, 3)."""
+    tangents = tan_from_angles(lens.angles_rad(pixels))
+    points = np.column_stack([tangents, np.ones(len(tangents))])
+    zero = np.zeros(3)
+    _, slopes = cv2.projectPoints(points, zero, zero, lens.matrix, np.array(lens.distortion))
+    rows = np.asarray(slopes, dtype=np.float64).reshape(len(points), 2, -1)
+    count = FOCAL_AND_CENTRE + len(lens.distortion)
+    return rows[:, :, POSE : POSE + count], rows[:, :, :3]
+
+
+def _shape_px(
+    slopes: NDArray[np.float64], turns: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> float:
+    flat, turn = slopes.reshape(-1, slopes.shape[-1]), turns.reshape(-1, 3)
+    basis, _ = np.linalg.qr(turn)
+    left = flat - basis @ (basis.T @ flat)
+    return float(np.sqrt(max(np.einsum("ij,jk,ik->", left, covariance, left) / len(slopes), 0.0)))

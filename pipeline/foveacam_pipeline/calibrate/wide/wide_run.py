@@ -1,0 +1,178 @@
+"""Stage 1 as a procedure: views are taken by themselves while somebody shows a board to the wide camera."""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, Frame, Head, Timeout
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.wide.auto_capture import WORDS, AutoCapture, Verdict
+from foveacam_pipeline.calibrate.wide.board_attitude import TILTS
+from foveacam_pipeline.calibrate.wide.board_detector import BoardView, detect_board, explain_absence
+from foveacam_pipeline.calibrate.wide.board_overlay import draw_overlay
+from foveacam_pipeline.calibrate.wide.boards import Board
+from foveacam_pipeline.calibrate.wide.coverage import Covering
+from foveacam_pipeline.calibrate.wide.fit_wide import LEAST_VIEWS
+from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
+
+_CONTENT_VIEWS = 15
+_CONTENT_FRACTION = 0.9
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WideSettings:
+    """How many views to take, and how patiently.
+
+    `views`: enough, however they cover; fewer do when nothing new has been shown for `patience_s`, or for
+    `content_s` once the image is covered and the board was tilted every way. `every_s`: time between images,
+    twice that while nothing changes. `still_px`: how far a corner may stray of a board that is held still.
+    `frames`: averaged for a view. `folder`: where views are kept as they are taken, and from where a former
+    run is continued.
+    """
+
+    views: int = 40
+    patience_s: float = 20.0
+    content_s: float = 6.0
+    every_s: float = 0.08
+    still_px: float = 0.4
+    frames: int = 3
+    folder: Path | None = None
+
+
+@runtime_checkable
+class HearsOfSamples(Protocol):
+    """A watcher who wants to know of every view taken."""
+
+    def sample(self, sample_id: str) -> None:
+        """Take note of a new view of the board."""
+        ...
+
+
+def calibrate_wide(
+    head: Head, board: Board, *, clock: Clock, watch: Watcher, settings: WideSettings | None = None
+) -> WideSamples:
+    """Take views until there are enough; raise Timeout when no board, or too little of it, is shown.
+
+    Views taken before it was cancelled, or gave up, are in `settings.folder`, and count when it runs again.
+    """
+    settings = settings or WideSettings()
+    samples = resumed(board, settings.folder)
+    run = _Run(head, samples, settings, watch)
+    news_ns = clock.now_ns()
+    while len(samples) < settings.views:
+        check(watch, doing="taking views of the board")
+        before = len(samples)
+        pause_s = run.look()
+        now_ns = clock.now_ns()
+        if len(samples) > before:
+            news_ns = now_ns
+        elif now_ns - news_ns > run.patience_s * 1e9:
+            run.finish_or_raise()
+            break
+        clock.sleep_until_ns(now_ns + int(pause_s * 1e9))
+    return samples
+
+
+def resumed(board: Board, folder: Path | None) -> WideSamples:
+    """Return the views that a former run left in a folder, or none; another board's are refused."""
+    samples = WideSamples(board)
+    if folder is not None and (folder / FILE).exists():
+        for sample in WideSamples.load(folder):
+            samples.add(sample)
+    return samples
+
+
+def gray_of(frame: Frame) -> NDArray[np.uint8]:
+    """Return the (h, w) uint8 grey values of a frame of any format."""
+    return _gray(_eight_bits(frame))
+
+
+class _Run:
+    """One image after another, and what was made of them."""
+
+    def __init__(self, head: Head, samples: WideSamples, settings: WideSettings, watch: Watcher) -> None:
+        self._head, self._samples, self._settings, self._watch = head, samples, settings, watch
+        self._capture = AutoCapture(still_px=settings.still_px, frames=settings.frames)
+        self._covering = Covering(sample.view for sample in samples)
+        self._last: NDArray[np.uint8] | None = None
+        self._seen = False
+        self._tell(Verdict(state="no board"))
+
+    @property
+    def patience_s(self) -> float:
+        """How long to wait for something new."""
+        cover, enough = self._covering.coverage, len(self._samples) >= _CONTENT_VIEWS
+        content = enough and cover.fraction >= _CONTENT_FRACTION and cover.tilts_covered == len(TILTS)
+        return self._settings.content_s if content else self._settings.patience_s
+
+    def look(self) -> float:
+        """Take one image, keep the view when there is reason to, and return how soon to look again, s."""
+        frame = self._head.wide(max_age_ms=0.5e3 * self._settings.every_s)
+        image = _eight_bits(frame)
+        gray = _gray(image)
+        board = self._samples.board
+        quick = detect_board(gray, board, effort="live")
+        verdict = self._capture.offer(
+            quick,
+            exact=lambda: detect_board(gray, board),
+            lacks=self._covering.lacks,
+        )
+        self._last, self._seen = gray, self._seen or quick is not None
+        if verdict.view is not None:
+            self._keep(verdict.view, verdict.frames, image)
+        self._tell(verdict)
+        cover = self._covering.coverage
+        self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=WORDS[verdict.state]))
+        idle = verdict.state in ("taken", "nothing new")
+        return self._settings.every_s * (2.0 if idle else 1.0)
+
+    def finish_or_raise(self) -> None:
+        """End with the views there are, or say why that will not do."""
+        taken, patience_s = len(self._samples), self.patience_s
+        if taken >= LEAST_VIEWS:
+            logger.info("nothing new for %.0f s: %d views", patience_s, taken)
+            return
+        if not self._seen and self._last is not None:
+            found = explain_absence(self._last, self._samples.board)
+            raise Timeout(
+                f"wide calibration: no {self._samples.board} was found in {patience_s:.0f} s; {found}",
+                asked=str(self._samples.board),
+                found=found,
+                remedy="show the board to the wide camera, and check its size",
+            )
+        raise Timeout(
+            f"wide calibration: nothing new was shown for {patience_s:.0f} s; {taken} views were taken, "
+            f"{LEAST_VIEWS} are the least; show the board in other places and tilts, held still each time"
+        )
+
+    def _keep(self, view: BoardView, frames: int, image: NDArray[np.uint8]) -> None:
+        sample = WideSample(view=view, thumbnail_jpeg=thumbnail(image, view), frames=frames)
+        self._samples.add(sample)
+        self._covering.add(view)
+        if self._settings.folder is not None:
+            self._samples.save(self._settings.folder)
+        if isinstance(self._watch, HearsOfSamples):
+            self._watch.sample(sample.id)
+
+    def _tell(self, verdict: Verdict) -> None:
+        note = f"{WORDS[verdict.state]}; {self._covering.coverage}"
+        self._watch.progress(len(self._samples), total=self._settings.views, note=note)
+
+
+def _eight_bits(frame: Frame) -> NDArray[np.uint8]:
+    if frame.image.dtype == np.uint8:
+        return np.asarray(frame.image, dtype=np.uint8)
+    return np.asarray(frame.image >> (frame.bits - 8), dtype=np.uint8)
+
+
+def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    if image.ndim == 2:
+        return image
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
