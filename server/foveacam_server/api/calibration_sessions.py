@@ -21,9 +21,9 @@ from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
 
-SessionId = Annotated[str, Path(pattern=r"^ses-[0-9a-f]{1,32}$")]
-SampleId = Annotated[str, Path(pattern=r"^[0-9A-Za-z_-]{1,40}$")]
-PictureName = Annotated[str, Path(pattern=r"^[a-z_]{1,40}$")]
+SessionId = Annotated[str, Path(max_length=64)]
+SampleId = Annotated[str, Path(max_length=64)]
+PictureName = Annotated[str, Path(max_length=64)]
 
 
 @router.post(

@@ -14,7 +14,7 @@ from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
-CalibrationId = Annotated[str, Path(pattern=r"^[0-9a-f]{1,64}$")]
+CalibrationId = Annotated[str, Path(max_length=64)]
 WhichOne = Annotated[str, Query(pattern=r"^[0-9a-f]{1,64}$", description="id of a calibration")]
 DistanceQuery = Annotated[float | None, Query(gt=0.0, le=1000.0, allow_inf_nan=False)]
 _JSON_FILE = {

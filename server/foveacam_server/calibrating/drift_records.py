@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.drift_history import DriftHistory, DriftRecord
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, EyeDrift
 from foveacam_server.errors import NotFound
@@ -24,12 +24,10 @@ class DriftRecords:
 
     def get(self, check_id: str) -> Document:
         """Return one or raise `NotFound`."""
-        try:
-            return drift_document(self._history.find(check_id))
-        except InvalidInput as error:
-            raise NotFound(
-                f"there is no drift check {check_id}; see /api/v1/drift_checks", asked=check_id
-            ) from error
+        for record in self._history.records():
+            if record.id == check_id:
+                return drift_document(record)
+        raise NotFound(f"there is no drift check {check_id}; see /api/v1/drift_checks", asked=check_id)
 
     def every(self) -> list[Document]:
         """Return all, newest first."""

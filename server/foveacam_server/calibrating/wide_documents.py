@@ -1,5 +1,6 @@
 """Stage 1 of a session as a document, and the lens that it found, as they were kept."""
 
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from foveacam_server.runtime.store import Document
 RESULT = "wide-result.json"
 VIEWS, THUMBNAILS = "wide.json", "wide"
 """What the procedure keeps its views in."""
+_VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 
 
 def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document | None, Document | None]:
@@ -55,7 +57,7 @@ def lens_of(session: CalibrationSession) -> Intrinsics:
 def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
     """Return the file of a view's thumbnail or raise `NotFound`."""
     path = session.folder / THUMBNAILS / f"{sample_id}.jpg"
-    if not path.is_file():
+    if not _VIEW_ID.fullmatch(sample_id) or not path.is_file():
         raise no_view(session, sample_id)
     return path
 
