@@ -124,6 +124,10 @@ class SettleAxisDocument(Told):
     axis: Literal["x", "y"]
     settle_ms: float | None
     settle_1pct_ms: float | None
+    response_ms: float | None = None
+    """Until half of the step is done."""
+    response_open_ms: float | None = None
+    """The same with the drive filter wide open."""
     resonance_hz: float | None
     quality: float | None
 

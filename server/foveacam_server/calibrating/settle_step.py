@@ -50,6 +50,8 @@ def _axis(axis: AxisSettle) -> Document:
         "axis": axis.axis,
         "settle_ms": rounded(axis.settle_us / 1e3, 3),
         "settle_1pct_ms": rounded(axis.settle_share_us / 1e3, 3),
+        "response_ms": rounded(axis.response_us / 1e3, 3),
+        "response_open_ms": rounded(axis.response_open_us / 1e3, 3),
         "resonance_hz": None if resonance is None else rounded(resonance.frequency_hz, 1),
         "quality": None if resonance is None else rounded(resonance.quality, 2),
     }

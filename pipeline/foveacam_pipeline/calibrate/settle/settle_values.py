@@ -3,11 +3,14 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
 
 NOISE = 3.0
 """What is below so many standard deviations of a place at rest cannot be told from rest."""
 DECADE = 8.0
+HALF = 0.5
 AXES = ("x", "y")
 
 
@@ -83,6 +86,16 @@ class AxisSettle:
     trace: Trace
     open_trace: Trace
 
+    @property
+    def response_us(self) -> float:
+        """When half of the step was done for the first time."""
+        return _first_half_us(self.trace, self.step_px)
+
+    @property
+    def response_open_us(self) -> float:
+        """The same with the drive filter wide open: nearly the mirror alone."""
+        return _first_half_us(self.open_trace, self.step_px)
+
     def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
         """Return when a step of `step_px` is within `within_px` of rest: every step is this one, scaled."""
         return time_below(self.trace, abs(self.step_px) * within_px / abs(step_px), floor_px=self.noise_px)
@@ -113,6 +126,21 @@ class SettleReport:
     def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
         """Return how long to wait after a step of `step_px` in any direction: for a raster, for a trigger."""
         return max(found.settle_for_us(step_px, within_px=within_px) for found in self.axes)
+
+
+def _first_half_us(trace: Trace, step_px: float) -> float:
+    """Return when a trace first came below half of its step, µs; straight lines between its pictures."""
+    left = np.array(trace.left_px) / step_px
+    times_us = np.array(trace.times_us)
+    below = np.flatnonzero(left < HALF)
+    if len(below) == 0:
+        return math.inf
+    first = int(below[0])
+    if first == 0:
+        return float(times_us[0])
+    before, after = left[first - 1], left[first]
+    share = (before - HALF) / (before - after)
+    return float(times_us[first - 1] + share * (times_us[first] - times_us[first - 1]))
 
 
 def time_below(trace: Trace, limit_px: float, *, floor_px: float) -> float:

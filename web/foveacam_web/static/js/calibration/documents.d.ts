@@ -109,6 +109,8 @@ export type SettleAxis = {
   axis: string;
   settle_ms: number | null;
   settle_1pct_ms: number | null;
+  response_ms?: number | null;
+  response_open_ms?: number | null;
   resonance_hz: number | null;
   quality: number | null;
 };
