@@ -11,12 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-import foveacam_server
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, VirtualClock
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
-CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+CALIBRATION = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
 TEXEL_M = 0.4e-3
 TILE = 2048
 LOOK_NS = 33_000_000

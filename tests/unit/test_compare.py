@@ -16,7 +16,7 @@ from foveacam_pipeline.calibrate.records.compare_picture import comparison_pictu
 from foveacam_pipeline.models import Calibration, EyeCalibration, load_calibration
 
 FOLDER = Path(foveacam_server.__file__).parent / "shipped"
-A = load_calibration(FOLDER / "sim-rig120.json")
+A = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
 NODES = 5
 
 

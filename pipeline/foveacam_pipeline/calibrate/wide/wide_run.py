@@ -39,7 +39,7 @@ class WideSettings:
 
     views: int = 40
     patience_s: float = 20.0
-    content_s: float = 6.0
+    content_s: float = 12.0
     every_s: float = 0.08
     still_px: float = 0.4
     frames: int = 3
