@@ -1,6 +1,7 @@
 """Vergence on the simulated rig, judged by its truth."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
 from foveacam_server.runtime.calibrations import SHIPPED
 
+SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = (660.0, 300.0)
 HIDDEN_FROM_THE_LEFT = (602.0, 561.0)
 """On the notice, behind the marble figure for the left eye, which sees another letter in its place."""
@@ -56,3 +58,9 @@ def test_a_look_alike_beside_a_hidden_target_is_not_taken_for_it(rig: Rig, calib
     found = look_at(rig, calibration, *HIDDEN_FROM_THE_LEFT)
     assert found.state in (FixationState.LOST, FixationState.NO_TEXTURE)
     assert found.distance_m is None
+
+
+def test_the_eye_that_sees_a_look_alike_is_named(rig: Rig) -> None:
+    found = look_at(rig, load_calibration(SURVEYED), *HIDDEN_FROM_THE_LEFT)
+    assert found.state is FixationState.LOST
+    assert "left" in found.reason

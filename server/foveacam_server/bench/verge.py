@@ -116,6 +116,7 @@ def figures(results: list[Result]) -> dict[str, object]:
         "clicks": sum(r.click.kind is not Kind.LEAVING for r in results),
         "textured_clicks": len(textured),
         "verged_fraction": len(verged) / max(1, len(textured)),
+        "verged_fraction_with_leaving": _fraction_with_leaving(results),
         "false_verged": sum(r.wrong for r in results if r.click.kind is Kind.PLAIN),
         "false_verged_textured": sum(r.wrong for r in textured),
         "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is Kind.AWKWARD),
@@ -132,6 +133,12 @@ def figures(results: list[Result]) -> dict[str, object]:
         **{f"{kind}_states": _states(results, kind) for kind in Kind},
         "failures": [_account(r) for r in results if _failed(r)],
     }
+
+
+def _fraction_with_leaving(results: list[Result]) -> float:
+    """Return the fraction of all clicks that were clear when clicked, those hidden 0.2 s later included."""
+    clear = [r for r in results if r.click.kind in (Kind.TEXTURED, Kind.LEAVING)]
+    return sum(r.verged for r in clear) / max(1, len(clear))
 
 
 def _states(results: list[Result], kind: Kind) -> dict[str, int]:
