@@ -28,32 +28,21 @@ class ManualPanTiltConfig(_Table):
         return self
 
 
-class GrblPanTiltConfig(_Table):
-    """Two motors on a Grbl board: X pans, Y tilts, in degrees."""
-
-    kind: Literal["grbl"]
+class _Motors(_Table):
     port: Annotated[str, Field(min_length=1)]
     pan_min_deg: PanDeg = -70.0
     pan_max_deg: PanDeg = 70.0
     tilt_min_deg: TiltDeg = -30.0
     tilt_max_deg: TiltDeg = 30.0
-    has_switches: bool = True
-    """False: it counts from where it stood when it was switched on."""
     zero_pan_deg: PanDeg | None = None
-    """Where the base points when the board counts zero: with switches, there."""
     zero_tilt_deg: TiltDeg | None = None
     speed_deg_s: Annotated[float, Field(gt=0.0, le=200.0)] = 25.0
     stations: list[StationTable] = Field(default_factory=list)
 
     @model_validator(mode="after")
-    def _make_sense(self) -> "GrblPanTiltConfig":
+    def _reach_its_stations(self) -> "_Motors":
         if self.pan_min_deg >= self.pan_max_deg or self.tilt_min_deg >= self.tilt_max_deg:
             raise ValueError("a minimum is not below its maximum; exchange them")
-        if self.has_switches and (self.zero_pan_deg is None or self.zero_tilt_deg is None):
-            raise ValueError(
-                "zero_pan_deg and zero_tilt_deg are missing: say where the base points at the reference"
-                " switches, or `has_switches = false`"
-            )
         check_station_names(self.stations)
         for station in self.stations:
             self._check_reach(station)
@@ -80,10 +69,38 @@ class GrblPanTiltConfig(_Table):
 
     @property
     def zero(self) -> PanTiltPose:
-        """Where the base points when the board counts zero."""
+        """Where the base points when its motors count zero."""
         return PanTiltPose(
             pan_rad=math.radians(self.zero_pan_deg or 0.0), tilt_rad=math.radians(self.zero_tilt_deg or 0.0)
         )
 
 
-PanTiltConfig: TypeAlias = Annotated[GrblPanTiltConfig | ManualPanTiltConfig, Field(discriminator="kind")]
+class GrblPanTiltConfig(_Motors):
+    """Two motors on a Grbl board: X pans, Y tilts, in degrees."""
+
+    kind: Literal["grbl"]
+    has_switches: bool = True
+    """False: it counts from where it stood when it was switched on."""
+
+    @model_validator(mode="after")
+    def _know_its_zero(self) -> "GrblPanTiltConfig":
+        if self.has_switches and (self.zero_pan_deg is None or self.zero_tilt_deg is None):
+            raise ValueError(
+                "zero_pan_deg and zero_tilt_deg are missing: say where the base points at the reference"
+                " switches, or `has_switches = false`"
+            )
+        return self
+
+
+class PtuPanTiltConfig(_Motors):
+    """A FLIR (Directed Perception) unit; `zero_…`: where the rig points at its 0/0, 0 when left out."""
+
+    kind: Literal["ptu"]
+    baud: Literal[600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = 9600
+    upside_down: bool = False
+    """It hangs from above: both axes turn the other way."""
+
+
+PanTiltConfig: TypeAlias = Annotated[
+    GrblPanTiltConfig | PtuPanTiltConfig | ManualPanTiltConfig, Field(discriminator="kind")
+]

@@ -1,10 +1,10 @@
 """A rig as one thing: opens what a configuration names, says what is missing, closes last opened first.
 
-The only module that names concrete drivers or the simulation.
+The only module that names concrete drivers or the simulation, with `rig_cameras` for cameras, and `rig_base`
+for pan-tilt and rail.
 """
 
 import logging
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -14,23 +14,26 @@ from foveacam_hardware.contract import (
     Camera,
     Clock,
     FoveaError,
-    Head,
+    InvalidInput,
+    MarkerPrint,
     MirrorLimits,
     Mirrors,
     MonotonicClock,
     PanTilt,
+    Rail,
+    RailPlace,
     Role,
     Station,
 )
-from foveacam_hardware.drivers.absent_camera import AbsentCamera
-from foveacam_hardware.drivers.controller import ControllerMirrors
-from foveacam_hardware.drivers.grbl import GrblPanTilt
-from foveacam_hardware.drivers.grbl_axes import GrblMounting
-from foveacam_hardware.drivers.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guardian import Guardian
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
-from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, ManualPanTiltConfig
+from foveacam_hardware.rig_base import build_base
+from foveacam_hardware.rig_cameras import build_camera
 from foveacam_hardware.rig_config import RigConfig, SerialRigConfig, SimulatedRigConfig, load_rig_config
-from foveacam_hardware.wire.link import serial_link
+from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
+from foveacam_hardware.wire.link import usb_link
 
 if TYPE_CHECKING:  # the simulation compiles a renderer: a rig of metal does without
     from foveacam_hardware.sim.truth import Truth
@@ -80,7 +83,7 @@ class Rig:
         clock: Clock,
         mirrors: Mirrors,
         cameras: tuple[Camera, Camera, Camera],
-        head: Head,
+        head: TriggeredHead,
     ) -> None:
         self.rig_id = who.rig_id
         self.name = who.name
@@ -95,9 +98,26 @@ class Rig:
         """What turns the whole rig; None when nothing does."""
         self.stations: tuple[Station, ...] = ()
         """Where the pan-tilt must point to calibrate here; may be empty."""
+        self.markers = MarkerPrint()
+        """What it is calibrated with."""
+        self.rail: Rail | None = None
+        """What moves the whole rig sideways; None when nothing does."""
+        self.rail_places: tuple[RailPlace, ...] = ()
+        """Places on the rail that have names."""
         self.truth: Truth | None = None
         self.problems: tuple[Problem, ...] = ()
         self._owned: list[Closing] = []
+
+    @property
+    def settle_us(self) -> int:
+        """How long a look waits between its move and its exposure, unless it is told otherwise."""
+        return self.head.settle_us
+
+    @settle_us.setter
+    def settle_us(self, settle_us: int) -> None:
+        if settle_us < 0:
+            raise InvalidInput(f"settle time {settle_us} µs: give 0 or more")
+        self.head.settle_us = settle_us
 
     def own(self, resources: Sequence[Closing]) -> None:
         """Take resources that were opened before the devices, to be closed after them."""
@@ -125,17 +145,17 @@ class Rig:
                 camera.start()
             except FoveaError as error:
                 problems.append(Problem(device=str(camera.role), detail=str(error)))
-        if self.pan_tilt is not None:
+        for name, device in self._base:
             try:
-                self.pan_tilt.connect()
+                device.connect()
             except FoveaError as error:
-                problems.append(Problem(device="pan_tilt", detail=str(error)))
+                problems.append(Problem(device=name, detail=str(error)))
         self.problems = tuple(problems)
         return self.problems
 
     def close(self) -> None:
-        """Release everything, last opened first; the pan-tilt is held, the mirrors are parked."""
-        devices: list[tuple[str, Closing]] = [] if self.pan_tilt is None else [("pan_tilt", self.pan_tilt)]
+        """Release everything, last opened first; pan-tilt and rail are held, the mirrors are parked."""
+        devices: list[tuple[str, Closing]] = [*reversed(self._base)]
         devices.extend((str(camera.role), camera) for camera in reversed(self.cameras))
         devices.append(("mirrors", self.mirrors))
         devices.extend(("resource", owned) for owned in reversed(self._owned))
@@ -145,6 +165,12 @@ class Rig:
                 device.close()
             except FoveaError as error:
                 logger.warning("closing %s: %s", name, error)
+
+    @property
+    def _base(self) -> list[tuple[str, PanTilt | Rail]]:
+        """What the rig stands on, by its name."""
+        devices = (("pan_tilt", self.pan_tilt), ("rail", self.rail))
+        return [(name, device) for name, device in devices if device is not None]
 
     def __enter__(self) -> "Rig":
         self.connect()
@@ -156,45 +182,40 @@ class Rig:
         self.close()
 
 
-def open_rig(config: SimulatedRigConfig | SerialRigConfig, *, clock: Clock | None = None) -> Rig:
-    """Return the rig that a configuration names, not yet connected."""
+def open_rig(
+    config: SimulatedRigConfig | SerialRigConfig, *, clock: Clock | None = None, guarded: bool = False
+) -> Rig:
+    """Return the rig that a configuration names, not yet connected.
+
+    `guarded`: a guardian, another process, parks the mirrors of a rig of metal when this process is killed.
+    """
     if isinstance(config, SimulatedRigConfig):
         from foveacam_hardware.sim.rig import simulated_rig
 
         return simulated_rig(config, clock=clock)
-    return _serial_rig(config, clock or MonotonicClock())
+    return _serial_rig(config, clock or MonotonicClock(), Care(guardian=Guardian() if guarded else None))
 
 
-def _serial_rig(config: SerialRigConfig, clock: Clock) -> Rig:
+def _serial_rig(config: SerialRigConfig, clock: Clock, care: Care) -> Rig:
     given = config.mirrors
     mirrors = ControllerMirrors(
-        serial_link(given.port),
+        usb_link(given.port, usb_id=(USB_VENDOR_ID, USB_PRODUCT_ID)),
         clock,
         MirrorLimits(max_v=given.max_v, bias_v=given.bias_v),
         given.low_pass_hz,
         name=given.port,
+        care=care,
     )
-    reason = "the rig file names none; this version drives cameras of the simulated rig alone"
-    wide, left, right = (AbsentCamera(role, reason=reason) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
+    wide = build_camera(Role.WIDE, config.cameras.wide, clock=clock)
+    left = build_camera(Role.LEFT, config.cameras.left, clock=clock)
+    right = build_camera(Role.RIGHT, config.cameras.right, clock=clock)
     head = TriggeredHead(
         mirrors, left, right, wide, clock=clock, settle_us=given.settle_us, pulse_us=given.pulse_us
     )
     who = RigName(rig_id=config.rig_id, name=config.name, simulated=False, baseline_m=config.baseline_m)
     rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
-    if config.pan_tilt is not None:
-        rig.pan_tilt = _pan_tilt(config.pan_tilt, clock)
-        rig.stations = tuple(table.station() for table in config.pan_tilt.stations)
+    base = build_base(config, clock)
+    rig.pan_tilt, rig.stations = base.pan_tilt, base.stations
+    rig.rail, rig.rail_places = base.rail, base.places
+    rig.markers = config.markers.printed
     return rig
-
-
-def _pan_tilt(config: GrblPanTiltConfig | ManualPanTiltConfig, clock: Clock) -> PanTilt:
-    if isinstance(config, ManualPanTiltConfig):
-        return ManualPanTilt()
-    mounting = GrblMounting(
-        zero=config.zero,
-        speed_rad_s=math.radians(config.speed_deg_s),
-        has_switches=config.has_switches,
-    )
-    return GrblPanTilt(
-        serial_link(config.port), clock, limits=config.limits, name=config.port, mounting=mounting
-    )

@@ -2,12 +2,27 @@
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
-from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.pan_tilt_config import PanTiltConfig
+from foveacam_hardware.camera_config import ROLES, CamerasConfig, OpenCvCameraConfig
+from foveacam_hardware.contract import InvalidInput, MarkerPrint
+from foveacam_hardware.operator_config import OperatorConfig
+from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, PanTiltConfig
+from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
+
+FORMAT: Literal["foveacam-rig"] = "foveacam-rig"
+VERSION: Literal[1] = 1
+MarkerId: TypeAlias = Annotated[int, Field(ge=0, le=49)]
 
 
 class _Table(BaseModel):
@@ -17,6 +32,8 @@ class _Table(BaseModel):
 class SimulatedRigConfig(_Table):
     """A rig that exists in this program alone."""
 
+    format: Literal["foveacam-rig"] = FORMAT
+    version: Literal[1] = VERSION
     kind: Literal["simulated"] = "simulated"
     name: str = "Simulated FoveaCam Duo"
     scene: str = "bench"
@@ -26,48 +43,75 @@ class SimulatedRigConfig(_Table):
     """Another seed is another specimen: other assembly errors, other noise."""
     strict: bool = False
     """The controller errs as those in the field do."""
+    pan_tilt: Literal["motors", "manual"] = "motors"
+    """What turns the rig while it is calibrated: its motors, or somebody by hand, who is simulated too."""
+    operator: OperatorConfig = OperatorConfig()
+    """Who turns it by hand."""
 
 
 class SerialMirrorsConfig(_Table):
     """The mirror controller on a serial port."""
 
-    port: Annotated[str, Field(min_length=1)]
+    port: str
+    """`auto`: the only controller plugged in; `usb:SERIAL`: the one with that serial number; or a path."""
     low_pass_hz: Annotated[int, Field(ge=1, le=1000)] = 120
     settle_us: Annotated[int, Field(ge=0, le=1_000_000)] = 14_000
     pulse_us: Annotated[int, Field(ge=1, le=1_000_000)] = 4_000
     max_v: Annotated[float, Field(gt=0.0, le=180.0)] = 170.0
     bias_v: Annotated[float, Field(gt=0.0, le=100.0)] = 90.0
 
-
-CAMERA_KINDS = ("absent",)
-"""Kinds of camera that a rig of metal and glass may name in this version."""
-
-
-class CameraConfig(_Table):
-    """A camera by its driver's kind."""
-
-    kind: str = "absent"
-
-    @field_validator("kind")
+    @field_validator("port")
     @classmethod
-    def _have_a_driver(cls, kind: str) -> str:
-        if kind not in CAMERA_KINDS:
-            allowed = ", ".join(CAMERA_KINDS)
-            raise ValueError(f"no camera driver of that kind in this version; allowed kinds: {allowed}")
-        return kind
+    def _names_a_port(cls, port: str) -> str:
+        if port == "auto" or port.startswith("/") or port.removeprefix("usb:") not in ("", port):
+            return port
+        raise ValueError('no port; write "auto", "usb:SERIAL" or a path such as "/dev/ttyACM0"')
 
 
-class CamerasConfig(_Table):
-    """The three cameras."""
+class MarkersConfig(_Table):
+    """The three markers that the mirrors are calibrated with, one for each camera, in one plane on a line."""
 
-    wide: CameraConfig = CameraConfig()
-    left: CameraConfig = CameraConfig()
-    right: CameraConfig = CameraConfig()
+    side_mm: Annotated[float, Field(gt=0.0, le=1000.0)] = 60.0
+    """Of the black square."""
+    spacing_mm: Annotated[float, Field(gt=0.0, le=2000.0)] = 100.0
+    """From the middle of the wide camera's marker to that of each eye's."""
+    wide_id: MarkerId = 0
+    left_id: MarkerId = 1
+    right_id: MarkerId = 2
+    """Of the dictionary 4X4_50."""
+
+    @model_validator(mode="after")
+    def _make_sense(self) -> "MarkersConfig":
+        if self.spacing_mm <= self.side_mm:
+            raise ValueError(
+                f"markers of {self.side_mm:g} mm cannot stand {self.spacing_mm:g} mm apart; measure both on"
+                " the printed target"
+            )
+        ids = (self.wide_id, self.left_id, self.right_id)
+        if len(set(ids)) != len(ids):
+            raise ValueError(
+                f"the ids {ids} are not three different ones; give each camera a marker of its own"
+            )
+        return self
+
+    @property
+    def printed(self) -> MarkerPrint:
+        """What the calibration is told of them."""
+        return MarkerPrint(
+            side_m=1e-3 * self.side_mm,
+            spacing_m=1e-3 * self.spacing_mm,
+            wide_id=self.wide_id,
+            left_id=self.left_id,
+            right_id=self.right_id,
+        )
 
 
 class SerialRigConfig(_Table):
     """A rig of metal and glass."""
 
+    format: Literal["foveacam-rig"] = FORMAT
+    version: Literal[1] = VERSION
+    """A file without them is of version 1: there was none before."""
     kind: Literal["serial"]
     rig_id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,39}$")]
     """Calibrations carry it: a letter or digit, then letters, digits and hyphens, all small."""
@@ -75,13 +119,31 @@ class SerialRigConfig(_Table):
     baseline_m: Annotated[float, Field(gt=0.0, le=2.0)] = 0.2
     mirrors: SerialMirrorsConfig
     cameras: CamerasConfig = CamerasConfig()
+    markers: MarkersConfig = MarkersConfig()
     pan_tilt: PanTiltConfig | None = None
     """What turns the rig while it is calibrated; none needed to use it."""
+    rail: RailConfig | None = None
+    """What moves the rig sideways between captures; none needed."""
+
+    @model_validator(mode="after")
+    def _share_a_board(self) -> "SerialRigConfig":
+        base, rail = self.pan_tilt, self.rail
+        if not (isinstance(base, GrblPanTiltConfig) and isinstance(rail, GrblRailConfig)):
+            return self
+        if base.port == rail.port and base.has_switches != rail.has_switches:
+            raise ValueError(
+                "pan_tilt and rail share a board, and has_switches differs; a board homes all its axes"
+                " or none: make both the same"
+            )
+        return self
 
 
 RigConfig: TypeAlias = Annotated[SimulatedRigConfig | SerialRigConfig, Field(discriminator="kind")]
-_KINDS = ("simulated", "serial", "grbl", "manual")
-"""What pydantic calls a table by; no keys of the file."""
+_WORDS = {
+    "extra_forbidden": "not permitted here; correct its spelling, or take it out",
+    "missing": "is missing; add it",
+    "union_tag_not_found": "its kind is missing; say which `kind` it is",
+}
 _ANY_RIG: TypeAdapter[SimulatedRigConfig | SerialRigConfig] = TypeAdapter(RigConfig)
 
 
@@ -93,23 +155,86 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     except FileNotFoundError as error:
         raise InvalidInput(f"rig file {file}: no such file; give the path of a .toml rig file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"rig file {file}: not valid TOML ({error}); correct that line") from error
+        raise InvalidInput(f"rig file {file}: not valid TOML ({error}); {_toml_remedy(error)}") from error
     except OSError as error:
         raise InvalidInput(f"rig file {file}: cannot be read ({error})") from error
+    if (why := _wrong_header(content)) is not None:
+        raise InvalidInput(f"rig file {file}: {why}")
     try:
         config = _ANY_RIG.validate_python(content)
     except ValidationError as error:
-        raise InvalidInput(f"rig file {file}: {_explain(error)}") from error
-    if isinstance(config, SimulatedRigConfig) and config.scene.endswith(".toml"):
-        return config.model_copy(update={"scene": str(file.parent / config.scene)})
-    return config
+        raise InvalidInput(f"rig file {file}: {_explain(error, content)}") from error
+    return _beside(config, file.parent)
 
 
-def _explain(error: ValidationError) -> str:
+def _toml_remedy(error: Exception) -> str:
+    if "twice" in str(error) or "overwrite" in str(error):
+        return "a table or a key stands there twice: a role is one camera, a device one table; take one out"
+    return "correct that line"
+
+
+def _wrong_header(content: dict[str, Any]) -> str | None:  # Any: nothing of the file is checked yet
+    """Return why a file is not one of this version's, in words; None when it is."""
+    found, version = content.get("format", FORMAT), content.get("version", VERSION)
+    if found != FORMAT:
+        return f"its format is {found!r}, not {FORMAT!r}; give the path of a rig file"
+    if not isinstance(version, int) or isinstance(version, bool):
+        return f"its version {version!r} is no whole number; write `version = {VERSION}`"
+    if version > VERSION:
+        return (
+            f"it is of version {version}, and this program reads version {VERSION}: it was written for a"
+            " newer one; update the program, or begin with one of the examples of this one"
+        )
+    if version < VERSION:
+        return (
+            f"it is of version {version}, older than the version {VERSION} that this program reads; compare"
+            f" its keys with the examples, correct them, and write `version = {VERSION}`"
+        )
+    return None
+
+
+def _beside(
+    config: SimulatedRigConfig | SerialRigConfig, folder: Path
+) -> SimulatedRigConfig | SerialRigConfig:
+    """Return it with the files that it names found beside its own."""
+    if isinstance(config, SimulatedRigConfig):
+        if config.scene.endswith(".toml"):
+            return config.model_copy(update={"scene": str(folder / config.scene)})
+        return config
+    found = {}
+    for role in ROLES:
+        camera = getattr(config.cameras, role)
+        if isinstance(camera, OpenCvCameraConfig) and _is_relative(camera.source):
+            found[role] = camera.model_copy(update={"source": str(folder / str(camera.source))})
+    return config.model_copy(update={"cameras": config.cameras.model_copy(update=found)}) if found else config
+
+
+def _is_relative(source: str | int) -> bool:
+    return isinstance(source, str) and "://" not in source and not source.startswith("/")
+
+
+def _explain(error: ValidationError, content: dict[str, Any]) -> str:
     """Say in one line each what is wrong where."""
     lines = []
     for detail in error.errors():
-        key = ".".join(str(step) for step in detail["loc"] if step not in _KINDS)
-        found = "" if isinstance(detail["input"], dict) else f" (found {detail['input']!r})"
-        lines.append(f"{key + ': ' if key else ''}{detail['msg'].removeprefix('Value error, ')}{found}")
+        key = _key(detail["loc"], content)
+        found = "" if isinstance(detail["input"], (dict, BaseModel)) else f" (found {detail['input']!r})"
+        what = _WORDS.get(detail["type"]) or detail["msg"].removeprefix("Value error, ")
+        lines.append(f"{key + ': ' if key else ''}{what}{found}")
     return "; ".join(lines)
+
+
+def _key(steps: tuple[int | str, ...], content: object) -> str:
+    """Return a place as the file names it: pydantic names a table's kind as well, where there are several."""
+    key = []
+    for step in steps:
+        if isinstance(content, dict):
+            if step not in content and step == content.get("kind"):
+                continue
+            content = content.get(step)
+        elif isinstance(content, list) and isinstance(step, int) and step < len(content):
+            content = content[step]
+        elif content is not None:  # a kind of value, not a place
+            break
+        key.append(str(step))
+    return ".".join(key)

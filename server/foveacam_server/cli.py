@@ -15,7 +15,7 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
-from foveacam_server.calibrate_cli import app as calibrate_app
+from foveacam_server.calibrate_command.commands import app as calibrate_app
 from foveacam_server.settings import checked_settings
 
 app = typer.Typer(
@@ -106,17 +106,21 @@ def doctor(
     data: DataOption = None,
     calibration: CalibrationOption = None,
     as_json: JsonOption = False,
+    trigger_test: Annotated[
+        bool, typer.Option("--trigger-test", help="also expose both foveae by one pulse, mirrors parked")
+    ] = False,
 ) -> None:
-    """Check what a server would need here, and say what to do about what is missing."""
-    from foveacam_server.diagnosis import diagnose, diagnosis_table
+    """Check what rig and server need here, and say what to do about each."""
+    from foveacam_server.doctor.examination import examine
+    from foveacam_server.doctor.findings import findings_document, findings_table, healthy
 
     chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
-    findings = diagnose(checked_settings(chosen))
+    findings = examine(checked_settings(chosen), trigger_test=trigger_test)
     if as_json:
-        typer.echo(json.dumps({finding.name: finding.document() for finding in findings}))
+        typer.echo(json.dumps(findings_document(findings)))
     else:
-        Console().print(diagnosis_table(findings))
-    if not all(finding.ok for finding in findings):
+        Console().print(findings_table(findings))
+    if not healthy(findings):
         raise typer.Exit(_FAILURE)
 
 

@@ -1,10 +1,12 @@
 """What a trigger edge does to a fovea, and what its strobe line answers."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from foveacam_hardware.contract import Role
+from foveacam_hardware.contract import InvalidInput, OutOfRange, PixelFormat, Role, Timeout, TriggerSource
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cameras import default_settings
 from foveacam_hardware.sim.exposures import QUEUE_FRAMES, Triggered
@@ -97,3 +99,37 @@ def test_the_queue_is_bounded_and_keeps_the_newest() -> None:
     assert oldest is not None
     assert oldest.seq == 5
     assert full.take(oldest) == 5
+
+
+@pytest.mark.parametrize("role", list(Role), ids=str)
+def test_software_exposes_a_camera_that_waits_for_it(rig: Rig, role: Role) -> None:
+    camera = rig.camera(role)
+    camera.configure(replace(camera.settings, triggered=True, trigger_source=TriggerSource.SOFTWARE))
+    with pytest.raises(Timeout):
+        camera.read(timeout_ms=100.0)
+    asked_ns = rig.clock.now_ns()
+    camera.software_trigger()
+    frame = camera.read(timeout_ms=100.0)
+    assert asked_ns <= frame.t_ns <= rig.clock.now_ns()
+    assert world_of(rig).strobe_us(role) is None  # the line does not expose it now
+
+
+def test_software_does_not_expose_a_camera_that_waits_for_its_line(rig: Rig) -> None:
+    with pytest.raises(InvalidInput, match="configure it as triggered by software"):
+        rig.left.software_trigger()
+
+
+def test_black_is_lifted_by_the_black_level_in_every_format(rig: Rig) -> None:
+    before = rig.wide.settings
+    for pixel_format, unit in ((PixelFormat.MONO8, 1), (PixelFormat.MONO12, 16)):
+        settings = replace(before, pixel_format=pixel_format)
+        rig.wide.configure(settings)
+        plain = rig.wide.read().image
+        rig.wide.configure(replace(settings, black_level=20.0))
+        lifted = rig.wide.read().image
+        assert float(np.median(lifted)) - float(np.median(plain)) == pytest.approx(20 * unit, abs=2 * unit)
+
+
+def test_a_format_that_the_sensor_lacks_is_refused_with_those_it_has(rig: Rig) -> None:
+    with pytest.raises(OutOfRange, match="Mono8, Mono12, RGB8"):
+        rig.left.configure(replace(rig.left.settings, pixel_format=PixelFormat.BAYER_RG12P))

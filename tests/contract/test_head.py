@@ -126,6 +126,14 @@ def test_foveae_with_different_exposures_are_refused(rig: Rig) -> None:
         rig.head.look(PARKED)
 
 
+def test_foveae_that_round_one_exposure_each_in_its_own_way_look(rig: Rig) -> None:
+    exposure_ns = rig.right.settings.exposure_ns
+    rig.left.configure(replace(rig.left.settings, exposure_ns=exposure_ns + 30_000))
+
+    assert rig.left.settings.exposure_ns > exposure_ns
+    assert rig.head.look(PARKED).left.role is Role.LEFT
+
+
 def test_volts_beyond_the_limit_are_refused_before_anything_moves(rig: Rig) -> None:
     with pytest.raises(OutOfRange):
         rig.head.look(both(180.0, 0.0))

@@ -20,10 +20,10 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
@@ -115,6 +115,34 @@ def test_steer_moves_the_mirrors_to_the_volts_it_returns(bench: Bench) -> None:
     assert differences == pytest.approx(told, abs=1e-12)
     assert differences == pytest.approx([10.0, -20.0, -10.0, 5.0], abs=HALF_STEP_V)
     assert bench.mirrors.state.volts == actual
+
+
+def test_recover_starts_the_dacs_anew_and_the_mirrors_stand_where_they_were(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+    before = bench.seen().codes
+    drives = len(bench.cables.drives)
+
+    bench.mirrors.recover()
+
+    assert bench.seen().codes == before != REST
+    assert bench.cables.rails == bench.cables.rails[:1]
+    assert len(bench.cables.drives) >= drives
+    assert bench.mirrors.state.enabled
+
+
+def test_telemetry_tells_rates_round_trips_and_streams(bench: Bench) -> None:
+    for step in range(20):
+        bench.mirrors.steer(ASIDE if step % 2 else PARKED)
+        bench.mirrors.ping()
+
+    found = bench.mirrors.telemetry
+
+    assert found.tx_packets > 40
+    assert found.rtt_p50_ms <= found.rtt_p95_ms <= found.rtt_max_ms
+    assert [stream.stream for stream in found.streams] == [0, 1]
+    assert found.streams[0].volts == bench.mirrors.state.volts
+    assert 60.0 <= found.update_limit_hz <= 1000.0
+    assert found.lost_answers == found.bad_packets == 0
 
 
 def test_expose_moves_settles_triggers_and_reports(bench: Bench) -> None:
@@ -258,9 +286,10 @@ def test_telemetry_counts_the_traffic(bench: Bench) -> None:
         bench.mirrors.ping()
         bench.mirrors.steer(PARKED)
 
+    # Each ping but the first also has the silent update before it confirmed.
     after = bench.mirrors.telemetry
-    assert after.tx_packets - before.tx_packets == 20
-    assert after.rx_packets - before.rx_packets == 10
+    assert after.tx_packets - before.tx_packets == 29
+    assert after.rx_packets - before.rx_packets == 19
     assert after.tx_bytes - before.tx_bytes > 20 * 6
     assert after.rx_bytes - before.rx_bytes > 10 * 6
     assert 0 <= after.rtt_p50_ms <= after.rtt_p99_ms
@@ -316,7 +345,7 @@ def test_a_failed_start_is_undone(make: Make, monkeypatch: pytest.MonkeyPatch) -
         raise DeviceFault("streams are out of order")
 
     with monkeypatch.context() as patched, pytest.raises(DeviceFault, match="out of order"):
-        patched.setattr("foveacam_hardware.drivers.controller_dialogue.Dialogue.create_streams", refuse)
+        patched.setattr("foveacam_hardware.drivers.controller.dialogue.Dialogue.create_streams", refuse)
         bench.mirrors.connect()
 
     bench.controller.status()

@@ -16,11 +16,11 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
-from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.line_faults import Damage, DamageKind
-from foveacam_hardware.sim.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))

@@ -16,11 +16,11 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller import ControllerMirrors
-from foveacam_hardware.drivers.controller_clock import ClockMap
-from foveacam_hardware.drivers.controller_volts import mirror_codes, mirror_volts
+from foveacam_hardware.drivers.controller.clock import ClockMap
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.drivers.controller.volts import mirror_codes, mirror_volts
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
 STEP_V = 200 / 65_535
 BIAS_CODE = 29_490
@@ -132,6 +132,25 @@ def test_park_is_no_subject_to_the_slew_limit() -> None:
 def test_limits_that_leave_the_dacs_range_are_refused_before_anything_is_opened(limits: MirrorLimits) -> None:
     with pytest.raises(InvalidInput, match=r"0\.\.200 V"):
         ControllerMirrors(lambda: pytest.fail("opened"), VirtualClock(), limits)
+
+
+def test_a_swing_that_would_round_below_zero_is_refused_though_its_volts_fit() -> None:
+    with pytest.raises(InvalidInput, match=r"0\.\.200 V"):
+        ControllerMirrors(
+            lambda: pytest.fail("opened"), VirtualClock(), MirrorLimits(bias_v=63.27, max_v=126.54)
+        )
+
+
+@pytest.mark.parametrize("value_v", [10**400, -(10**400), 2**63])
+def test_a_number_that_no_float_can_hold_is_refused_in_words(rig: Rig, value_v: int) -> None:
+    with pytest.raises(OutOfRange, match="mirror L x: a million or more V is outside"):
+        rig.mirrors.steer(stereo((value_v, 0, 0, 0)))
+
+
+@pytest.mark.parametrize("cutoff_hz", [2.5, 0, 1001, math.nan])
+def test_a_filter_that_there_is_not_is_refused(rig: Rig, cutoff_hz: float) -> None:
+    with pytest.raises(OutOfRange, match="whole numbers from 1 to 1000"):
+        rig.mirrors.set_low_pass(cutoff_hz)  # type: ignore[arg-type]  # what a careless caller gives
 
 
 def test_another_bias_is_the_one_in_force() -> None:

@@ -14,10 +14,10 @@ from foveacam_hardware.contract import (
     PanTiltState,
     VirtualClock,
 )
-from foveacam_hardware.drivers.grbl import GrblPanTilt
-from foveacam_hardware.drivers.grbl_axes import GrblMounting
-from foveacam_hardware.sim.grbl_loopback import GrblLoopback
-from foveacam_hardware.sim.line_faults import Damage, DamageKind
+from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
+from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 
 POLL_NS = 20_000_000

@@ -18,19 +18,33 @@ from foveacam_hardware.contract import (
     PanTiltState,
     VirtualClock,
 )
-from foveacam_hardware.drivers.grbl import GrblPanTilt
-from foveacam_hardware.drivers.grbl_axes import GrblMounting
-from foveacam_hardware.drivers.manual_pan_tilt import ManualPanTilt
-from foveacam_hardware.sim.grbl_host import GrblProcess
-from foveacam_hardware.sim.grbl_loopback import GrblLoopback
-from foveacam_hardware.sim.pan_tilt import TurningHistory
+from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
+from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
+from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
+from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
+from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.ptu_firmware import SECONDS_A_STEP
+from foveacam_hardware.sim.far_ends.ptu_host import PtuProcess
+from foveacam_hardware.sim.far_ends.ptu_loopback import PtuLoopback
+from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
 
-KINDS = ("loopback", "process", "manual")
+KINDS = ("grbl loopback", "grbl process", "ptu loopback", "ptu process", "manual")
 BRISK = {24: 12_000.0, 25: 18_000.0, 110: 18_000.0, 111: 18_000.0, 120: 4000.0, 121: 4000.0}
 """Settings of a board whose motors are quick, for tests in real time."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
-STEP_RAD = math.radians(0.011)
+SPEED_RAD_S = math.radians(200.0)
+BRISK_STEPS_S = 400_000
+GRBL_STEP_DEG = 0.01
+PTU_STEP_DEG = SECONDS_A_STEP / 3600.0
+LIMITS = PanTiltLimits(
+    pan_min_rad=math.radians(-70.0),
+    pan_max_rad=math.radians(70.0),
+    tilt_min_rad=math.radians(-30.0),
+    tilt_max_rad=math.radians(30.0),
+)
 
 
 def bearing(pan_deg: float, tilt_deg: float) -> PanTiltPose:
@@ -43,6 +57,14 @@ class Bench:
     clock: Clock
     rig: TurningHistory
     """Where the rig really stands."""
+    step_deg: float = 0.0
+    """Of its motors: as near as it can come to a bearing, and half of that is rounding."""
+
+    def stands_at(self, pan_deg: float, tilt_deg: float) -> bool:
+        """Return whether the rig really points there, to the nearest step."""
+        at_deg = self.rig.bearing_deg(self.clock.now_ns())
+        near_deg = 0.5 * self.step_deg + 1e-9
+        return max(abs(at_deg[0] - pan_deg), abs(at_deg[1] - tilt_deg)) <= near_deg
 
     def rest(self) -> PanTiltState:
         """Wait until it rests."""
@@ -59,37 +81,69 @@ class Bench:
         return self.pan_tilt
 
 
-def motorised(board: GrblLoopback | GrblProcess, clock: Clock) -> GrblPanTilt:
+def on_grbl(board: GrblLoopback | GrblProcess, clock: Clock) -> GrblPanTilt:
     board.configure(settings=BRISK)
-    low, high = bearing(-70.0, -30.0), bearing(70.0, 30.0)
-    limits = PanTiltLimits(
-        pan_min_rad=low.pan_rad,
-        pan_max_rad=high.pan_rad,
-        tilt_min_rad=low.tilt_rad,
-        tilt_max_rad=high.tilt_rad,
-    )
-    mounting = GrblMounting(zero=bearing(72.0, 32.0), speed_rad_s=math.radians(200.0))
-    return GrblPanTilt(board.open, clock, limits=limits, mounting=mounting)
+    mounting = GrblMounting(zero=bearing(72.0, 32.0), speed_rad_s=SPEED_RAD_S)
+    return GrblPanTilt(board.open, clock, limits=LIMITS, mounting=mounting)
+
+
+def on_ptu(unit: PtuLoopback | PtuProcess, clock: Clock) -> PtuPanTilt:
+    unit.configure(steps_per_s=BRISK_STEPS_S)
+    return PtuPanTilt(unit.open, clock, limits=LIMITS, mounting=PtuMounting(speed_rad_s=SPEED_RAD_S))
+
+
+class Shafts:
+    """Shafts between motors that a module's tests share and the rig of the test that runs."""
+
+    def __init__(self) -> None:
+        self.rig = TurningHistory()
+
+    def turn(self, turning: Turning) -> None:
+        self.rig.turn(turning)
+
+
+@pytest.fixture(scope="module")
+def grbl() -> Iterator[tuple[GrblProcess, Shafts]]:
+    shafts = Shafts()
+    with GrblProcess(shafts) as process:
+        process.open().close()  # it is up
+        yield process, shafts
+
+
+@pytest.fixture(scope="module")
+def ptu() -> Iterator[tuple[PtuProcess, Shafts]]:
+    shafts = Shafts()
+    with PtuProcess(shafts) as process:
+        process.open().close()
+        yield process, shafts
 
 
 @pytest.fixture(params=KINDS)
 def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
     rig = TurningHistory()
+    virtual, real = VirtualClock(1_000_000_000), MonotonicClock()
     match request.param:
         case "manual":
-            yield Bench(ManualPanTilt(), VirtualClock(1_000_000_000), rig)
-        case "loopback":
-            clock = VirtualClock(1_000_000_000)
-            built = Bench(motorised(GrblLoopback(clock, rig), clock), clock, rig)
-            yield built
-            built.pan_tilt.close()
-        case _:
-            with GrblProcess(rig) as process:
-                process.open().close()  # it is up
-                real = MonotonicClock()
-                built = Bench(motorised(process, real), real, rig)
-                yield built
-                built.pan_tilt.close()
+            yield Bench(ManualPanTilt(), virtual, rig)
+        case "grbl loopback":
+            yield from used(Bench(on_grbl(GrblLoopback(virtual, rig), virtual), virtual, rig, GRBL_STEP_DEG))
+        case "ptu loopback":
+            yield from used(Bench(on_ptu(PtuLoopback(virtual, rig), virtual), virtual, rig, PTU_STEP_DEG))
+        case "grbl process":
+            board, shafts = request.getfixturevalue("grbl")
+            shafts.rig = rig
+            board.power_cycle()
+            yield from used(Bench(on_grbl(board, real), real, rig, GRBL_STEP_DEG))
+        case "ptu process":
+            unit, shafts = request.getfixturevalue("ptu")
+            shafts.rig = rig
+            unit.power_cycle()
+            yield from used(Bench(on_ptu(unit, real), real, rig, PTU_STEP_DEG))
+
+
+def used(bench: Bench) -> Iterator[Bench]:
+    yield bench
+    bench.pan_tilt.close()
 
 
 def test_it_says_who_it_is_before_and_after_it_is_connected(bench: Bench) -> None:
@@ -143,15 +197,15 @@ def test_a_move_begins_at_once_and_ends_at_rest_where_it_was_asked_for(bench: Be
         assert state.pose is None
     else:
         assert state.pose is not None
-        assert state.pose.pan_rad == pytest.approx(math.radians(12.3), abs=STEP_RAD)
-        assert state.pose.tilt_rad == pytest.approx(math.radians(-7.5), abs=STEP_RAD)
-        assert bench.rig.bearing_deg(bench.clock.now_ns()) == (12.3, -7.5)
+        assert math.degrees(state.pose.pan_rad) == pytest.approx(12.3, abs=0.6 * bench.step_deg)
+        assert math.degrees(state.pose.tilt_rad) == pytest.approx(-7.5, abs=0.6 * bench.step_deg)
+        assert bench.stands_at(12.3, -7.5)
 
 
 def test_after_homing_the_rig_points_straight_ahead(bench: Bench) -> None:
     bench.homed()
 
-    assert bench.rig.bearing_deg(bench.clock.now_ns()) == (0.0, 0.0)
+    assert bench.stands_at(0.0, 0.0)
 
 
 @pytest.mark.parametrize(("pan_deg", "tilt_deg"), [(180.1, 0.0), (0.0, 90.1), (-181.0, 0.0), (0.0, -91.0)])
@@ -213,5 +267,5 @@ def test_the_last_of_two_moves_counts(bench: Bench) -> None:
 
     if pan_tilt.moves_itself:
         assert state.pose is not None
-        assert state.pose.pan_rad == pytest.approx(math.radians(-5.0), abs=STEP_RAD)
-        assert bench.rig.bearing_deg(bench.clock.now_ns()) == (-5.0, 1.0)
+        assert math.degrees(state.pose.pan_rad) == pytest.approx(-5.0, abs=0.6 * bench.step_deg)
+        assert bench.stands_at(-5.0, 1.0)

@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from foveacam_hardware.contract import PARKED, Role, StereoVolts
-from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_server.runtime.calibrations import SHIPPED
 
 from .conftest import API, CENTRE, Program, Running, running

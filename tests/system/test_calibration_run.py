@@ -12,7 +12,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.watcher import Nobody
 from foveacam_pipeline.models import Calibration
-from foveacam_server.calibrate_rig import workplace_of
+from foveacam_server.calibrate_command.rig import workplace_of
 from foveacam_server.calibrating.options import WideOptions
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.wide_step import measure_wide
@@ -103,6 +103,9 @@ def test_wide_step_finds_the_lens_of_the_rig(room: Running, measured: str) -> No
     assert session["board"]["kind"] == "charuco"
     assert len(wide["samples"]) == VIEWS
     assert 0.0 < wide["coverage_fraction"] <= 1.0
+    cells = [count for row in wide["cells"] for count in row]
+    covered = sum(count > 0 for count in cells) / len(cells)
+    assert covered == pytest.approx(wide["coverage_fraction"], abs=1e-4)
     assert wide["fit"]["rms_px"] < 0.1  # corners are found to 0.01 px; the room is noisy
     assert wide["fit"]["fx_px"] == pytest.approx(lens["fx_px"], rel=3e-3)  # seven views of a near board
     assert session["running"] is None

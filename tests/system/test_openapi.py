@@ -67,4 +67,5 @@ def test_generated_requests_meet_no_server_error_and_answers_fit_their_descripti
 
         ask()
     server.http.delete(f"{API}/stop")
+    server.http.post(f"{API}/mirrors/enable")
     assert tried >= 100

@@ -13,6 +13,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.settle.settle import characterise
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings
+from foveacam_pipeline.calibrate.settle.settle_wait import wait_us
 from foveacam_pipeline.verge.aim import EYES
 
 pytestmark = pytest.mark.timeout(300)
@@ -20,6 +21,7 @@ pytestmark = pytest.mark.timeout(300)
 QUICK = SettleSettings(
     axes=("x",), delays=18, longest_us=16_000, ringing_delays=20, ringing_us=6_000, settled_us=30_000
 )
+MAX_V = 170.0
 TOLERANCE_US = {"rig120": 350.0, "paper": 100.0}
 """Half the time between two delays."""
 
@@ -70,6 +72,13 @@ def test_the_mirrors_settle_when_the_pictures_say(measured: tuple[Preset, Settle
     tolerance_us = TOLERANCE_US[preset.name]
     assert found.settle_share_us == pytest.approx(true_time_us(preset, 0.01), abs=tolerance_us)
     assert found.settle_us == pytest.approx(true_time_us(preset, 1.0 / found.step_px), abs=tolerance_us)
+
+
+def test_largest_move_is_over_after_the_wait_that_follows(measured: tuple[Preset, SettleReport]) -> None:
+    preset, report = measured
+    largest_px = max(axis.step_px * 2.0 * MAX_V / axis.step_v for axis in report.axes)
+    true_us = true_time_us(preset, 1.0 / largest_px)
+    assert wait_us(report, max_v=MAX_V) == pytest.approx(true_us, abs=TOLERANCE_US[preset.name] + 100.0)
 
 
 @pytest.mark.parametrize("role", EYES)

@@ -9,6 +9,9 @@ import numpy as np
 from foveacam_hardware.contract import (
     PARKED,
     CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
     CameraSettings,
     Clock,
     DeviceInfo,
@@ -16,6 +19,7 @@ from foveacam_hardware.contract import (
     FoveaError,
     Frame,
     LinkTelemetry,
+    MarkerPrint,
     MirrorLimits,
     MirrorState,
     NotConnected,
@@ -23,8 +27,12 @@ from foveacam_hardware.contract import (
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
+    PixelFormat,
+    Rail,
+    RailPlace,
     Role,
     Sighting,
+    Span,
     Station,
     StationTarget,
     StereoVolts,
@@ -113,6 +121,10 @@ class FakeMirrors:
         self._reach()
         return 0.5
 
+    def recover(self) -> None:
+        self._reach()
+        self.commands.append("recover")
+
     def _reach(self) -> None:
         if self.lost:
             self.connected = False
@@ -131,6 +143,24 @@ class FakeCamera:
         self.failure: FoveaError | None = None
         self._clock = clock
         self._seq = 0
+
+    @property
+    def ranges(self) -> CameraRanges:
+        free = Span(low=0.0, high=1e9)
+        return CameraRanges(
+            exposure_ns=free,
+            gain_db=free,
+            frame_rate_hz=free,
+            black_level=free,
+            pixel_formats=tuple(PixelFormat),
+        )
+
+    @property
+    def link(self) -> CameraLink:
+        return CameraLink(phase=CameraPhase.STREAMING if self.failure is None else CameraPhase.LOST)
+
+    def software_trigger(self) -> None:
+        return
 
     def connect(self) -> None:
         return
@@ -243,6 +273,7 @@ class FakeRig:
     simulated = True
     scene = None
     baseline_m = 0.2
+    settle_us = 14_000
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -250,6 +281,9 @@ class FakeRig:
         self.mirrors = FakeMirrors()
         self.pan_tilt: FakePanTilt | None = FakePanTilt()
         self.stations = STATIONS
+        self.markers = MarkerPrint()
+        self.rail: Rail | None = None
+        self.rail_places: tuple[RailPlace, ...] = ()
         self.head = FakeHead(self)
         self.problems: tuple[FakeProblem, ...] = ()
         self.closed = threading.Event()

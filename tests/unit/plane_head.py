@@ -16,6 +16,10 @@ from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 CALIBRATION = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
+MEASURED = load_calibration(
+    Path(__file__).parents[2] / "server" / "foveacam_server" / "shipped" / "sim-rig120.json"
+)
+"""As the procedures measured it; it is written anew when they or the simulated rig change."""
 TEXEL_M = 0.4e-3
 TILE = 2048
 LOOK_NS = 33_000_000
@@ -44,9 +48,16 @@ def still(t_ns: int) -> tuple[float, float]:
     return 0.0, 0.0
 
 
+def nobody(t_ns: int) -> float | None:
+    return None
+
+
 @dataclass
 class PlaneHead:
-    """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture."""
+    """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture.
+
+    `passer_px(t_ns)`: column of the wide view at which somebody stands in the left eye's way; None: nobody.
+    """
 
     z_m: float
     texture: Texture
@@ -54,6 +65,7 @@ class PlaneHead:
     noise: float = 1.0
     shift_m: Callable[[int], tuple[float, float]] = still
     blind: frozenset[Role] = frozenset()
+    passer_px: Callable[[int], float | None] = nobody
     calibration: Calibration = CALIBRATION
     looks: int = 0
     look_ns: int = LOOK_NS
@@ -71,6 +83,9 @@ class PlaneHead:
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
         image = self._paint(self._coarse, self._wide_tan * self.z_m, t_ns)
+        column_px = self.passer_px(t_ns)
+        if column_px is not None:
+            image[:, max(0, round(column_px) - 20) : max(0, round(column_px) + 20)] = 40
         return Frame(image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS)
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
@@ -93,7 +108,8 @@ class PlaneHead:
         plane = raw @ plane_from_raw(calibration, role, volts, depth_m=self.z_m).T
         places_m = plane[..., :2] / plane[..., 2:] / calibration.fovea_f_px * self.z_m
         places_m += calibration.reference_rig_m(role)[:2]
-        if role in self.blind:
+        hidden = role is Role.LEFT and self.passer_px(t_ns) is not None
+        if hidden or role in self.blind:
             places_m = places_m[::-1, ::-1] * 0.7 + 0.31
         return Frame(
             image=self._paint(self._fine, places_m, t_ns),

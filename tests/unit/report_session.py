@@ -47,6 +47,20 @@ def axis(eye: str, name: str, *, slower_ms: float = 0.0) -> Document:
     }
 
 
+def mount_drift() -> Document:
+    figures = {"px_per_minute": 0.4, "moved_px": 1.2, "sigma_px": 0.1, "minutes": 3.1}
+    return figures | {"pieces": 2, "visits": 12}
+
+
+def step(name: str, error_px: float) -> Document:
+    return {
+        "name": name,
+        "pointing_rms_px": error_px,
+        "rectification_rms_px": error_px,
+        "epipolar_rms_px": error_px / 2.0,
+    }
+
+
 def session_document(**changes: object) -> Document:
     models = [
         {
@@ -78,8 +92,25 @@ def session_document(**changes: object) -> Document:
         "fit": {
             "calibration_id": "x",
             "models": models,
-            "paper": {"loo_deg": [0.017, 0.02]},
-            "parallax": {"distance_known": True, "largest_deg": 0.0134},
+            "volts_roundtrip_max_lsb": 0.25,
+            "drift": {eye: mount_drift() for eye in ("left", "right")},
+            "paper": {
+                "station": "markers",
+                "loo_deg": {"left": [0.0171, 0.0201], "right": [0.0172, 0.0202]},
+                "rectify_loo_px": {"left": 0.052, "right": 0.053},
+                "volts_roundtrip_max_lsb": 422.35,
+                "steps": [step("paper", 13.4), step("ours", 0.22), step("ours, but one distance", 2.26)],
+            },
+            "parallax": {
+                "markers": {
+                    "print_m": 5.0002,
+                    "tape_m": 5.0,
+                    "rms_deg": 0.0071,
+                    "largest_deg": 0.0134,
+                    "corrected": True,
+                    "words": "the parallax was taken out",
+                }
+            },
         },
         "settle": {"axes": [axis("left", "x"), axis("right", "y", slower_ms=0.5)]},
         "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.44, "pointing_rms_px": 1.3, "poses": 40},
@@ -116,8 +147,8 @@ def drift_document(day: int, *, shift_deg: float, applied: bool = False) -> Docu
     }
 
 
-def picture() -> bytes:
-    figure = Figure(figsize=(4.0, 3.0))
+def picture(width_in: float = 4.0) -> bytes:
+    figure = Figure(figsize=(width_in, 3.0))
     figure.subplots().imshow(np.arange(12.0).reshape(3, 4))
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")

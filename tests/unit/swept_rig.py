@@ -1,5 +1,6 @@
 """Sweeps of a simulated rig as the procedures would measure them: its truth, with noise on the corners."""
 
+from dataclasses import dataclass, replace
 from functools import cache
 
 import cv2
@@ -26,6 +27,14 @@ CELLS = [(x, y) for x in (-0.01, 0.0, 0.01, 0.02) for y in (-0.02, 0.0, 0.01)]
 PLACES_M = np.array([(-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03), *CELLS])
 PAN_M, TILT_M = np.array([0.002, 0.055, -0.033]), np.array([0.001, 0.052, -0.036])
 """Points of the pan and of the tilt axis of the base, rig frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Standard deviations of the corners found, px."""
+
+    wide_px: float = 0.05
+    fovea_px: float = 0.1
 
 
 class SweptRig:
@@ -144,43 +153,74 @@ def swept(
     begin_s: float = 10.0,
 ) -> Sweep:
     """Return the sweep of a seed's rig over the target at a distance."""
-    rig = SweptRig(seed, drift_deg=drift_deg)
-    rng = np.random.default_rng([seed, round(1e3 * distance_m)])
+    noise = Noise(wide_px=wide_noise_px, fovea_px=fovea_noise_px)
+    room = _Room(SweptRig(seed, drift_deg=drift_deg), distance_m, noise, key=0)
     plan = SweepPlan(columns=side, rows=side)
-    volts = {role: np.zeros(2) for role in EYES}
-    turn = target_turn()
-    poses = []
-    for index, node in enumerate(plan.nodes_rad().tolist()):
-        t_ns = round(1e9 * (begin_s + POSE_S * index))
+    poses = [
+        room.pose(index, node, t_s=begin_s + POSE_S * index)
+        for index, node in enumerate(plan.nodes_rad().tolist())
+    ]
+    return Sweep(header=header(seed, distance_m, plan), poses=tuple(poses))
+
+
+def visited(
+    sweep: Sweep, visits: dict[float, int], *, drift_deg: float, run: str = "", noise: Noise | None = None
+) -> Sweep:
+    """Return a sweep with visits that repeat nodes: the node by the time, s; all of it in one `run`."""
+    seed, distance_m = int(sweep.header.rig_id.removeprefix("sim-")), sweep.header.station.distance_m
+    assert distance_m is not None
+    room = _Room(
+        SweptRig(seed, drift_deg=drift_deg), distance_m, noise or Noise(), key=len(sweep.repeats) + 1
+    )
+    named = replace(sweep, poses=tuple(replace(pose, run=pose.run or run) for pose in sweep.poses))
+    nodes = sweep.header.plan.nodes_rad().tolist()
+    for t_s, index in sorted(visits.items()):
+        pose = room.pose(index, nodes[index], t_s=t_s)
+        again = replace(pose, run=run, repeat=named.next_repeat(index))
+        named = replace(named, repeats=(*named.repeats, again))
+    return named
+
+
+class _Room:
+    """The target before the rig: what would be measured of it at a moment."""
+
+    def __init__(self, rig: SweptRig, distance_m: float, noise: Noise, *, key: int) -> None:
+        self._rig = rig
+        self._distance_m = distance_m
+        self._noise = noise
+        seeds = [rig.seed, round(1e3 * distance_m), *([key] if key else [])]
+        self._rng = np.random.default_rng(seeds)
+        self._volts = {role: np.zeros(2) for role in EYES}
+
+    def pose(self, index: int, node: list[float], *, t_s: float) -> SweepPose:
+        """Return the pose at a node."""
+        rig, rng, t_ns = self._rig, self._rng, round(1e9 * t_s)
         bearing = PanTiltPose(pan_rad=-node[0] + 1e-3 * rng.standard_normal(), tilt_rad=-node[1])
-        corners = markers_in_rig(bearing, distance_m=distance_m, turn=turn)
+        corners = markers_in_rig(bearing, distance_m=self._distance_m, turn=target_turn())
+        ids = {role: MarkerLayout().id_of(role) for role in corners}
         wide = {
-            MarkerLayout().id_of(role): _view(
-                MarkerLayout().id_of(role), rig.wide_pixels(points), wide_noise_px, rng
-            )
+            ids[role]: _view(ids[role], rig.wide_pixels(points), self._noise.wide_px, rng)
             for role, points in corners.items()
         }
         eyes: dict[Role, EyePose | None] = {}
         for role in EYES:
             target = CENTRE_PX + rng.uniform(-3.0, 3.0, 2)
-            volts[role] = rig.steered(role, corners[role][:4].mean(axis=0), target, volts[role], t_ns=t_ns)
-            drive = MirrorVolts(x_v=float(volts[role][0]), y_v=float(volts[role][1]))
+            middle = corners[role][:4].mean(axis=0)
+            self._volts[role] = rig.steered(role, middle, target, self._volts[role], t_ns=t_ns)
+            drive = MirrorVolts(x_v=float(self._volts[role][0]), y_v=float(self._volts[role][1]))
             pixels = rig.static_projection(role, drive, t_ns=t_ns).pixels(corners[role])
-            eyes[role] = _eye_pose(MarkerLayout().id_of(role), drive, pixels, fovea_noise_px, rng)
-        poses.append(
-            SweepPose(
-                index=index,
-                node_rad=(node[0], node[1]),
-                pan_tilt=bearing,
-                t_ns=t_ns,
-                wide=wide,
-                left=eyes[Role.LEFT],
-                right=eyes[Role.RIGHT],
-                left_refusal=None if eyes[Role.LEFT] else "the marker was cut by the edge",
-                right_refusal=None if eyes[Role.RIGHT] else "the marker was cut by the edge",
-            )
+            eyes[role] = _eye_pose(ids[role], drive, pixels, self._noise.fovea_px, rng)
+        return SweepPose(
+            index=index,
+            node_rad=(node[0], node[1]),
+            pan_tilt=bearing,
+            t_ns=t_ns,
+            wide=wide,
+            left=eyes[Role.LEFT],
+            right=eyes[Role.RIGHT],
+            left_refusal=None if eyes[Role.LEFT] else "the marker was cut by the edge",
+            right_refusal=None if eyes[Role.RIGHT] else "the marker was cut by the edge",
         )
-    return Sweep(header=header(seed, distance_m, plan), poses=tuple(poses))
 
 
 def target_turn() -> NDArray[np.float64]:

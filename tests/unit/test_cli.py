@@ -169,10 +169,13 @@ def test_doctor_names_what_is_missing_and_fails(
     rig = tmp_path / "rig.toml"
     rig.write_text('kind = "serial"\nrig_id = "workshop"\n[mirrors]\nport = "/dev/ttyNOBODY"\n')
     assert run(monkeypatch, "doctor", "--rig", str(rig), "--port", str(taken_port), "--json") == 1
-    found = json.loads(capsys.readouterr().out)
-    assert not found["rig"]["ok"]
-    assert "/dev/ttyNOBODY" in found["rig"]["detail"]
-    assert not found["calibration"]["ok"]
-    assert not found["port"]["ok"]
-    assert found["data"]["ok"]
-    assert found["console"]["ok"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["ok"] is False
+    found = report["checks"]
+    assert found["rig"]["level"] == "ok"
+    for name in ("mirrors", "wide", "left", "right", "serial_ports", "calibration", "port"):
+        assert found[name]["level"] == "problem", name
+    assert "/dev/ttyNOBODY" in found["mirrors"]["found"]
+    assert found["mirrors"]["remedy"]
+    assert found["data"]["level"] == "ok"
+    assert found["console"]["level"] == "ok"

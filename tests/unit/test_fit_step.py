@@ -1,12 +1,16 @@
 """The fit as a step of a session: what it keeps, what it tells, and what it refuses."""
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from foveacam_hardware.contract import NotCalibrated
+from foveacam_hardware.contract import Cancelled, NotCalibrated
+from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION
+from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import Nobody
@@ -112,3 +116,38 @@ def test_session_without_a_sweep_says_which_step_comes_first(tmp_path: Path) -> 
     with pytest.raises(NotCalibrated, match="run the step mirrors first"):
         fit_session(empty, FitOptions(), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Heard())
     assert empty.empty
+
+
+@dataclass
+class Impatient(Heard):
+    """Wants no more once so much is done."""
+
+    patience: int = 0
+
+    def cancelled(self) -> bool:
+        return self.last[0] >= self.patience
+
+
+@pytest.mark.parametrize("patience", [0, ELECTION, ELECTION + FOLDS * MOST_VARIANTS + 3])
+def test_cancelled_fit_leaves_nothing_behind(
+    session: CalibrationSession, patience: int
+) -> None:  # before it begins, while models are compared, and while pictures are drawn
+    kept, impatient = Kept(), Impatient(patience=patience)
+    before = {path: path.read_bytes() for path in session.folder.rglob("*") if path.is_file()}
+    with pytest.raises(Cancelled, match="the fit was cancelled"):
+        fit_session(session, FitOptions(), wide_lens(SweptRig(SEED)), registry=kept, watch=impatient)
+    assert kept.known == {}
+    assert impatient.fits == []
+    assert {path: path.read_bytes() for path in session.folder.rglob("*") if path.is_file()} == before
+
+
+def test_fit_is_asked_often_whether_it_shall_go_on(session: CalibrationSession) -> None:
+    asked_s: list[float] = []
+
+    class Asked(Heard):
+        def cancelled(self) -> bool:
+            asked_s.append(time.thread_time())
+            return False
+
+    fit_session(session, FitOptions(compare=False), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Asked())
+    assert float(np.diff(asked_s).max()) < 1.0  # cpu seconds of its thread; a whole fit takes about one

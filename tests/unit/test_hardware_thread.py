@@ -1,5 +1,6 @@
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from foveacam_hardware.contract import (
     MirrorVolts,
     MonotonicClock,
     NotConnected,
+    Role,
     StereoVolts,
     Stopped,
     Timeout,
@@ -189,6 +191,37 @@ def test_camera_that_does_not_deliver_is_named(setup: Setup) -> None:
     setup.rig.head.failure = None
     assert setup.wait_for("device.recovered") == {"device": "right"}
     assert hardware.status.state is RigState.READY
+
+
+@pytest.mark.parametrize("role", list(Role))
+def test_a_lost_camera_is_told_and_the_mirrors_rest_though_nobody_looks(setup: Setup, role: Role) -> None:
+    hardware = setup.start()
+    camera = {Role.WIDE: setup.rig.wide, Role.LEFT: setup.rig.left, Role.RIGHT: setup.rig.right}[role]
+    with hardware.session("job", cancelled=lambda: False):
+        hardware.submit(lambda rig: rig.mirrors.steer(THERE)).result(PATIENCE_S)
+        camera.failure = NotConnected(f"camera {role}: unplugged")
+        assert setup.wait_for("device.fault")["device"] == role
+        _wait_until(lambda: setup.rig.mirrors.volts == PARKED)
+        assert setup.rig.mirrors.commands[-1] == "park"
+
+
+def test_mirrors_whose_exposures_fail_are_not_called_back_before_one_succeeds(setup: Setup) -> None:
+    hardware = setup.start()
+    setup.rig.head.failure = DeviceFault("strobe timeout")
+    setup.wait_for("device.fault")
+    setup.rig.mirrors.commands.clear()
+    _wait_until(lambda: "park" in setup.rig.mirrors.commands)  # it was tried again
+    hardware.submit(lambda _rig: None).result(PATIENCE_S)
+    assert [problem.device for problem in hardware.status.problems] == ["mirrors"]
+    setup.rig.head.failure = None
+    assert setup.wait_for("device.recovered") == {"device": "mirrors"}
+
+
+def _wait_until(reached: Callable[[], bool]) -> None:
+    over_s = time.monotonic() + PATIENCE_S
+    while not reached():
+        assert time.monotonic() < over_s
+        threading.Event().wait(0.01)
 
 
 def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: Setup) -> None:

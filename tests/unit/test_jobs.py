@@ -155,6 +155,25 @@ def test_progress_tells_the_time_left_from_the_time_so_far(bench: Bench) -> None
     assert (job.done, job.total, job.note) == (3, 5, "half way")
 
 
+def test_what_was_done_before_another_thing_is_counted_does_not_shorten_the_time_left(bench: Bench) -> None:
+    seen: list[float | None] = []
+
+    def count(context: JobContext) -> str:
+        for done, total in (
+            (0, 1),
+            (39, 41),
+            (40, 41),
+        ):  # the way there, then what a resumed step has already
+            bench.clock.sleep_until_ns(bench.clock.now_ns() + 6_000_000_000)
+            context.progress(done, total=total)
+            seen.append(context.job.eta_s)
+        return ""
+
+    bench.jobs.handle("count", count)
+    bench.end(bench.jobs.submit("count", {}))
+    assert seen == [None, None, 6.0]
+
+
 def test_same_key_and_request_give_the_same_job(bench: Bench) -> None:
     first = bench.jobs.submit("quick", {"n": 1}, idempotency_key="k")
     assert bench.jobs.submit("quick", {"n": 1}, idempotency_key="k").id == first.id

@@ -7,8 +7,9 @@ import pytest
 
 import foveacam_hardware
 from foveacam_hardware.contract import InvalidInput, PanTiltPose, StationTarget
-from foveacam_hardware.drivers.grbl import GrblPanTilt
-from foveacam_hardware.drivers.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
+from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.rig import Rig, load_rig_config, open_rig
 
 EXAMPLE = Path(foveacam_hardware.__file__).parent / "examples" / "serial.toml"
@@ -18,6 +19,7 @@ GRBL = (
     + '[pan_tilt]\nkind = "grbl"\nport = "/dev/none"\nzero_pan_deg = 72.0\nzero_tilt_deg = 32.0\n'
     + '[[pan_tilt.stations]]\nname = "board"\ntarget = "board"\npan_deg = 45.0\n'
 )
+PTU = RIG + '[pan_tilt]\nkind = "ptu"\nport = "/dev/none"\n'
 MANUAL = (
     RIG + '[pan_tilt]\nkind = "manual"\n[[pan_tilt.stations]]\nname = "m"\ntarget = "markers"\npan_deg = 0.0'
 )
@@ -36,6 +38,13 @@ def test_the_shipped_example_turns_by_grbl_and_knows_its_stations() -> None:
     assert rig.pan_tilt.limits.pan_max_rad == pytest.approx(np.deg2rad(70.0))
     assert [station.name for station in rig.stations] == ["board", "markers", "markers near"]
     assert rig.stations[2].distance_m == 2.5
+
+
+def test_a_flir_unit_is_named_by_port_and_baud(tmp_path: Path) -> None:
+    rig = opened(tmp_path, PTU + "baud = 19200\nupside_down = true\nzero_tilt_deg = -2.0")
+
+    assert isinstance(rig.pan_tilt, PtuPanTilt)
+    assert rig.pan_tilt.info.serial == "/dev/none"
 
 
 def test_a_rig_without_a_pan_tilt_has_none_and_misses_nothing(tmp_path: Path) -> None:
@@ -72,7 +81,9 @@ def test_a_rig_turned_by_hand_has_stations_and_is_never_missing(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (GRBL.replace('"grbl"', '"ptu"'), ["pan_tilt", "'grbl'", "'manual'"]),
+        (GRBL.replace('"grbl"', '"pelco"'), ["pan_tilt", "'grbl'", "'ptu'", "'manual'"]),
+        (PTU + "baud = 9601", ["pan_tilt.baud", "9600", "9601"]),
+        (PTU + "has_switches = true", ["pan_tilt.has_switches", "not permitted"]),
         (GRBL.replace("zero_tilt_deg = 32.0\n", ""), ["zero_tilt_deg", "has_switches = false"]),
         (GRBL.replace("zero_tilt_deg", "pan_min_deg = 70.0\nzero_tilt_deg"), ["minimum", "exchange"]),
         (GRBL.replace("pan_deg = 45.0", "pan_deg = 80.0"), ["'board'", "80", "outside -70 to 70"]),

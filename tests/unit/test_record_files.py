@@ -73,6 +73,15 @@ def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: Ses
         imported(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
 
 
+def test_bundle_of_another_wide_camera_is_refused_naming_both_sizes(
+    measured: Calibration, shelf: SessionShelf
+) -> None:
+    document = json.loads(exported(measured, "authors", sessions=shelf))
+    facts = ImportFacts(rig_id=measured.rig_id, distance_m=5.0, wide_size=(1920, 1200))
+    with pytest.raises(InvalidInput, match="1440 × 1080 px, this rig's has 1920 × 1200 px"):
+        imported(document, facts)
+
+
 def test_unknown_format_is_refused_with_those_there_are() -> None:
     with pytest.raises(InvalidInput, match="foveacam and authors"):
         known_format("xml")

@@ -65,6 +65,40 @@ def numbers(text: str | None) -> list[float]:
     return [float(found) for found in re.findall(r"\d+\.?\d*", text or "")]
 
 
+def test_paper_s_plain_model_stands_beside_ours_with_what_each_addition_brings() -> None:
+    text = read(report_html(CALIBRATION, session=SESSION)).text
+    assert re.search(r"left eye \(ax, ay\)0\.0171°, 0\.0201°0\.0057°, 0\.0071°", text)
+    assert re.search(r"at most422\.35 DAC steps0\.25 DAC steps", text)
+    assert re.search(r"ours, but one distance2\.26 px2\.26 px1\.13 px", text)
+
+
+def test_parallax_is_told_for_every_station() -> None:
+    text = read(report_html(CALIBRATION, session=SESSION)).text
+    assert re.search(r"markers5 m5 m0\.0071°0\.0134°yes", text)
+
+
+def test_picture_with_diagrams_side_by_side_has_a_row_of_its_own() -> None:
+    page = report_html(CALIBRATION, pictures={"loo": picture(6.0), "warp_left": picture()})
+    assert page.count('<figure class="broad">') == 1
+
+
+def test_drift_of_the_mounts_is_told_in_a_line() -> None:
+    document = session_document()
+    eye = {
+        "px_per_minute": 0.461,
+        "moved_px": 1.22,
+        "sigma_px": 0.06,
+        "minutes": 5.2,
+        "pieces": 5,
+        "visits": 17,
+    }
+    document["fit"] = {**document["fit"], "drift": {"left": eye, "right": {**eye, "px_per_minute": 0.7}}}
+    document["closing"] = {"corrected": True, "rows_px": 0.314}
+    text = read(report_html(CALIBRATION, session=session_facts(document))).text
+    assert "left eye 0.46 fovea px a minute, 1.22 ± 0.06 px in 5.2 min; right eye 0.70" in text
+    assert "the eyes' rows came 0.31 px apart: taken out too" in text
+
+
 def test_table_2_has_the_paper_s_rows_and_values() -> None:
     assert [row.paper for row in table2(CALIBRATION, None)] == [
         "25.6° × 19.4°",

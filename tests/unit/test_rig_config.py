@@ -1,16 +1,24 @@
 """Rig files: the shipped examples open, and a mistake is named."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import foveacam_hardware
+from foveacam_hardware.camera_config import ROLES, OpenCvCameraConfig
 from foveacam_hardware.contract import InvalidInput, NotConnected
+from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig
+from foveacam_hardware.rail_config import PAPER_PLACES, GrblRailConfig
 from foveacam_hardware.rig import load_rig_config, open_rig
-from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
+from foveacam_hardware.rig_config import FORMAT, VERSION, MarkersConfig, SerialRigConfig, SimulatedRigConfig
 
 EXAMPLES = Path(foveacam_hardware.__file__).parent / "examples"
 SERIAL = 'kind = "serial"\nrig_id = "lab-1"\n[mirrors]\nport = "/dev/does-not-exist"\n'
+CAMERAS = (
+    SERIAL + '[cameras.left]\nkind = "aravis"\nserial = "1"\n[cameras.right]\nkind = "aravis"\nserial = "2"\n'
+)
+RAIL_PLACE = SERIAL + ('[rail]\nkind = "manual"\n[[rail.places]]\nname = "{name}"\nposition_mm = {mm}\n')
 
 
 def written(folder: Path, text: str) -> Path:
@@ -25,8 +33,79 @@ def test_every_shipped_example_opens(path: Path) -> None:
     rig = open_rig(config)
     rig.close()
 
-    assert config.kind == path.stem
+    assert config.kind == ("simulated" if path.stem.startswith("simulated") else "serial")
     assert rig.name == config.name
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_shipped_example_says_its_format_and_version(path: Path) -> None:
+    content = tomllib.loads(path.read_text(encoding="utf-8"))
+
+    assert (content["format"], content["version"]) == (FORMAT, VERSION)
+
+
+def test_the_examples_show_every_kind_there_is() -> None:
+    kinds = set()
+    for path in EXAMPLES.glob("*.toml"):
+        config = load_rig_config(path)
+        if isinstance(config, SerialRigConfig):
+            kinds |= {f"camera {getattr(config.cameras, role).kind}" for role in ROLES}
+            kinds |= {f"pan-tilt {config.pan_tilt.kind}"} if config.pan_tilt else set()
+            kinds |= {f"rail {config.rail.kind}"} if config.rail else set()
+
+    assert kinds == {
+        *(f"camera {kind}" for kind in ("aravis", "pylon", "opencv", "absent")),
+        *(f"pan-tilt {kind}" for kind in ("grbl", "ptu", "manual")),
+        *(f"rail {kind}" for kind in ("grbl", "manual")),
+    }
+
+
+def test_the_rails_example_has_the_papers_places_and_shares_a_board() -> None:
+    config = load_rig_config(EXAMPLES / "grbl-rail.toml")
+    assert isinstance(config, SerialRigConfig)
+    assert isinstance(config.rail, GrblRailConfig)
+    assert isinstance(config.pan_tilt, GrblPanTiltConfig)
+
+    assert config.rail.named == PAPER_PLACES
+    assert config.rail.port == config.pan_tilt.port
+
+
+def test_the_example_with_aravis_cameras_states_the_markers_defaults() -> None:
+    config = load_rig_config(EXAMPLES / "serial.toml")
+    assert isinstance(config, SerialRigConfig)
+
+    assert config.markers == MarkersConfig()
+
+
+def test_a_file_without_format_and_version_is_of_the_first(tmp_path: Path) -> None:
+    config = load_rig_config(written(tmp_path, SERIAL))
+
+    assert (config.format, config.version) == (FORMAT, 1)
+
+
+def test_files_that_a_rig_file_names_are_found_beside_it(tmp_path: Path) -> None:
+    text = SERIAL + '[cameras.wide]\nkind = "opencv"\nsource = "shots/%04d.png"\n'
+    config = load_rig_config(written(tmp_path, text))
+    assert isinstance(config, SerialRigConfig)
+    assert isinstance(config.cameras.wide, OpenCvCameraConfig)
+
+    assert config.cameras.wide.source == str(tmp_path / "shots/%04d.png")
+
+
+@pytest.mark.parametrize("source", ['"rtsp://10.0.0.2/wide"', '"/dev/video2"', "3"])
+def test_streams_devices_and_numbers_are_taken_as_they_are(tmp_path: Path, source: str) -> None:
+    text = SERIAL + f'[cameras.wide]\nkind = "opencv"\nsource = {source}\n'
+    config = load_rig_config(written(tmp_path, text))
+    assert isinstance(config, SerialRigConfig)
+    assert isinstance(config.cameras.wide, OpenCvCameraConfig)
+
+    assert str(config.cameras.wide.source) == source.strip('"')
+
+
+def test_left_and_right_may_differ_when_one_is_absent(tmp_path: Path) -> None:
+    text = SERIAL + '[cameras.left]\nkind = "aravis"\nserial = "1"\nexposure_ms = 3.0\n'
+
+    assert isinstance(load_rig_config(written(tmp_path, text)), SerialRigConfig)
 
 
 def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
@@ -44,10 +123,36 @@ def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
         (SERIAL + "max_v = 500", ["mirrors.max_v", "180", "500"]),
         (SERIAL.replace("lab-1", "Lab 1"), ["rig_id", "Lab 1"]),
         (
-            SERIAL + '[cameras]\nleft = { kind = "aravis" }',
-            ["cameras.left.kind", "no camera driver of that kind in this version", "absent", "'aravis'"],
+            SERIAL + '[cameras]\nleft = { kind = "webcam" }',
+            ["cameras.left", "'webcam'", "'aravis', 'pylon', 'opencv', 'absent'"],
         ),
         ("kind = ", ["not valid TOML"]),
+        (CAMERAS.replace('"2"', '"1"'), ["serial 1 is claimed by left and by right", "its own label"]),
+        (CAMERAS + "gain_db = 3.0", ["left and right differ in gain_db (0.0 and 3.0)", "give both"]),
+        (CAMERAS + 'pixel_format = "Mono12"', ["differ in pixel_format", "'Mono8' and 'Mono12'"]),
+        (CAMERAS + "exposure_ms = 2.0", ["differ in exposure_ms (8.0 and 2.0)"]),
+        (CAMERAS.replace("aravis", "pylon", 1), ["differ in kind ('pylon' and 'aravis')"]),
+        (CAMERAS + "exposure_ms = 0.0", ["cameras.right.exposure_ms", "greater than 0"]),
+        (CAMERAS + "exposure_us = 3.0", ["cameras.right.exposure_us", "not permitted", "spelling"]),
+        (CAMERAS.replace('serial = "2"', ""), ["cameras.right.serial", "missing"]),
+        (CAMERAS + '[cameras.left]\nkind = "absent"', ["twice", "a role is one camera"]),
+        (SERIAL + '[cameras.left]\nserial = "1"', ["cameras.left", "kind is missing"]),
+        (SERIAL + "[markers]\nside_mm = 100.0\nspacing_mm = 90.0", ["markers", "measure both"]),
+        (SERIAL + "[markers]\nleft_id = 0", ["markers", "(0, 0, 2)"]),
+        ("version = 2\n" + SERIAL, ["version 2", "newer", "update the program"]),
+        ("version = 0\n" + SERIAL, ["version 0", "older", "write `version = 1`"]),
+        ('version = "1"\n' + SERIAL, ["'1'", "whole number"]),
+        ('format = "foveacam-scene"\n' + SERIAL, ["'foveacam-scene'", "give the path of a rig file"]),
+        (SERIAL + '[rail]\nkind = "grbl"\nport = "/dev/x"', ["rail", "zero_mm is missing"]),
+        (SERIAL + '[rail]\nkind = "manual"\nmin_mm = 10.0\nmax_mm = 0.0', ["rail", "exchange them"]),
+        (RAIL_PLACE.format(name="a", mm="500.0"), ["'a' at 500 mm lies outside -300 to 300 mm"]),
+        (RAIL_PLACE.format(name="a", mm="0.0") * 2, ["not valid TOML", "twice"]),
+        (
+            SERIAL
+            + '[pan_tilt]\nkind = "grbl"\nport = "/dev/x"\nhas_switches = false\n'
+            + '[rail]\nkind = "grbl"\nport = "/dev/x"\nzero_mm = 310.0',
+            ["share a board", "has_switches differs"],
+        ),
     ],
 )
 def test_a_wrong_rig_file_is_refused_by_file_key_value_and_remedy(
@@ -85,3 +190,13 @@ def test_a_serial_rig_without_its_devices_opens_and_says_what_is_missing(tmp_pat
     assert "/dev/does-not-exist" in found["mirrors"]
     assert not rig.simulated
     assert rig.truth is None
+
+
+def test_markers_as_printed_reach_the_rig_in_metres(tmp_path: Path) -> None:
+    text = SERIAL + "[markers]\nside_mm = 40.0\nspacing_mm = 90.0\nleft_id = 7\n"
+    rig = open_rig(load_rig_config(written(tmp_path, text)))
+    rig.close()
+
+    assert rig.markers.side_m == pytest.approx(0.04)
+    assert rig.markers.spacing_m == pytest.approx(0.09)
+    assert (rig.markers.wide_id, rig.markers.left_id, rig.markers.right_id) == (0, 7, 2)

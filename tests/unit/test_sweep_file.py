@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,37 @@ def test_a_line_that_was_cut_off_is_left_out_and_the_next_pose_follows_the_whole
     append_pose(path, pose(2))
 
     assert [p.index for p in load_sweep(path).poses] == [0, 2]
+
+
+def test_visits_that_repeat_a_node_are_kept_in_the_order_of_measuring(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.jsonl"
+    save_sweep(Sweep(header=header(), poses=(pose(4),)), path)
+    for index, repeat in ((4, 1), (0, 1), (4, 2)):
+        append_pose(path, replace(pose(index, seed=repeat), repeat=repeat, run="2026-01-01T00:00:00.000Z"))
+    append_pose(path, pose(0))
+
+    found = load_sweep(path)
+
+    assert [p.index for p in found.poses] == [0, 4]
+    assert [(p.index, p.repeat) for p in found.repeats] == [(4, 1), (0, 1), (4, 2)]
+    assert {p.run for p in found.repeats} == {"2026-01-01T00:00:00.000Z"}
+    assert (found.next_repeat(4), found.next_repeat(7)) == (3, 1)
+    save_sweep(found, tmp_path / "again.jsonl")
+    assert [p.repeat for p in load_sweep(tmp_path / "again.jsonl").repeats] == [1, 1, 2]
+
+
+def test_a_file_from_before_visits_were_made_still_loads(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.jsonl"
+    save_sweep(Sweep(header=header(), poses=(pose(0), pose(1))), path)
+    lines = [json.loads(line) for line in path.read_bytes().splitlines()]
+    for line in lines[1:]:
+        del line["repeat"], line["run"]
+    path.write_bytes(b"".join(json.dumps(line).encode() + b"\n" for line in lines))
+
+    found = load_sweep(path)
+
+    assert [(p.index, p.repeat, p.run) for p in found.poses] == [(0, 0, ""), (1, 0, "")]
+    assert found.repeats == ()
 
 
 def test_the_last_measurement_of_a_pose_counts(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
+from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import (
@@ -19,14 +20,15 @@ from foveacam_pipeline.verge.values import (
     VergeStep,
 )
 
-from .plane_head import CALIBRATION, TEXEL_M, TILE, PlaneHead, noise_texture, plain_texture
+from .plane_head import CALIBRATION, MEASURED, TILE, PlaneHead, noise_texture, plain_texture
 
 NOISE = noise_texture()
 CLICK = PixelTarget(x_px=850.3, y_px=420.7)
+with_either = pytest.mark.parametrize("calibration", [CALIBRATION, MEASURED], ids=["fixed", "measured"])
 
 
 def fix(head: PlaneHead, target: Target = CLICK, limits: VergeSettings | None = None) -> Fixation:
-    return fixate(head, CALIBRATION, target, clock=head.clock, limits=limits or VergeSettings())
+    return fixate(head, head.calibration, target, clock=head.clock, limits=limits or VergeSettings())
 
 
 def true_distance_m(fixation: Fixation, z_m: float) -> float:
@@ -98,29 +100,62 @@ def test_lines_along_the_rows_tell_no_distance() -> None:
     assert fixation.distance_m is None
 
 
-def test_lines_across_the_rows_tell_the_distance() -> None:
+@with_either
+def test_lines_across_the_rows_tell_the_distance(calibration: Calibration) -> None:
     columns = NOISE.mean(axis=0, keepdims=True)
     lines = 128.0 + np.repeat(4.0 * (columns - columns.mean()), TILE, axis=0)
-    fixation = fix(PlaneHead(z_m=6.0, texture=lines.astype(np.float32)))
+    fixation = fix(PlaneHead(z_m=6.0, texture=lines.astype(np.float32), calibration=calibration))
     assert fixation.state is FixationState.VERGED, fixation.reason
     assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.005)
 
 
-def test_a_pattern_that_repeats_is_not_taken_for_another_distance() -> None:
-    period_texels = 64  # 26 mm, 14 wide px at 6 m
+@with_either
+@pytest.mark.parametrize("period_texels", [32, 64])  # 7 and 13 wide px at 6 m
+def test_a_pattern_that_repeats_is_not_taken_for_another_distance(
+    calibration: Calibration, period_texels: int
+) -> None:
     wave = 40.0 * np.sin(2.0 * np.pi * np.arange(TILE) / period_texels)
     grid = (128.0 + wave[None, :] + wave[:, None]).astype(np.float32)
-    fixation = fix(PlaneHead(z_m=6.0, texture=grid))
-    if fixation.state is FixationState.VERGED:
-        assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.01)
-    assert TILE % period_texels == 0 and TEXEL_M > 0.0
+    fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=calibration))
+    assert fixation.state is FixationState.LOST, fixation.reason
+    assert "repeats" in fixation.reason
 
 
+@with_either
+def test_a_pattern_that_changes_too_slowly_tells_no_distance(calibration: Calibration) -> None:
+    wave = 40.0 * np.sin(2.0 * np.pi * np.arange(TILE) / 128)  # 245 fovea px at 6 m
+    grid = (128.0 + wave[None, :] + wave[:, None]).astype(np.float32)
+    fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=calibration))
+    assert fixation.state is FixationState.NO_TEXTURE, fixation.reason
+    assert "tells no distance" in fixation.reason
+
+
+@with_either
 @pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
-def test_a_target_hidden_from_one_eye_is_lost(eye: Role) -> None:
-    fixation = fix(PlaneHead(z_m=6.0, texture=NOISE, blind=frozenset({eye})))
+def test_a_target_hidden_from_one_eye_is_lost(eye: Role, calibration: Calibration) -> None:
+    head = PlaneHead(z_m=6.0, texture=NOISE, blind=frozenset({eye}), calibration=calibration)
+    fixation = fix(head)
     assert fixation.state is FixationState.LOST
-    assert "hidden from one" in fixation.reason
+    assert "hidden from" in fixation.reason
+    assert head.clock.now_ns() < 1_000_000_000  # nothing moves: nobody is waited for
+
+
+def test_a_target_is_looked_for_again_when_somebody_has_passed() -> None:
+    def walks(t_ns: int) -> float | None:
+        return CLICK.x_px - 150.0 + 220e-9 * t_ns if t_ns < 800_000_000 else None
+
+    head = PlaneHead(z_m=6.0, texture=NOISE, passer_px=walks)
+    fixation = fix(head)
+    assert fixation.state is FixationState.VERGED, fixation.reason
+    assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.005)
+    assert 800.0 < fixation.duration_ms < 1800.0
+
+
+def test_somebody_who_stays_in_the_way_is_not_waited_for_for_ever() -> None:
+    head = PlaneHead(z_m=6.0, texture=NOISE, passer_px=lambda t_ns: CLICK.x_px - 80.0 + 40.0 * math.sin(t_ns))
+    fixation = fix(head)
+    assert fixation.state is FixationState.LOST
+    assert fixation.duration_ms < 4000.0
 
 
 def test_a_moving_target_is_followed() -> None:

@@ -4,7 +4,7 @@ import pytest
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
 from foveacam_hardware.wire.controller_payloads import (

@@ -10,13 +10,13 @@ import pytest
 
 from foveacam_hardware.contract import DeviceFault, Role
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.wire.link import Link
 
 ORPHAN_MAKER = """
 import os
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 print(ControllerProcess(RecordingCables()).pid, flush=True)
 os._exit(1)
 """

@@ -55,7 +55,10 @@ def test_noise_is_no_line(text: str) -> None:
 
 
 def test_a_move_is_a_jog_in_machine_coordinates() -> None:
-    assert encode(jog(-69.7, -32.0, feed_deg_min=1500.0)) == b"$J=G21G53X-69.700Y-32.000F1500.0\n"
+    line = jog({"Y": -32.0, "X": -69.7}, feed_per_min=1500.0)
+
+    assert encode(line) == b"$J=G21G53X-69.700Y-32.000F1500.0\n"
+    assert encode(jog({"Z": -310.0}, feed_per_min=3000.0)) == b"$J=G21G53Z-310.000F3000.0\n"
 
 
 def test_a_line_that_grbl_would_cut_is_not_sent() -> None:

@@ -5,8 +5,8 @@ from itertools import pairwise
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_hardware.sim.grbl_far_end import ANSWER_NS, GrblFarEnd
-from foveacam_hardware.sim.grbl_firmware import EEPROM_NS
+from foveacam_hardware.sim.far_ends.grbl_far_end import ANSWER_NS, GrblFarEnd
+from foveacam_hardware.sim.far_ends.grbl_firmware import EEPROM_NS
 from foveacam_hardware.sim.pan_tilt import Turning
 
 START_NS = 1_000_000_000
@@ -113,7 +113,7 @@ def test_homing_is_silent_until_it_is_done_and_then_answers_what_was_asked(termi
 
     assert done[0] == "ok"
     assert done[1].startswith("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0")
-    assert terminal.board.firmware.motors.place_deg(terminal.clock.now_ns()) == (71.0, 31.0)
+    assert terminal.board.firmware.motors.place(terminal.clock.now_ns()) == (71.0, 31.0, 0.0)
 
 
 def test_a_report_tells_state_and_place_while_it_moves(terminal: Terminal) -> None:
@@ -131,13 +131,13 @@ def test_a_cancelled_jog_slows_down_and_keeps_its_place(terminal: Terminal) -> N
     terminal.home()
     terminal.type("$J=G53X-101Y-1F1500")
     terminal.after(1.0)
-    before_deg = terminal.board.firmware.machine_deg(terminal.clock.now_ns())[0]
+    before_deg = terminal.board.firmware.machine(terminal.clock.now_ns())[0]
 
     assert terminal.press(b"\x85") == []
     terminal.after(1.0)
 
     (report,) = terminal.press(b"?")
-    after_deg = terminal.board.firmware.machine_deg(terminal.clock.now_ns())[0]
+    after_deg = terminal.board.firmware.machine(terminal.clock.now_ns())[0]
     assert report.startswith("<Idle|")
     assert before_deg - after_deg == pytest.approx(25.0**2 / (2.0 * 100.0), abs=0.01)
 
@@ -211,7 +211,7 @@ def test_switching_off_and_on_forgets_the_place_but_not_the_rig(terminal: Termin
     (report,) = terminal.press(b"?")
 
     assert report.startswith("<Alarm|MPos:0.000,0.000")
-    assert terminal.board.firmware.motors.place_deg(terminal.clock.now_ns()) == (12.0, 2.0)
+    assert terminal.board.firmware.motors.place(terminal.clock.now_ns()) == (12.0, 2.0, 0.0)
 
 
 def test_a_small_move_takes_a_third_of_a_second(terminal: Terminal) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_hardware.sim.grbl_host import GrblProcess
+from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 from foveacam_hardware.wire.grbl import LineReader
 from foveacam_hardware.wire.link import Link

@@ -1,7 +1,9 @@
 """The serial link against real ptys: what goes through, and what is said when nothing does."""
 
+import fcntl
 import os
 import pty
+import struct
 import tty
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +12,10 @@ import pytest
 import serial
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_hardware.wire.link import SerialLink, serial_link
+from foveacam_hardware.wire.link import Backlog, SerialLink, serial_link
+
+TIOCGEXCL = 0x80045440
+"""Asks whether a terminal is closed to further openers; the termios module does not name it."""
 
 
 class FarSide:
@@ -74,6 +79,32 @@ def test_a_port_held_by_another_program_is_said_to_be(far_side: FarSide) -> None
         SerialLink(far_side.port)
     first.close()
     SerialLink(far_side.port).close()
+
+
+def exclusive(side: FarSide) -> bool:
+    answer = fcntl.ioctl(side._slave, TIOCGEXCL, struct.pack("i", 0))
+    return bool(struct.unpack("i", answer)[0])
+
+
+def test_an_open_port_is_closed_to_everybody_else_until_it_is_released(far_side: FarSide) -> None:
+    link = SerialLink(far_side.port)
+    while_open = exclusive(far_side)
+    link.close()
+
+    assert (while_open, exclusive(far_side)) == (True, False)
+
+
+def test_bytes_that_nobody_takes_are_told(far_side: FarSide) -> None:
+    link = SerialLink(far_side.port)
+    before = link.backlog()
+    with pytest.raises(NotConnected, match="takes no more bytes"):
+        for _ in range(1000):
+            link.write(b"\x55" * 255)
+
+    assert before == Backlog()
+    assert link.backlog().stalls > 0
+    link.close()
+    assert link.file is None
 
 
 def test_a_file_that_is_no_port_is_refused(tmp_path: Path) -> None:

@@ -1,7 +1,17 @@
 """Protocols, value types, errors and the clock: all that procedures know of hardware. numpy only."""
 
+from foveacam_hardware.contract.camera_values import (
+    CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
+    CameraSettings,
+    PixelFormat,
+    Span,
+    TriggerSource,
+)
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
-from foveacam_hardware.contract.devices import Camera, Head, Mirrors, PanTilt
+from foveacam_hardware.contract.devices import Camera, Head, Mirrors, PanTilt, Rail
 from foveacam_hardware.contract.errors import (
     Busy,
     Cancelled,
@@ -14,27 +24,30 @@ from foveacam_hardware.contract.errors import (
     Stopped,
     Timeout,
 )
+from foveacam_hardware.contract.trigger import TriggerBudget, same_exposure, trigger_budget
 from foveacam_hardware.contract.values import (
     PARKED,
-    CameraCounters,
-    CameraSettings,
     DeviceInfo,
     ExposureReceipt,
     Frame,
     Image,
     LinkTelemetry,
+    MarkerPrint,
     MirrorLimits,
     MirrorState,
     MirrorVolts,
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
-    PixelFormat,
+    RailLimits,
+    RailPlace,
+    RailState,
     Role,
     Sighting,
     Station,
     StationTarget,
     StereoVolts,
+    StreamTelemetry,
 )
 
 __all__ = [
@@ -42,6 +55,9 @@ __all__ = [
     "Busy",
     "Camera",
     "CameraCounters",
+    "CameraLink",
+    "CameraPhase",
+    "CameraRanges",
     "CameraSettings",
     "Cancelled",
     "Clock",
@@ -54,6 +70,7 @@ __all__ = [
     "Image",
     "InvalidInput",
     "LinkTelemetry",
+    "MarkerPrint",
     "MirrorLimits",
     "MirrorState",
     "MirrorVolts",
@@ -67,12 +84,22 @@ __all__ = [
     "PanTiltPose",
     "PanTiltState",
     "PixelFormat",
+    "Rail",
+    "RailLimits",
+    "RailPlace",
+    "RailState",
     "Role",
     "Sighting",
+    "Span",
     "Station",
     "StationTarget",
     "StereoVolts",
     "Stopped",
+    "StreamTelemetry",
     "Timeout",
+    "TriggerBudget",
+    "TriggerSource",
     "VirtualClock",
+    "same_exposure",
+    "trigger_budget",
 ]

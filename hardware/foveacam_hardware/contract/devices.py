@@ -3,9 +3,13 @@
 from collections.abc import Iterator
 from typing import Protocol
 
-from foveacam_hardware.contract.values import (
+from foveacam_hardware.contract.camera_values import (
     CameraCounters,
+    CameraLink,
+    CameraRanges,
     CameraSettings,
+)
+from foveacam_hardware.contract.values import (
     DeviceInfo,
     ExposureReceipt,
     Frame,
@@ -15,6 +19,8 @@ from foveacam_hardware.contract.values import (
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
+    RailLimits,
+    RailState,
     Role,
     Sighting,
     StereoVolts,
@@ -47,6 +53,16 @@ class Camera(Protocol):
         """Frames delivered, dropped, incomplete and late since `start`."""
         ...
 
+    @property
+    def ranges(self) -> CameraRanges:
+        """What it accepts."""
+        ...
+
+    @property
+    def link(self) -> CameraLink:
+        """Whether it delivers, and if not, why."""
+        ...
+
     def connect(self) -> None:
         """Open the device and verify it."""
         ...
@@ -65,6 +81,10 @@ class Camera(Protocol):
 
     def stop(self) -> None:
         """Stop delivering."""
+        ...
+
+    def software_trigger(self) -> None:
+        """Expose once; raise `InvalidInput` unless it is triggered by software."""
         ...
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
@@ -135,6 +155,10 @@ class Mirrors(Protocol):
         """Return one round trip, ms; raise `Timeout` or `NotConnected`."""
         ...
 
+    def recover(self) -> None:
+        """Start the mirrors' DACs anew, rail unswitched; raise `DeviceFault` where that is unknown."""
+        ...
+
     def set_low_pass(self, cutoff_hz: int) -> None:
         """Run the drive filters at another cut-off, Hz (1 to 1000), until closed or set again."""
         ...
@@ -181,6 +205,50 @@ class PanTilt(Protocol):
         ...
 
     def move_to(self, pose: PanTiltPose) -> None:
+        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
+        ...
+
+    def hold(self) -> None:
+        """Stop moving now, callable from any thread at any time."""
+        ...
+
+
+class Rail(Protocol):
+    """What moves the whole rig sideways. Calls return at once; whoever waits polls `state`."""
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is."""
+        ...
+
+    @property
+    def limits(self) -> RailLimits:
+        """How far it reaches."""
+        ...
+
+    @property
+    def moves_itself(self) -> bool:
+        """False when the operator pushes the rig by hand: `move_to` then only says where to."""
+        ...
+
+    @property
+    def state(self) -> RailState:
+        """Connected, moving, where."""
+        ...
+
+    def connect(self) -> None:
+        """Open the link and check who answers."""
+        ...
+
+    def close(self) -> None:
+        """Stop and release; harmless when closed."""
+        ...
+
+    def home(self) -> None:
+        """Begin to look for the reference switch; then go to the middle."""
+        ...
+
+    def move_to(self, position_m: float) -> None:
         """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
         ...
 

@@ -19,14 +19,6 @@ class Role(StrEnum):
     RIGHT = "right"
 
 
-class PixelFormat(StrEnum):
-    """What a camera delivers (GenICam names)."""
-
-    MONO8 = "Mono8"
-    MONO12 = "Mono12"
-    RGB8 = "RGB8"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorVolts:
     """Differential drive of one mirror, volts."""
@@ -55,27 +47,8 @@ class DeviceInfo:
     model: str
     serial: str
     version: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraSettings:
-    """What a camera is asked for, and, as returned by `configure`, what it took."""
-
-    exposure_ns: int
-    gain_db: float = 0.0
-    frame_rate_hz: float = 30.0
-    pixel_format: PixelFormat = PixelFormat.MONO8
-    triggered: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraCounters:
-    """Honest statistics of one camera since it was started."""
-
-    delivered: int = 0
-    dropped: int = 0
-    incomplete: int = 0
-    late: int = 0
+    port: str = ""
+    """Where it is attached, for people; empty where nobody says."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +66,8 @@ class Frame:
     exposure_ns: int
     bits: int = 8
     volts: MirrorVolts | None = None
+    epoch: int = 0
+    """Which opening of the camera it comes from; `seq` goes on over a reopening."""
 
     def with_volts(self, volts: MirrorVolts) -> "Frame":
         """Return the same frame carrying the mirror drive of its exposure."""
@@ -139,11 +114,23 @@ class MirrorState:
     volts: StereoVolts
     fault: str | None = None
     """Why the controller is not usable, in words for the operator; None when it is."""
+    guarded: bool = False
+    """Whether a guardian, or the controller itself, parks the mirrors when this program is killed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreamTelemetry:
+    """One of the controller's streams of positions."""
+
+    stream: int
+    updates_per_s: float
+    volts: StereoVolts
+    """Last sent to it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkTelemetry:
-    """Traffic and timing of the controller's link."""
+    """Traffic and timing of the controller's link since the connect; rates are of the last second."""
 
     tx_packets: int
     rx_packets: int
@@ -153,6 +140,21 @@ class LinkTelemetry:
     rtt_p50_ms: float
     rtt_p99_ms: float
     clock_offset_ns: int
+    rtt_p95_ms: float = 0.0
+    rtt_max_ms: float = 0.0
+    tx_bytes_per_s: float = 0.0
+    rx_bytes_per_s: float = 0.0
+    tx_packets_per_s: float = 0.0
+    rx_packets_per_s: float = 0.0
+    queued_bytes: int = 0
+    """Taken by the system, not yet by the controller."""
+    lost_answers: int = 0
+    """Requests whose answer was lost while the link held: mirrors parked, the caller told."""
+    update_limit_hz: float = 0.0
+    """How many position updates a second the link is given now."""
+    clock_drift_ppm: float | None = None
+    """How much faster the controller's clock runs than the host's; None until it can be told."""
+    streams: tuple[StreamTelemetry, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,6 +188,54 @@ class PanTiltState:
     pose: PanTiltPose | None = None
     fault: str | None = None
     """Why it is not usable, in words for the operator; None when it is."""
+    wanted: PanTiltPose | None = None
+    """Where whoever turns it by hand is to turn it; None when nothing is wanted, or when it has motors."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkerPrint:
+    """The three markers that a rig is calibrated with, as printed: in one plane on a horizontal line.
+
+    `side_m`: of the black square. `spacing_m`: from the wide camera's marker to each eye's. The ids are of
+    the dictionary 4X4_50.
+    """
+
+    side_m: float = 0.060
+    spacing_m: float = 0.100
+    wide_id: int = 0
+    left_id: int = 1
+    right_id: int = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RailLimits:
+    """How far a rail reaches, metres from its middle; asking for more is refused."""
+
+    min_m: float
+    max_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RailState:
+    """What is known of the rail. `position_m` is None when nobody can say (moved by hand, not homed)."""
+
+    connected: bool
+    moving: bool = False
+    homed: bool = False
+    position_m: float | None = None
+    """Where the rig stands, metres from the rail's middle: > 0 to the rig's right."""
+    fault: str | None = None
+    """Why it is not usable, in words for the operator; None when it is."""
+    wanted_m: float | None = None
+    """Where whoever moves it by hand is to push it; None when nothing is wanted, or when it has a motor."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RailPlace:
+    """A place on the rail that the operator knows by name."""
+
+    name: str
+    position_m: float
 
 
 class StationTarget(StrEnum):

@@ -18,6 +18,7 @@ from foveacam_hardware.contract import (
     Sighting,
     StereoVolts,
     Timeout,
+    same_exposure,
 )
 
 logger = logging.getLogger(__name__)
@@ -79,7 +80,7 @@ class TriggeredHead:
 
     def _pulse_us(self) -> int:
         left_ns, right_ns = self._left.settings.exposure_ns, self._right.settings.exposure_ns
-        if left_ns != right_ns:
+        if not same_exposure(left_ns, right_ns):
             raise InvalidInput(
                 f"foveae: one pulse exposes both, but left is set to {left_ns / 1e6:g} ms and right to"
                 f" {right_ns / 1e6:g} ms; give both the same exposure"
@@ -87,8 +88,8 @@ class TriggeredHead:
         for camera in (self._left, self._right):
             if not camera.settings.triggered:
                 raise InvalidInput(f"camera {camera.role}: it runs freely; configure it as triggered")
-        exposure_us = left_ns // 1000
-        return max(min(self.pulse_us, exposure_us // PULSE_SHARE), exposure_us - LONGEST_AFTER_PULSE_US)
+        shorter_us, longer_us = min(left_ns, right_ns) // 1000, max(left_ns, right_ns) // 1000
+        return max(min(self.pulse_us, shorter_us // PULSE_SHARE), longer_us - LONGEST_AFTER_PULSE_US)
 
     def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
         """Return the camera's frame of this trigger; frames of earlier ones are dropped."""

@@ -8,6 +8,9 @@ from collections.abc import Iterator
 
 from foveacam_hardware.contract import (
     CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
     CameraSettings,
     Clock,
     DeviceInfo,
@@ -18,10 +21,11 @@ from foveacam_hardware.contract import (
     PixelFormat,
     Role,
     Timeout,
+    TriggerSource,
 )
 from foveacam_hardware.sim.exposures import Exposure, FreeRun, Schedule, Triggered
 from foveacam_hardware.sim.sensor import develop
-from foveacam_hardware.sim.sensor_limits import take_settings
+from foveacam_hardware.sim.sensor_limits import RANGES, take_settings
 from foveacam_hardware.sim.world import World
 
 POLL_NS = 1_000_000
@@ -53,6 +57,7 @@ class SimCamera:
         self._settings = take_settings(role, default_settings(role))
         self._schedule: Schedule | None = None
         self._seq = 0
+        self._epoch = 0
         self._delivered = 0
         self._dropped = 0
         self._last: Frame | None = None
@@ -82,12 +87,28 @@ class SimCamera:
         """Frames delivered and dropped since `start`; rendered ones are never incomplete or late."""
         return CameraCounters(delivered=self._delivered, dropped=self._dropped)
 
+    @property
+    def ranges(self) -> CameraRanges:
+        """What the sensor can do."""
+        return RANGES
+
+    @property
+    def link(self) -> CameraLink:
+        """Closed, ready or streaming; lost while it is unplugged."""
+        if self._role in self._world.faults.unplugged:
+            reason = f"serial {self.info.serial} is not on the bus"
+            return CameraLink(phase=CameraPhase.LOST, reason=reason, epoch=self._epoch)
+        phase = CameraPhase.STREAMING if self._schedule is not None else CameraPhase.READY
+        return CameraLink(phase=phase if self._connected else CameraPhase.CLOSED, epoch=self._epoch)
+
     def connect(self) -> None:
         """Open the camera."""
         if self._role in self._world.faults.unplugged:
             raise NotConnected(
                 f"camera {self._role}: serial {self.info.serial} is not on the bus; plug it in and reconnect"
             )
+        if not self._connected:
+            self._epoch += 1
         self._connected = True
 
     def close(self) -> None:
@@ -150,16 +171,31 @@ class SimCamera:
         for _ in range(n):
             yield self.read(timeout_ms=timeout_ms)
 
+    def software_trigger(self) -> None:
+        """Expose once, from now."""
+        self._require_connected("expose")
+        schedule = self._schedule
+        if self._settings.trigger_source is not TriggerSource.SOFTWARE or not isinstance(schedule, Triggered):
+            raise InvalidInput(
+                f"camera {self._role}: asked to expose by software, but it runs freely, waits for its line "
+                "or is stopped; configure it as triggered by software and start it"
+            )
+        schedule.edge(self._clock.now_ns())
+
     def trigger(self, t_ns: int) -> None:
         """Take a rising edge of the trigger line; a camera that does not wait for one ignores it."""
         schedule = self._schedule
-        if isinstance(schedule, Triggered) and self._connected:
+        if isinstance(schedule, Triggered) and self._waits_for_line:
             schedule.edge(t_ns)
 
     def strobe_us(self) -> int | None:
         """Return the exposure that a trigger now would start, microseconds."""
-        waiting = isinstance(self._schedule, Triggered) and self._connected
+        waiting = isinstance(self._schedule, Triggered) and self._waits_for_line
         return self._settings.exposure_ns // 1000 if waiting else None
+
+    @property
+    def _waits_for_line(self) -> bool:
+        return self._connected and self._settings.trigger_source is TriggerSource.HARDWARE
 
     def _begin(self) -> None:
         seq = self._seq if self._schedule is None else self._schedule.next_seq
@@ -191,6 +227,7 @@ class SimCamera:
             t_ns=exposure.interval.middle_ns,
             exposure_ns=settings.exposure_ns,
             bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
+            epoch=self._epoch,
         )
         self._delivered += 1
         return self._last

@@ -1,7 +1,8 @@
 """The simulated pan-tilt: what its motors have done, and where the rig stands because of it.
 
 The world stands still and the rig turns. The pan axis stands upright, the tilt axis rides on it; both pass
-a few centimetres below and behind the wide camera, and a seed builds the workshop's errors.
+a few centimetres below and behind the wide camera, the rail under them runs to the rig's right, and a seed
+builds the workshop's errors.
 """
 
 import threading
@@ -25,15 +26,17 @@ NS_PER_S = 1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turning:
-    """Even acceleration of both motors from `t_ns` on: (pan, tilt) in degrees, as the motors count.
+    """Even acceleration of the motors from `t_ns` on: (pan, tilt) in degrees, as the motors count.
 
-    Pan > 0 turns the rig to the right, tilt > 0 down.
+    Pan > 0 turns the rig to the right, tilt > 0 down. `slide_mm`: place, speed and acceleration (millimetres,
+    seconds) of the rail below both, > 0 to the right.
     """
 
     t_ns: int
     place_deg: tuple[float, float]
     speed_deg_s: tuple[float, float] = (0.0, 0.0)
     acceleration_deg_s2: tuple[float, float] = (0.0, 0.0)
+    slide_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def place_at(self, t_ns: int) -> tuple[float, float]:
         """Return the bearing (pan, tilt), degrees, at a moment of this turning; exact while at rest."""
@@ -55,6 +58,17 @@ class Turning:
         )
         return pan, tilt
 
+    def slide_at(self, t_ns: int) -> float:
+        """Return the place on the rail, mm, at a moment of this turning; exact while at rest."""
+        t_s = (t_ns - self.t_ns) / NS_PER_S
+        place_mm, speed_mm_s, acceleration_mm_s2 = self.slide_mm
+        return place_mm + t_s * (speed_mm_s + 0.5 * t_s * acceleration_mm_s2)
+
+    def slide_speed_at(self, t_ns: int) -> float:
+        """Return the speed on the rail, mm a second, at a moment of this turning."""
+        _, speed_mm_s, acceleration_mm_s2 = self.slide_mm
+        return speed_mm_s + (t_ns - self.t_ns) / NS_PER_S * acceleration_mm_s2
+
 
 class PanTiltCables(Protocol):
     """The shafts between the pan-tilt's motors and the rig; calls come in the order of their times."""
@@ -65,7 +79,7 @@ class PanTiltCables(Protocol):
 
 
 class TurningHistory:
-    """What both motors have done: bearings at any moment of the last half minute, and of all rest before."""
+    """What the motors have done: bearings at any moment of the last half minute, and of all rest before."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -88,6 +102,12 @@ class TurningHistory:
         turning = self._at(t_ns)
         return turning.speed_at(max(t_ns, turning.t_ns))
 
+    def slide_mm(self, t_ns: int) -> tuple[float, float]:
+        """Return place and speed on the rail, mm and mm a second, at a moment."""
+        turning = self._at(t_ns)
+        moment_ns = max(t_ns, turning.t_ns)
+        return turning.slide_at(moment_ns), turning.slide_speed_at(moment_ns)
+
     def _at(self, t_ns: int) -> Turning:
         with self._lock:
             return self._turnings[max(0, bisect_right(self._turnings, t_ns, key=_t_ns) - 1)]
@@ -98,7 +118,7 @@ def _t_ns(turning: Turning) -> int:
 
 
 class Pedestal:
-    """The two axes, as built: where each stands in the rig when both are at zero."""
+    """The axes and the rail, as built: where each stands in the rig when all are at zero."""
 
     def __init__(self, *, seed: int) -> None:
         rng = np.random.default_rng([seed, 0x9A47])
@@ -107,12 +127,15 @@ class Pedestal:
         self._tilt_axis = -_unit(1.0, tilt_lean[0], tilt_lean[1])  # turns +z towards +y
         pivots_m = np.array(PIVOT_M) + rng.uniform(-2e-3, 2e-3, (2, 3))
         self._pan_m, self._tilt_m = pivots_m
+        rail_lean = np.deg2rad(rng.uniform(-0.3, 0.3, 2))
+        self._rail_axis = _unit(1.0, rail_lean[0], rail_lean[1])
 
-    def rig_from_world(self, pan_deg: float, tilt_deg: float) -> Matrix:
-        """Return the rigid motion (4, 4) from the world, where the rig stands at 0/0, to the turned rig."""
+    def rig_from_world(self, pan_deg: float, tilt_deg: float, slide_mm: float = 0.0) -> Matrix:
+        """Return the rigid motion (4, 4) from the world, where the rig stands at 0/0, to the moved rig."""
         pan = _about(self._pan_axis, self._pan_m, np.deg2rad(pan_deg))
         tilt = _about(self._tilt_axis, self._tilt_m, np.deg2rad(tilt_deg))
         world_from_rig = pan @ tilt
+        world_from_rig[:3, 3] += 1e-3 * slide_mm * self._rail_axis  # the pan-tilt stands on the rail
         back = np.eye(4)
         back[:3, :3] = world_from_rig[:3, :3].T
         back[:3, 3] = -world_from_rig[:3, :3].T @ world_from_rig[:3, 3]

@@ -3,26 +3,39 @@
 import math
 from contextlib import ExitStack
 
-from foveacam_hardware.contract import Clock, MonotonicClock, PanTiltLimits, PanTiltPose, Role, VirtualClock
-from foveacam_hardware.drivers.controller import ControllerMirrors
-from foveacam_hardware.drivers.grbl import GrblPanTilt
-from foveacam_hardware.drivers.grbl_axes import GrblMounting
+from foveacam_hardware.contract import (
+    Clock,
+    MonotonicClock,
+    PanTiltLimits,
+    PanTiltPose,
+    RailLimits,
+    Role,
+    VirtualClock,
+)
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
+from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
+from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
+from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
+from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cameras import SimCamera
-from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.grbl_firmware import SWITCHES_DEG
-from foveacam_hardware.sim.grbl_host import GrblProcess
-from foveacam_hardware.sim.grbl_loopback import GrblLoopback
-from foveacam_hardware.sim.loopback import LoopbackLink
+from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM, SWITCHES_DEG
+from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
+from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
+from foveacam_hardware.sim.operator import Operator
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
 from foveacam_hardware.sim.presets import find_preset
 from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World
-from foveacam_hardware.wire.link import LinkFactory
+from foveacam_hardware.wire.link import PortLinkFactory
 
 PAN_TILT_LIMITS = PanTiltLimits(
     pan_min_rad=math.radians(-70.0),
@@ -34,6 +47,8 @@ PAN_TILT_MOUNTING = GrblMounting(
     zero=PanTiltPose(pan_rad=math.radians(SWITCHES_DEG[0]), tilt_rad=math.radians(SWITCHES_DEG[1])),
     speed_rad_s=math.radians(25.0),
 )
+RAIL_LIMITS = RailLimits(min_m=-0.305, max_m=0.305)
+RAIL_MOUNTING = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.1)
 PULSE_US = 4_000
 """Half of the default exposure; the head shortens it with the exposure."""
 VIRTUAL_START_NS = 1_000_000_000
@@ -84,27 +99,44 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         scene=stage.name,
     )
     rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
-    rig.pan_tilt = GrblPanTilt(
-        board.open, clock, limits=PAN_TILT_LIMITS, name="pan-tilt", mounting=PAN_TILT_MOUNTING
-    )
+    _stand_on_base(rig, board, clock)
+    if config.pan_tilt == "manual":
+        operator = Operator(world.hands, clock, config.operator, seed=config.seed)
+        rig.pan_tilt = ManualPanTilt(on_wanted=operator.told)
     rig.stations = tuple(table.station() for table in stage.file.stations)
     rig.truth = Truth(world, controller, board)
     rig.own([stage, board] if isinstance(controller, ControllerFarEnd) else [stage, board, controller])
     return rig
 
 
+def _stand_on_base(rig: Rig, board: GrblLoopback | GrblProcess, clock: Clock) -> None:
+    """Give the rig its pan-tilt and its rail, both on one board."""
+    axes = [*PAN_TILT_MOUNTING.axes(PAN_TILT_LIMITS), RAIL_MOUNTING.axis(RAIL_LIMITS)]
+    motors = GrblBoard(board.open, clock, axes=axes, name="pan-tilt")
+    rig.pan_tilt = GrblPanTilt(
+        board.open,
+        clock,
+        limits=PAN_TILT_LIMITS,
+        name="pan-tilt",
+        mounting=PAN_TILT_MOUNTING,
+        board=motors,
+    )
+    rig.rail = GrblRail(board.open, clock, limits=RAIL_LIMITS, mounting=RAIL_MOUNTING, board=motors)
+    rig.rail_places = PAPER_PLACES
+
+
 def _board(world: World, clock: Clock, *, inline: bool) -> GrblLoopback | GrblProcess:
     """Start the pan-tilt's far end, its motors on the world's rig."""
     if not inline:
-        return GrblProcess(world)
-    board = GrblLoopback(clock, world)
+        return GrblProcess(world, has_rail=True)
+    board = GrblLoopback(clock, world, has_rail=True)
     world.motors_run_to = board.advance
     return board
 
 
 def _controller(
     world: World, clock: Clock, *, strict: bool, inline: bool
-) -> tuple[ControllerFarEnd | ControllerProcess, LinkFactory]:
+) -> tuple[ControllerFarEnd | ControllerProcess, PortLinkFactory]:
     """Start the controller's far end; return it and what opens a link to it."""
     if not inline:
         process = ControllerProcess(world, strict=strict)

@@ -23,4 +23,12 @@ def develop(
         bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
         psf_sigma_px=PSF_SIGMA_PX[role],
     )
-    return expose(radiance, exposure, key)
+    image = expose(radiance, exposure, key)
+    return image if settings.black_level == 0.0 else _lifted(image, settings.black_level, exposure.bits)
+
+
+def _lifted(image: Image, black_level: float, bits: int) -> Image:
+    """Return the image with its black raised by `black_level`, grey levels of 8 bits."""
+    offset, white = round(black_level * 2 ** (bits - 8)), 2**bits - 1
+    lifted: NDArray[np.int32] = np.minimum(image.astype(np.int32) + offset, white)
+    return lifted.astype(np.uint8) if bits == 8 else lifted.astype(np.uint16)

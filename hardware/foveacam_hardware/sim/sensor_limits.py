@@ -2,7 +2,15 @@
 
 import math
 
-from foveacam_hardware.contract import CameraSettings, OutOfRange, PixelFormat, Role
+from foveacam_hardware.contract import (
+    CameraRanges,
+    CameraSettings,
+    OutOfRange,
+    PixelFormat,
+    Role,
+    Span,
+    TriggerSource,
+)
 
 LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
 LINE_12_BIT_NS = 396 / 74.25e6 * 1e9
@@ -12,6 +20,15 @@ EXPOSURE_NS = (30_000, 1_000_000_000)
 GAIN_DB = (0.0, 24.0)
 GAIN_STEP_DB = 0.1
 FRAME_RATE_HZ = (0.1, 228.0)
+BLACK_LEVEL = (0.0, 32.0)
+PIXEL_FORMATS = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.RGB8)
+RANGES = CameraRanges(
+    exposure_ns=Span(low=EXPOSURE_NS[0], high=EXPOSURE_NS[1]),
+    gain_db=Span(low=GAIN_DB[0], high=GAIN_DB[1]),
+    frame_rate_hz=Span(low=FRAME_RATE_HZ[0], high=FRAME_RATE_HZ[1]),
+    black_level=Span(low=BLACK_LEVEL[0], high=BLACK_LEVEL[1]),
+    pixel_formats=PIXEL_FORMATS,
+)
 
 
 def readout_ns(pixel_format: PixelFormat) -> int:
@@ -25,7 +42,13 @@ def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
     _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
     _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
     _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
-    if asked.triggered and role is Role.WIDE:
+    _require(role, "black level", asked.black_level, *BLACK_LEVEL, "grey levels")
+    if asked.pixel_format not in PIXEL_FORMATS:
+        allowed = ", ".join(PIXEL_FORMATS)
+        raise OutOfRange(
+            f"camera {role}: pixel format {asked.pixel_format} is not one of its own; use {allowed}"
+        )
+    if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE and role is Role.WIDE:
         raise OutOfRange(
             "camera wide: asked to be triggered, but no trigger cable leads to it; only the foveae have one"
         )
@@ -39,6 +62,8 @@ def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
         frame_rate_hz=min(asked.frame_rate_hz, 1e9 / shortest_ns),
         pixel_format=asked.pixel_format,
         triggered=asked.triggered,
+        trigger_source=asked.trigger_source,
+        black_level=float(round(asked.black_level)),
     )
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.grbl_host import GrblProcess
-from foveacam_hardware.sim.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
+from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, View
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance

@@ -1,4 +1,4 @@
-"""A camera of the turned rig as the world sees it: projections from the rig's frame to the world's."""
+"""A camera of the moved rig as the world sees it: projections from the rig's frame to the world's."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,6 +13,8 @@ Bearing: TypeAlias = Callable[[float], NDArray[np.float64] | None]
 """rig_from_world (4, 4) at a moment of the scene, seconds; None while the rig stands as it was set up."""
 
 GRID = 4
+NEAR_M = 1.0
+"""What the rig slides past is about as far away, or farther."""
 
 
 def straight_ahead(t_s: float) -> None:
@@ -36,13 +38,23 @@ def in_world(projection: Projection, rig_from_world: NDArray[np.float64] | None)
 def swept_px(
     projection: Projection, before: NDArray[np.float64] | None, after: NDArray[np.float64] | None
 ) -> float:
-    """Return how far the picture of what is far away moves between two bearings, px."""
+    """Return how far the picture of things at least `NEAR_M` away moves between two stands of the rig, px."""
     if before is None and after is None:
         return 0.0
-    R0 = np.eye(3) if before is None else before[:3, :3]
-    R1 = np.eye(3) if after is None else after[:3, :3]
-    if np.array_equal(R0, R1):
+    before = np.eye(4) if before is None else before
+    after = np.eye(4) if after is None else after
+    if np.array_equal(before, after):
         return 0.0
+    return max(_turned_px(projection, before[:3, :3], after[:3, :3]), _slid_px(projection, before, after))
+
+
+def _slid_px(projection: Projection, before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
+    stood_m, stands_m = (stand[:3, :3].T @ stand[:3, 3] for stand in (before, after))
+    focal_px = float(np.sqrt(abs(np.linalg.det(projection.M))))
+    return focal_px * float(np.linalg.norm(stands_m - stood_m)) / NEAR_M
+
+
+def _turned_px(projection: Projection, R0: NDArray[np.float64], R1: NDArray[np.float64]) -> float:
     x, y = np.meshgrid(np.linspace(0, projection.width, GRID), np.linspace(0, projection.height, GRID))
     pixels = np.stack([x.ravel(), y.ravel(), np.ones(x.size)])
     moved = projection.M @ (R1 @ R0.T) @ np.linalg.solve(projection.M, pixels)

@@ -92,6 +92,8 @@ class World:
         self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
         self.pedestal = Pedestal(seed=seed)
         self._turnings = TurningHistory()
+        self.hands = TurningHistory()
+        """What somebody does to the rig by hand, on top of the motors."""
         self.motors_run_to: Callable[[int], None] = _by_themselves
         """Lets the pan-tilt's motors do what they had to do by a moment, where nobody else does."""
         stage.bearing = self._bearing
@@ -176,18 +178,26 @@ class World:
         return self.eyes[role].view(*tilt_rad) if t_ns is None else self._eye_view(role, tilt_rad, t_ns)
 
     def bearing_deg(self, t_ns: int) -> tuple[float, float]:
-        """Return how far the pan-tilt has turned the rig, (pan, tilt), degrees."""
+        """Return how far pan-tilt and hands have turned the rig, (pan, tilt), degrees."""
         self.motors_run_to(t_ns)
-        return self._turnings.bearing_deg(t_ns)
+        motors, hands = self._turnings.bearing_deg(t_ns), self.hands.bearing_deg(t_ns)
+        return motors[0] + hands[0], motors[1] + hands[1]
+
+    def slide_mm(self, t_ns: int) -> float:
+        """Return how far the rail has moved the rig to its right, mm."""
+        self.motors_run_to(t_ns)
+        return self._turnings.slide_mm(t_ns)[0]
 
     def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
-        """Return where the rig stands in its scene, (4, 4): the identity while the pan-tilt is at 0/0."""
-        return self.pedestal.rig_from_world(*self.bearing_deg(t_ns))
+        """Return where the rig stands in its scene, (4, 4): the identity while pan-tilt and rail are at 0."""
+        return self.pedestal.rig_from_world(*self.bearing_deg(t_ns), self.slide_mm(t_ns))
 
     def _bearing(self, t_s: float) -> NDArray[np.float64] | None:
         t_ns = self.t0_ns + round(t_s * 1e9)
-        bearing_deg = self.bearing_deg(t_ns)
-        return None if bearing_deg == (0.0, 0.0) else self.pedestal.rig_from_world(*bearing_deg)
+        bearing_deg, slide_mm = self.bearing_deg(t_ns), self.slide_mm(t_ns)
+        if bearing_deg == (0.0, 0.0) and slide_mm == 0.0:
+            return None
+        return self.pedestal.rig_from_world(*bearing_deg, slide_mm)
 
     def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         with self._mirror_lock:

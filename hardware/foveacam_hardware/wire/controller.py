@@ -49,9 +49,13 @@ class Property(IntEnum):
     ACTUATE = 0xA
     TRIGGER = 0xB
     TIMESTAMP = 0xC
+    GUARD = 0xD
+    VOLTS = 0xE
     LOG = 0xF
 
 
+GUARDED_ONLY = frozenset({Property.GUARD, Property.VOLTS})
+"""Properties that only a firmware with a guard knows; to any other they are noise."""
 TWO_PHASE = frozenset({Property.ACTUATE, Property.TRIGGER, Property.FRAME})
 """Properties whose request is acknowledged first and finished later."""
 

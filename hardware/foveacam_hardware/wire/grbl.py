@@ -6,6 +6,7 @@ messages come in between. Numbers are the machine's own units: degrees for an ax
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -19,6 +20,8 @@ JOG_CANCEL = b"\x85"
 """Slow down to a stop and forget queued jogs; ignored when nothing jogs."""
 REALTIME = STATUS + FEED_HOLD + RESUME + RESET + JOG_CANCEL
 
+LETTERS = "XYZ"
+"""Axes, in the order in which reports tell their places."""
 HOME = "$H"
 UNLOCK = "$X"
 SETTINGS = "$$"
@@ -126,9 +129,13 @@ _SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
 _WELCOME = re.compile(r"Grbl(?:HAL)? (\d\S*)", re.IGNORECASE)
 
 
-def jog(pan_deg: float, tilt_deg: float, *, feed_deg_min: float) -> str:
-    """Return the line that moves X and Y to a place in machine coordinates; a jog can be stopped cleanly."""
-    return f"$J=G21G53X{pan_deg:.3f}Y{tilt_deg:.3f}F{feed_deg_min:.1f}"
+def jog(goals: Mapping[str, float], *, feed_per_min: float) -> str:
+    """Return the line that moves axes, by their letters, to places in machine coordinates.
+
+    A jog can be stopped cleanly. Feed is along the way, in the machine's units (degrees, millimetres).
+    """
+    words = "".join(f"{letter}{goals[letter]:.3f}" for letter in LETTERS if letter in goals)
+    return f"$J=G21G53{words}F{feed_per_min:.1f}"
 
 
 def encode(line: str) -> bytes:

@@ -3,21 +3,39 @@
 Knows nothing of packets. Every failure of the operating system ends as `NotConnected` in words.
 """
 
+import contextlib
 import errno
+import fcntl
 import os
 import select
+import struct
 import termios
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import serial
 from serial.tools import list_ports
 
 from foveacam_hardware.contract import NotConnected
+from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, identify
 
 WRITE_TIMEOUT_S = 0.25
 """A packet that the port does not take within this time counts as an unplugged device."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Backlog:
+    """How hard it is to get bytes out."""
+
+    queued_bytes: int = 0
+    """Taken by the system, not yet by the device."""
+    stalls: int = 0
+    """Writes that the port did not take at once, since it was opened."""
+
+
+NO_BACKLOG = Backlog()
 
 
 class Link(Protocol):
@@ -39,21 +57,58 @@ class Link(Protocol):
         ...
 
 
+class PortLink(Link, Protocol):
+    """A link that knows its port."""
+
+    @property
+    def identity(self) -> PortIdentity:
+        """Which port it is, and what stands behind it."""
+        ...
+
+    @property
+    def file(self) -> int | None:
+        """The open port's file number, to hand to another process; None for a link without one."""
+        ...
+
+    def backlog(self) -> Backlog:
+        """Return what waits to go out."""
+        ...
+
+
 LinkFactory: TypeAlias = Callable[[], Link]
 """Opens a fresh link, or raises `NotConnected`."""
+PortLinkFactory: TypeAlias = Callable[[], PortLink]
+"""Opens a fresh link to a port, or raises `NotConnected`."""
 
 
 class SerialLink:
-    """A serial port, held exclusively."""
+    """A serial port, held exclusively: locked against those who lock, and closed to further openers."""
 
     def __init__(self, port: str, *, baud: int = 115_200) -> None:
         self._name = port
         self._write_lock = threading.Lock()
+        self._stalls = 0
         try:
             self._port = serial.Serial(port, baud, timeout=0, exclusive=True)
+            fcntl.ioctl(self._port.fileno(), termios.TIOCEXCL)
             self._port.reset_input_buffer()
         except (serial.SerialException, OSError, ValueError, termios.error) as failure:
             raise NotConnected(_why_not_open(port, failure)) from failure
+        self.identity = identify(port)
+        """Which port it is, and what stands behind it."""
+
+    @property
+    def file(self) -> int | None:
+        """The open port's file number; None once it is closed."""
+        return self._port.fileno() if self._port.is_open else None
+
+    def backlog(self) -> Backlog:
+        """Return what waits to go out; nothing when the port is gone."""
+        try:
+            answer = fcntl.ioctl(self._port.fileno(), termios.TIOCOUTQ, struct.pack("I", 0))
+        except (serial.SerialException, OSError, TypeError):
+            return Backlog(stalls=self._stalls)
+        return Backlog(queued_bytes=struct.unpack("I", answer)[0], stalls=self._stalls)
 
     def write(self, data: bytes) -> None:
         """Send a whole packet in one call; what a full port leaves over follows at once."""
@@ -62,9 +117,10 @@ class SerialLink:
                 file = self._port.fileno()
                 while data:
                     # pyserial's own write spins on a full port and may time out after the last byte.
-                    _, ready, _ = select.select([], [file], [], WRITE_TIMEOUT_S)
-                    if not ready:
-                        raise OSError(errno.ETIMEDOUT, "the port takes no more bytes")
+                    if not select.select([], [file], [], 0.0)[1]:
+                        self._stalls += 1
+                        if not select.select([], [file], [], WRITE_TIMEOUT_S)[1]:
+                            raise OSError(errno.ETIMEDOUT, "the port takes no more bytes")
                     data = data[os.write(file, data) :]
         except (serial.SerialException, OSError, ValueError, TypeError) as failure:
             raise self._lost("write", failure) from failure
@@ -82,9 +138,13 @@ class SerialLink:
     def close(self) -> None:
         """Release the port."""
         try:
-            self._port.close()
+            if self._port.is_open:
+                fcntl.ioctl(self._port.fileno(), termios.TIOCNXCL)
         except OSError:  # an unplugged port has nothing left to restore
-            return
+            pass
+        finally:
+            with contextlib.suppress(OSError):
+                self._port.close()
 
     def _lost(self, action: str, failure: Exception) -> NotConnected:
         return NotConnected(
@@ -93,16 +153,21 @@ class SerialLink:
         )
 
 
-def serial_link(port: str) -> LinkFactory:
+def serial_link(port: str, *, baud: int = 115_200) -> LinkFactory:
     """Return a factory that opens the serial port `port`."""
-    return lambda: SerialLink(port)
+    return lambda: SerialLink(port, baud=baud)
 
 
-def find_ports(*, vendor_id: int, product_id: int) -> list[str]:
-    """Return the device paths of the serial ports with this USB id."""
-    return sorted(
-        found.device for found in list_ports.comports() if (found.vid, found.pid) == (vendor_id, product_id)
-    )
+def usb_link(named: str, *, usb_id: tuple[int, int]) -> PortLinkFactory:
+    """Return a factory that opens a port as a rig file names it, the same device each time."""
+    port = UsbPort(named, usb_id=usb_id)
+
+    def open_link() -> SerialLink:
+        link = SerialLink(port.path())
+        port.opened(link.identity)
+        return link
+
+    return open_link
 
 
 def _why_not_open(port: str, failure: Exception) -> str:
@@ -111,7 +176,7 @@ def _why_not_open(port: str, failure: Exception) -> str:
         present = ", ".join(sorted(found.device for found in list_ports.comports())) or "none"
         found, remedy = (
             f"does not exist (ports present: {present})",
-            "plug in the controller or correct the port",
+            "plug in the device or correct the port",
         )
     elif code in (errno.EACCES, errno.EPERM):
         found = f"permission denied for user id {os.getuid()}"

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import cv2
 import numpy as np
@@ -19,11 +20,17 @@ from foveacam_pipeline.verge.template import peak
 WIDER = Window(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
 NARROWER = Window(half_px=34, weight_sigma_px=14.0)
+BETWEEN = Window(half_px=48, weight_sigma_px=20.0)
+"""Where grain runs along the rows and the narrower window holds too little that crosses it."""
 LEANS = (0.0, -0.4, -0.8, -1.2, 0.4)
 """Disparity may grow from row to row, px a px, and the place in the right eye then goes left: by baseline
 over height above the surface, 1 on a table 0.2 m below the eyes. Tried in this order where the wider window
 does not fit."""
 GOOD_SCORE = 0.8
+GOOD_SIGMA_PX = 0.4
+"""A match whose own noise misplaces it by more may have the wrong lean."""
+SURE_SCORE = 0.9
+"""So well a narrower or leaning window must fit where the first that fitted did not tell."""
 REACH_PX = (20, 12)
 """How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
 FAR_REACH_PX = (72, 12)
@@ -73,7 +80,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
     """Match the foveae about a guess.
 
     The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
-    grazing angle) the narrower one, upright and leaning.
+    grazing angle) or does not tell, narrower ones, upright and leaning.
     """
     z_m = _depth_m(calibration, sighting, guess)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
@@ -82,12 +89,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
     left = _patch(sighting, calibration, Role.LEFT, z_m, left_px, (half, half))
     size = (half + guess.reach_px[0], half + guess.reach_px[1])
     right = _patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
-    best = _placed(left, right, WIDER, guess.reach_px, told_px)
-    for across in LEANS:
-        if best.score >= GOOD_SCORE:
-            break
-        leaning = _placed(left, right, NARROWER, guess.reach_px, told_px, across=across)
-        best = max(best, leaning, key=lambda placed: placed.score)
+    best = _best_placed(left, right, guess.reach_px, told_px)
     residual = told_px - best.place_px
     return FineMatch(
         residual_x_px=float(residual[0]),
@@ -98,6 +100,27 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
         contrast=min(_contrast(left), _contrast(right)),
         slope=(float(best.slope[0]), float(best.slope[1])),
     )
+
+
+def _best_placed(
+    left: Patch, right: Patch, reach_px: tuple[int, int], told_px: NDArray[np.float64]
+) -> Placed:
+    """Return the first match that fits and tells; else the first that fits; else the best of all."""
+    best = _placed(left, right, WIDER, reach_px, told_px)
+    for across in LEANS:
+        if best.score >= GOOD_SCORE:
+            break
+        leaning = _placed(left, right, NARROWER, reach_px, told_px, across=across)
+        best = max(best, leaning, key=lambda placed: placed.score)
+    if best.score < GOOD_SCORE or best.sigma_px[0] <= GOOD_SIGMA_PX:
+        return best
+    for window, across in product((NARROWER, BETWEEN), LEANS):
+        leaning = _placed(left, right, window, reach_px, told_px, across=across)
+        if leaning.score >= SURE_SCORE and leaning.sigma_px[0] < best.sigma_px[0]:
+            best = leaning
+        if best.sigma_px[0] <= GOOD_SIGMA_PX:
+            break
+    return best
 
 
 def _contrast(patch: Patch) -> float:

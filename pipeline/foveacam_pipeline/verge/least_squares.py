@@ -188,11 +188,24 @@ class _Fit:
         Slopes of one image times those of the other: what noise adds to either cancels.
         """
         shared = (_slopes(self.left, axis) * self.weights.ravel()) @ _slopes(self.right, axis).T
-        information = (shared + shared.T) / 2.0 + np.diag(self.prior)
-        if not float(np.linalg.eigvalsh(information)[0]) > 0.0:
-            return math.inf, math.inf
-        errors = np.sqrt(self.variance * np.diag(np.linalg.inv(information)) + FLOOR_SIGMA_PX**2)
-        return float(errors[0]), float(errors[1])
+        values, ways = np.linalg.eigh((shared + shared.T) / 2.0)
+        information = (ways * np.maximum(values, 0.0)) @ ways.T + np.diag(self.prior)
+        along_x, along_y = (_alone(information, k) for k in (0, 1))
+        return self._error_px(along_x), self._error_px(along_y)
+
+    def _error_px(self, information: float) -> float:
+        if not information > 0.0:
+            return math.inf
+        return math.sqrt(self.variance / information + FLOOR_SIGMA_PX**2)
+
+
+def _alone(information: NDArray[np.float64], index: int) -> float:
+    """Return what is known of one unknown while the others are unknown too: the Schur complement."""
+    others = [k for k in range(len(information)) if k != index]
+    rest = information[np.ix_(others, others)]
+    mixed = information[index, others]
+    known = np.linalg.lstsq(rest, mixed, rcond=None)[0]
+    return float(information[index, index] - mixed @ known)
 
 
 def _slopes(image: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:

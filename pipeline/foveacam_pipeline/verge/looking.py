@@ -2,13 +2,14 @@
 
 import math
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.passing import Surroundings, wait_until_still
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
 
@@ -97,6 +98,11 @@ class Looker:
         with self._own.paused():
             return self._head.wide()
 
+    def wait_until_still(self, around: Surroundings) -> None:
+        """Wait until nothing moves about a target."""
+        with self._own.paused():
+            wait_until_still(around, self.wide, self._clock)
+
     def look(self, gazes: Gazes, phase: Phase) -> Seen:
         """Steer both eyes and look; raise Ended beyond the calibrated field or the limits."""
         self._check()
@@ -158,26 +164,21 @@ class _Stopwatch:
 
     def __init__(self) -> None:
         self._since = time.perf_counter()
+        self._pauses = 0
 
     def lap_ms(self) -> float:
         now = time.perf_counter()
         spent_s, self._since = now - self._since, now
         return 1e3 * spent_s
 
-    def paused(self) -> "_Pause":
-        return _Pause(self)
-
-    def skip(self, seconds: float) -> None:
-        self._since += seconds
-
-
-class _Pause:
-    def __init__(self, watch: _Stopwatch) -> None:
-        self._watch = watch
-        self._from = 0.0
-
-    def __enter__(self) -> None:
-        self._from = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        self._watch.skip(time.perf_counter() - self._from)
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Stand still; a pause within a pause counts once."""
+        began = time.perf_counter()
+        self._pauses += 1
+        try:
+            yield
+        finally:
+            self._pauses -= 1
+            if not self._pauses:
+                self._since += time.perf_counter() - began

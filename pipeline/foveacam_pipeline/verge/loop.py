@@ -1,7 +1,8 @@
 """Target vergence (Sec. 3.4): look parallel, find the target in both foveae, verge on it in a closed loop.
 
 Every look is measured twice, against the wide view and left against right; they must agree before a
-fixation counts as verged. `looking` does the looks, `survey` and `fine` the matching.
+fixation counts as verged. `looking` does the looks, `survey` and `fine` the matching. Where somebody passed
+and the target was lost, it is looked for a second time when he is gone.
 """
 
 import math
@@ -10,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from foveacam_hardware.contract import Clock, Head, OutOfRange
+from foveacam_hardware.contract import Clock, Frame, Head, OutOfRange
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -21,9 +22,11 @@ from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.measure import Measurement, measure
 from foveacam_pipeline.verge.motion import Motion, Watch
+from foveacam_pipeline.verge.passing import Surroundings
 from foveacam_pipeline.verge.search import Found, Search
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
+from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Target, VergeStep
 from foveacam_pipeline.verge.way_back import ways_back
 
@@ -107,8 +110,28 @@ class _Loop:
             templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
             raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
+        try:
+            return self._attempt(templates, frame)
+        except Ended as end:
+            if not self._crossed(end, templates[0], frame):
+                raise
+        return self._attempt(templates, self._looker.wide())
+
+    def _attempt(self, templates: tuple[Template, ...], frame: Frame) -> _Verged:
         watch = Watch(templates[0], frame, self._calibration.wide)
+        self._lag_px = np.zeros(2)
         return self._close(self._search.find(templates, watch), watch)
+
+    def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
+        """Return whether a failure may be due to somebody who passed; wait until he is gone."""
+        blank = template.sigma_px > self._limits.no_texture_sigma_px
+        if end.state not in {FixationState.LOST, FixationState.NO_TEXTURE} or blank:
+            return False
+        around = Surroundings(self._calibration.wide, template.target)
+        if not around.differ(frame, self._looker.wide()):
+            return False
+        self._looker.wait_until_still(around)
+        return True
 
     def _close(self, found: Found, watch: Watch) -> _Verged:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""

@@ -38,7 +38,7 @@ class Measurement:
         """Return how far above all thresholds it is; negative when any is missed."""
         return min(
             self.fine.score - limits.fine_score,
-            limits.fine_sigma_px - self.fine.sigma_x_px,
+            limits.largest_sigma_px(self.fine.score) - self.fine.sigma_x_px,
             self.wide_score - limits.confirm_score,
             self.wide_score - limits.confirm_share * self.wide_peak,
         )

@@ -29,6 +29,8 @@ ASTRAY_SLACK_PX = 24
 """How far along the row a target may be from where it was thought to be, when it is looked for again."""
 SAME_PX = 3.0
 """Candidates nearer to each other than this are one, survey px."""
+SAME_FINE_PX = 12.0
+"""Matches of left and right whose disparities differ by less are of one surface, fovea px."""
 LEAST_STEP_PER_M = 0.02
 """A last look nearer by less than this shows nothing new, 1/m."""
 
@@ -101,33 +103,49 @@ class Search:
         look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
         target = motion.at(seen.sighting.left.t_ns)
         tried: list[_Sure] = []
-        alike = 0
+        alike: list[_Sure] = []
         for template in templates:
-            proven: list[_Sure] = []
-            for candidate in candidates(look, template, target, slack_px=slack_px):
-                outcome = _Sure(candidate=candidate, template=template, fine=None)
-                if not self._worth_trying(candidate) or any(_same(outcome, other) for other in tried):
-                    continue
-                if proven and candidate.joint < proven[0].candidate.joint - ALIKE:
-                    break
-                tried.append(outcome)
-                fine = self._prove(seen, candidate)
-                if fine is not None:
-                    proven.append(replace(outcome, fine=fine))
+            if alike and template.half_px < alike[0].template.half_px:
+                continue  # less of a pattern tells its repeats apart no better
+            places = candidates(look, template, target, slack_px=slack_px)
+            proven = self._proven(seen, template, places, tried)
             if len(proven) == 1:
                 return proven[0]
-            alike = max(alike, len(proven))
-            if not proven and len(tried) >= self._limits.candidates_tried:
+            alike = max(alike, proven, key=len)
+            if not alike and len(tried) >= self._limits.candidates_tried:
                 break
         if alike:
-            raise verdict.many_alike(alike)
+            raise verdict.many_alike(len(alike))
         return max(tried, key=lambda outcome: outcome.candidate.joint, default=None)
+
+    def _proven(
+        self, seen: Seen, template: Template, places: tuple[Candidate, ...], tried: list[_Sure]
+    ) -> list[_Sure]:
+        """Return the candidates on which left and right agree and that fit the wide view alike.
+
+        `tried`: all places of this look that were matched before, for any patch; new ones are added.
+        """
+        proven: list[_Sure] = []
+        for candidate in filter(self._worth_trying, places):
+            if proven and candidate.joint < proven[0].candidate.joint - ALIKE:
+                break
+            outcome = _Sure(candidate=candidate, template=template, fine=None)
+            before = next((other for other in tried if _same(outcome, other)), None)
+            if before is None:
+                outcome = replace(outcome, fine=self._prove(seen, candidate))
+                tried.append(outcome)
+            else:
+                outcome = replace(outcome, fine=before.fine)
+            if outcome.fine is not None and not any(_one_surface(outcome, other) for other in proven):
+                proven.append(outcome)
+        return proven
 
     def _prove(self, seen: Seen, candidate: Candidate) -> FineMatch | None:
         """Return the match of left and right on a candidate if it is a good one."""
         guess = Guess(left=candidate.left, right=candidate.right)
         fine = match_fine(seen.sighting, self._calibration, guess)
-        good = fine.score >= self._limits.fine_score and fine.sigma_x_px <= self._limits.fine_sigma_px
+        tells = fine.sigma_x_px <= self._limits.largest_sigma_px(fine.score)
+        good = tells and fine.score >= self._limits.fine_score
         return fine if good else None
 
     def _worth_trying(self, candidate: Candidate) -> bool:
@@ -185,3 +203,11 @@ def _same(one: _Sure, other: _Sure) -> bool:
         one.candidate.right - other.candidate.right,
     ]
     return float(np.abs(gaps).max()) * one.template.f_px <= SAME_PX
+
+
+def _one_surface(one: _Sure, other: _Sure) -> bool:
+    """Return whether left and right agree on one and the same disparity for both."""
+    if one.fine is None or other.fine is None:
+        return False
+    apart_px = abs(one.fine.residual_x_px - other.fine.residual_x_px)
+    return apart_px <= SAME_FINE_PX

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class VergeSettings:
     """Limits of one fixation. Wide px are px at the wide image's centre, about 9.1 fovea px each."""
 
-    max_looks: int = 12
+    max_looks: int = 16
     timeout_s: float = 10.0
     """On the rig's clock, exposures and settling included."""
     converged_px: float = 0.5
@@ -54,5 +54,14 @@ class VergeSettings:
     """Contrast at the point from which on it has texture: bare noise stays below 0.3, paint comes near 1."""
     fine_sigma_px: float = 0.4
     """Largest error of the left-right match by its own noise, fovea px."""
+    grain_score: float = 0.8
+    """Below this correlation a match that does not tell is not grain but two different things."""
+    sure_score: float = 0.9
+    sure_sigma_px: float = 0.8
+    """The same where they correlate by `sure_score`: grain along the rows, not another thing."""
     neighbour_lead: float = 0.06
     """By how much better what an eye sees must fit the wide view beside the target to be a look-alike."""
+
+    def largest_sigma_px(self, score: float) -> float:
+        """Return the largest error allowed to a left-right match that correlates by `score`, fovea px."""
+        return self.sure_sigma_px if score >= self.sure_score else self.fine_sigma_px

@@ -28,6 +28,9 @@ TRACK_REACH_MAX_PX = 160
 FASTEST_RAD_PER_S = 0.2
 """The fastest target to be followed: 2 m/s at 10 m."""
 TRACK_SCORE = 0.5
+MOVED_SCORE = 0.75
+"""A patch found elsewhere must fit so well: walkers reach 0.8 from frame to frame, look-alikes beside a
+target that got hidden up to 0.7."""
 TRACK_LEAD = 0.1
 """By how much another place must fit better than the old one."""
 
@@ -89,7 +92,7 @@ def follow(
 ) -> NDArray[np.float64] | None:
     """Return where the patch is in a wide frame exposed later, (2,) tangents, or None when it is not seen.
 
-    It counts as moved only when it fits clearly better elsewhere than where it was.
+    It counts as moved only when it fits well elsewhere, and clearly better than where it was.
     """
     height, width = template.patch.shape
     fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
@@ -106,6 +109,8 @@ def follow(
         return None
     if best < here + TRACK_LEAD:
         return template.target
+    if best < MOVED_SCORE:
+        return None
     return template.target + np.array([x - reach, y - reach]) / template.f_px
 
 

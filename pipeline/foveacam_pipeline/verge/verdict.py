@@ -71,17 +71,19 @@ def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
             f"The target left the foveae or is hidden from one (correlation {found.wide_peak:.2f} with the "
             "wide view); try again, or choose a point beside it.",
         )
-    if found.fine.score < limits.fine_score and found.fine.contrast >= limits.contrast:
+    tells = found.fine.sigma_x_px <= limits.largest_sigma_px(found.fine.score)
+    alike = limits.fine_score if tells else limits.grain_score
+    if found.fine.score < alike and found.fine.contrast >= limits.contrast:
         return Ended(
             FixationState.LOST,
             f"Left and right do not show the same there (correlation {found.fine.score:.2f}): it may be "
             "hidden from the left or the right eye; choose a point beside it that both can see.",
         )
-    if found.fine.score >= limits.fine_score and found.fine.sigma_x_px > limits.fine_sigma_px:
+    if found.fine.score >= limits.fine_score and not tells:
         return Ended(
             FixationState.NO_TEXTURE,
-            "The texture there runs from side to side, along the line between the eyes, and tells no "
-            "distance; choose a point where something crosses it.",
+            "The texture there tells no distance: it runs from side to side, along the line between the "
+            "eyes, or changes too slowly; choose a point where something crosses it.",
         )
     if found.fine.score < limits.fine_score:
         return Ended(

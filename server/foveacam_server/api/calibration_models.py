@@ -56,6 +56,8 @@ class WideStageDocument(Told):
 
     samples: list[WideSampleDocument]
     coverage_fraction: float
+    cells: list[list[int]] | None = None
+    """How many views have a corner of the board in each part of the picture, row by row."""
     tilts_covered: int
     fit: WideFitDocument | None
     other_model: WideFitDocument | None
@@ -105,6 +107,20 @@ class FieldScoreDocument(Told):
     chosen: bool
 
 
+class MountDriftDocument(Told):
+    """How an eye's mount drifted while it was calibrated; lengths in fovea px."""
+
+    px_per_minute: float
+    moved_px: float
+    """How far the gaze was from where it stood at the end, at most."""
+    sigma_px: float
+    minutes: float
+    pieces: int
+    """Of straight lines, of which the drift is made."""
+    visits: int
+    """Measurements that repeat a node."""
+
+
 class FitDocument(Told):
     """What was fitted last, and the models that were compared."""
 
@@ -115,6 +131,8 @@ class FitDocument(Told):
     """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
     paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
     parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
+    drift: dict[str, MountDriftDocument] | None = None
+    """Of each eye's mount, taken out of the sweeps; null when no nodes were visited again."""
 
 
 class SettleAxisDocument(Told):
@@ -133,9 +151,14 @@ class SettleAxisDocument(Told):
 
 
 class SettleDocument(Told):
-    """The settle characterisation."""
+    """The settle characterisation.
+
+    `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig was told so.
+    """
 
     axes: list[SettleAxisDocument]
+    settle_us: int | None = None
+    applied: bool = False
 
 
 class CheckDocument(Told):
@@ -148,6 +171,30 @@ class CheckDocument(Told):
     """The measurement's own error included: `pointing_sigma_px`."""
     pointing_sigma_px: float | None
     poses: int
+
+
+class ClosingEyeDocument(Told):
+    """How far an eye had drifted between its sweep and the check."""
+
+    eye: Literal["left", "right"]
+    shift_deg: tuple[float, float]
+    roll_deg: float
+    moved_px: float
+    sigma_px: float
+
+
+class ClosingDocument(Told):
+    """The drift since the sweep, by nodes visited again, and whether it was taken out before the check.
+
+    `rows_px`: by how much the eyes' rows had come apart.
+    """
+
+    calibration_id: str
+    corrected: bool
+    places: int
+    eyes: list[ClosingEyeDocument]
+    rows_px: float
+    detail: str
 
 
 class PictureDocument(Told):
@@ -170,6 +217,7 @@ class SessionDocument(Told):
     wide: WideStageDocument | None
     sweeps: list[SweepDocument]
     fit: FitDocument | None
+    closing: ClosingDocument | None = None
     settle: SettleDocument | None
     check: CheckDocument | None
     pictures: list[PictureDocument]

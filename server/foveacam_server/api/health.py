@@ -57,6 +57,8 @@ async def readyz(services: ServicesDep) -> JSONResponse:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
     if status.rig_id is not None and services.calibration.problem is not None:
         missing.append(ReadyProblem(device="calibration", detail=services.calibration.problem))
+    if services.events.fault is not None:
+        missing.append(ReadyProblem(device="storage", detail=services.events.fault))
     readiness = Readiness(ready=not missing, problems=missing)
     return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200)
 

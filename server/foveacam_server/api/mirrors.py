@@ -8,8 +8,10 @@ from fastapi import APIRouter
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.api.answers import LeaseHeader, problems
+from foveacam_server.api.mirror_link import controller_document, link_document
 from foveacam_server.api.models import SteerRequest
 from foveacam_server.api.rig_models import EyeDocument, MirrorsDocument
+from foveacam_server.runtime import refusals
 from foveacam_server.runtime.documents import deg, rounded
 from foveacam_server.runtime.fixation_request import check_direction
 from foveacam_server.runtime.services import Services, ServicesDep
@@ -42,6 +44,38 @@ async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHead
     return mirrors_document(services)
 
 
+@router.post("/enable", summary="Switch the mirrors on", responses=problems(409, 502, 503, 504))
+async def enable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+    """Switch the mirrors' rail on, both at rest; harmless when it is on."""
+    return await _switched(services, x_lease, on=True)
+
+
+@router.post("/disable", summary="Switch the mirrors off", responses=problems(409, 502, 503, 504))
+async def disable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+    """Park both mirrors and switch their rail off, until it is switched on again; harmless when it is off."""
+    return await _switched(services, x_lease, on=False)
+
+
+@router.post("/recover", summary="Start the mirrors' DACs anew", responses=problems(409, 502, 503, 504))
+async def recover(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+    """Bring a frozen mirror back without switching the rail: both DACs start anew, then the targets stand."""
+    services.lease.check(x_lease)
+    services.hardware.mirrors.check()
+    await asyncio.wrap_future(services.hardware.submit(lambda rig: rig.mirrors.recover()))
+    services.events.emit("mirrors.recovered", "the mirrors' DACs were started anew")
+    return mirrors_document(services)
+
+
+async def _switched(services: Services, lease: str | None, *, on: bool) -> MirrorsDocument:
+    services.lease.check(lease)
+    hardware = services.hardware
+    if hardware.busy_with is not None:
+        raise refusals.in_use("switch the mirrors", hardware.busy_with)
+    await asyncio.wrap_future(hardware.submit(lambda rig: hardware.mirrors.switch(rig, on=on)))
+    services.events.emit("mirrors.switched", f"the mirrors were switched {'on' if on else 'off'}")
+    return mirrors_document(services)
+
+
 def mirrors_document(services: Services) -> MirrorsDocument:
     """Return both mirrors as REST shows them."""
     status = services.hardware.status
@@ -59,6 +93,10 @@ def mirrors_document(services: Services) -> MirrorsDocument:
         rx_packets=telemetry.rx_packets if telemetry else 0,
         bad_packets=telemetry.bad_packets if telemetry else 0,
         clock_offset_ms=rounded(telemetry.clock_offset_ns / 1e6, 3) if telemetry else None,
+        guarded=state is not None and state.guarded,
+        rail_wanted=services.hardware.mirrors.rail_wanted,
+        controller=controller_document(status.controller),
+        link=None if telemetry is None else link_document(telemetry),
     )
 
 

@@ -71,6 +71,8 @@ def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> P
             vendor=info.vendor, model=info.model, serial=info.serial, version=info.version
         ),
         moves_itself=status is not None and status.moves_itself,
+        wanted_pan_deg=None if seen.wanted is None else deg(seen.wanted.pan_rad),
+        wanted_tilt_deg=None if seen.wanted is None else deg(seen.wanted.tilt_rad),
         connected=seen.connected,
         homed=seen.homed,
         moving=seen.moving,

@@ -4,7 +4,8 @@ import math
 
 from fastapi import APIRouter
 
-from foveacam_server.api.cameras import camera_document
+from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
+from foveacam_server.api.cameras import camera_document, divergence
 from foveacam_server.api.mirrors import mirrors_document
 from foveacam_server.api.models import CalibrationDocument
 from foveacam_server.api.rig_models import (
@@ -12,8 +13,10 @@ from foveacam_server.api.rig_models import (
     DeviceProblemDocument,
     RigDocument,
     SteeringDocument,
+    TriggerDocument,
 )
 from foveacam_server.runtime.names import utc_now
+from foveacam_server.runtime.rig_status import CameraStatus
 from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(tags=["rig"])
@@ -36,8 +39,10 @@ async def rig(services: ServicesDep) -> RigDocument:
         ],
         baseline_m=status.baseline_m,
         steering=_steering(services),
-        cameras=[camera_document(camera, now_ns=services.clock.now_ns()) for camera in status.cameras],
+        cameras=[camera_document(camera, services) for camera in status.cameras],
+        divergence=divergence(services),
         mirrors=mirrors_document(services),
+        trigger=_trigger(services),
         calibration=None
         if calibration is None
         else CalibrationDocument.model_validate(services.records.document(calibration)),
@@ -52,3 +57,27 @@ def _steering(services: Services) -> SteeringDocument | None:
         return None
     ax_min, ax_max, ay_min, ay_max = (round(math.degrees(angle_rad), 3) for angle_rad in reach_rad)
     return SteeringDocument(ax_min_deg=ax_min, ax_max_deg=ax_max, ay_min_deg=ay_min, ay_max_deg=ay_max)
+
+
+def _trigger(services: Services) -> TriggerDocument | None:
+    status = services.hardware.status
+    if status.settle_us is None:
+        return None
+    budget = _budget({camera.role: camera for camera in status.cameras}, settle_us=status.settle_us)
+    return TriggerDocument(
+        settle_us=status.settle_us,
+        settle_source=services.settling.source,
+        interval_ms=None if budget is None else round(budget.interval_ms, 3),
+        rate_hz=None if budget is None else round(budget.rate_hz, 2),
+    )
+
+
+def _budget(cameras: dict[Role, CameraStatus], *, settle_us: int) -> TriggerBudget | None:
+    left, right = cameras[Role.LEFT], cameras[Role.RIGHT]
+    if min(left.most_rate_hz, right.most_rate_hz, left.settings.exposure_ns, right.settings.exposure_ns) <= 0:
+        return None
+    return trigger_budget(
+        (left.settings.exposure_ns / 1e3, right.settings.exposure_ns / 1e3),
+        (left.most_rate_hz, right.most_rate_hz),
+        settle_us=settle_us,
+    )

@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+from foveacam_server.api.camera_models import CameraDocument, DifferenceDocument
 from foveacam_server.api.models import Asked, CalibrationDocument, Told
 
 
@@ -13,24 +14,6 @@ class DeviceProblemDocument(Told):
     remedy: str
 
 
-class CameraDocument(Told):
-    """One camera as last seen."""
-
-    role: str
-    vendor: str
-    model: str
-    serial: str
-    connected: bool
-    width: int | None
-    height: int | None
-    exposure_ms: float
-    frame_rate_hz: float
-    """Measured."""
-    frame_age_ms: float | None
-    delivered: int
-    dropped: int
-
-
 class EyeDocument(Told):
     """One mirror's drive, and the direction that the calibration gives it."""
 
@@ -38,6 +21,56 @@ class EyeDocument(Told):
     y_v: float
     ax_deg: float | None
     ay_deg: float | None
+
+
+class StreamDocument(Told):
+    """One of the controller's streams of positions."""
+
+    stream: int
+    updates_per_s: float
+    left_x_v: float
+    left_y_v: float
+    right_x_v: float
+    right_y_v: float
+
+
+class ControllerLinkDocument(Told):
+    """The controller's link since it was connected; rates are of the last second."""
+
+    tx_bytes: int
+    rx_bytes: int
+    tx_packets: int
+    rx_packets: int
+    bad_packets: int
+    lost_answers: int
+    """Requests whose answer was lost: the mirrors were parked, and whoever asked was told."""
+    tx_bytes_per_s: float
+    rx_bytes_per_s: float
+    tx_packets_per_s: float
+    rx_packets_per_s: float
+    queued_bytes: int
+    """Taken by the system, not yet by the controller."""
+    rtt_p50_ms: float
+    rtt_p95_ms: float
+    rtt_p99_ms: float
+    rtt_max_ms: float
+    update_limit_hz: float
+    """How many position updates a second the link is given now."""
+    clock_offset_ms: float
+    clock_drift_ppm: float | None
+    """How much faster the controller's clock runs than the host's."""
+    streams: list[StreamDocument]
+
+
+class ControllerDocument(Told):
+    """Who the mirrors' controller is."""
+
+    vendor: str
+    model: str
+    serial: str
+    version: str
+    port: str
+    """Where it is attached; empty before it was."""
 
 
 class MirrorsDocument(Told):
@@ -54,6 +87,12 @@ class MirrorsDocument(Told):
     rx_packets: int
     bad_packets: int
     clock_offset_ms: float | None
+    guarded: bool
+    """Whether the mirrors are parked when this server is killed."""
+    rail_wanted: bool
+    """False after the operator has switched the mirrors off."""
+    controller: ControllerDocument | None
+    link: ControllerLinkDocument | None
 
 
 class SteeringDocument(Told):
@@ -63,6 +102,19 @@ class SteeringDocument(Told):
     ax_max_deg: float
     ay_min_deg: float
     ay_max_deg: float
+
+
+class TriggerDocument(Told):
+    """How often both foveae can look: settle, then the slower camera, then a margin.
+
+    `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until both
+    cameras say how fast they can be.
+    """
+
+    settle_us: int
+    settle_source: str
+    interval_ms: float | None
+    rate_hz: float | None
 
 
 class ClockDocument(Told):
@@ -84,7 +136,10 @@ class RigDocument(Told):
     baseline_m: float | None
     steering: SteeringDocument | None
     cameras: list[CameraDocument]
+    divergence: list[DifferenceDocument]
+    """In what the foveae differ: one pulse exposes both."""
     mirrors: MirrorsDocument
+    trigger: TriggerDocument | None
     calibration: CalibrationDocument | None
     calibration_problem: str | None
     clock: ClockDocument
@@ -125,6 +180,9 @@ class PanTiltDocument(Told):
     info: DeviceInfoDocument | None
     moves_itself: bool
     """False when the operator turns the rig by hand."""
+    wanted_pan_deg: float | None
+    wanted_tilt_deg: float | None
+    """Where the operator is to turn it; null when nothing is wanted, or when it moves itself."""
     connected: bool
     homed: bool
     moving: bool

@@ -1,7 +1,8 @@
 """How good a calibration is that the procedures measured by themselves, on a rig that nobody has seen before.
 
 All three stages run on a freshly seeded simulated rig in virtual time, as `foveacam calibrate all` has them;
-the simulation's truth then judges at 200 poses never measured. Then the rig is knocked and mended.
+the simulation's truth then judges at 200 poses never measured, the mounts as they stand when the sweeps end.
+Then the rig is knocked and mended.
 """
 
 import math
@@ -23,8 +24,16 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
-from foveacam_server.bench.calibration_truth import Model, Ours, judge, pointing_errors_px, random_poses, rms
-from foveacam_server.calibrate_rig import workplace_of
+from foveacam_server.bench.calibration_truth import (
+    AtMoment,
+    Model,
+    Ours,
+    judge,
+    pointing_errors_px,
+    random_poses,
+    rms,
+)
+from foveacam_server.calibrate_command.rig import workplace_of
 from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
@@ -95,8 +104,9 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dic
         rig.mirrors.enable()
         watch = Watch(rig)
         calibration, paper = calibrated(rig, Path(folder), nodes=nodes, watch=watch)
-        ours = judge(Ours(calibration), truth, seed=JUDGE_SEED, count=poses)
-        plain = {} if paper is None else judge(paper, truth, seed=JUDGE_SEED, count=poses)
+        then = AtMoment(truth, rig.clock.now_ns())
+        ours = judge(Ours(calibration), then, seed=JUDGE_SEED, count=poses)
+        plain = {} if paper is None else judge(paper, then, seed=JUDGE_SEED, count=poses)
         return {
             **ours,
             **{f"paper_{name}": value for name, value in plain.items() if name != "poses"},

@@ -35,6 +35,22 @@ class Truth(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class AtMoment:
+    """The truth of one moment: mounts drift, and a calibration is judged as they stand then."""
+
+    truth: Truth
+    t_ns: int
+
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+        """Return an eye's projection with the drift of that moment, or of `t_ns`."""
+        return self.truth.static_projection(role, volts, t_ns=self.t_ns if t_ns is None else t_ns)
+
+    def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the unit rays (n, 3), rig frame, of raw wide px (n, 2)."""
+        return self.truth.wide_rays(pixels)
+
+
 class Model(Protocol):
     """A calibrated model of the rig, whoever made it."""
 

@@ -9,17 +9,20 @@ from dataclasses import dataclass, field
 from statistics import median
 
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, NotConnected, StereoVolts, Timeout
-from foveacam_hardware.drivers.controller import ControllerMirrors
+from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.controller_host import ControllerProcess
-from foveacam_hardware.sim.echo_process import echo_port
-from foveacam_hardware.sim.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.echo_process import echo_port
+from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
 from foveacam_hardware.wire.bare_port import bare_round_trips_ms
 
 ROUNDS = 5
 """Ours and bare round trips alternate, so that a busy machine slows both."""
 PING_BYTES = bytes(range(1, 15))
 """As many bytes as the reply to our ping has on the wire."""
+UNGOVERNED_HZ = 1e6
+"""The governor lets 1000 updates a second through; here the link itself is measured."""
 SKIPS = (0, 2, 5)
 """Which byte of a packet is hit: the first run length, the header, the delimiter or its neighbour."""
 
@@ -79,7 +82,7 @@ def _round_trips(*, count: int) -> dict[str, float | int | bool]:
 def _updates(*, count: int) -> dict[str, float | int | bool]:
     cables = RecordingCables()
     with ControllerProcess(cables, strict=True) as controller:
-        mirrors = ControllerMirrors(controller.open, MonotonicClock())
+        mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(ceiling_hz=UNGOVERNED_HZ))
         mirrors.connect()
         controller.status()
         before = len(cables.drives)

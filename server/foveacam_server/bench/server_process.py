@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -22,11 +23,12 @@ _POLL_S = 0.02
 class ServerProcess:
     """A server that starts with the context and ends with it."""
 
-    def __init__(self, folder: Path, *, port: int) -> None:
+    def __init__(self, folder: Path, *, port: int, options: Sequence[str] = ()) -> None:
         self._log = folder / "serve.log"
         self._command = [
             *(sys.executable, "-m", "foveacam_server", "serve"),
             *("--port", str(port), "--data", str(folder / "data")),
+            *options,
         ]
         self._process: subprocess.Popen[bytes] | None = None
         self.url = f"http://127.0.0.1:{port}/"
@@ -46,6 +48,13 @@ class ServerProcess:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._end()
+
+    @property
+    def process(self) -> subprocess.Popen[bytes]:
+        """The server's own process."""
+        if self._process is None:
+            raise DeviceFault("the bench's server has not been started")
+        return self._process
 
     def send(
         self, method: str, path: str, body: object = None, headers: dict[str, str] | None = None

@@ -83,10 +83,9 @@ def fixations(scene: str, quota: dict[Kind, int], *, seed: int = SEED) -> Iterat
             size = np.array([calibration.wide.width, calibration.wide.height])
             x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
             click = look_up(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
-            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or left.get(click.kind) == 0:
+            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or not left[click.kind]:
                 continue
-            if click.kind in left:
-                left[click.kind] -= 1
+            left[click.kind] -= 1
             yield judge(rig, calibration, click)
 
 
@@ -113,10 +112,9 @@ def figures(results: list[Result]) -> dict[str, object]:
     own = [r.fixation.residual_px for r in verged if r.fixation.residual_px is not None]
     steps_ms = [step.compute_ms for r in results for step in r.fixation.steps]
     return {
-        "clicks": sum(r.click.kind is not Kind.LEAVING for r in results),
+        "clicks": len(results),
         "textured_clicks": len(textured),
         "verged_fraction": len(verged) / max(1, len(textured)),
-        "verged_fraction_with_leaving": _fraction_with_leaving(results),
         "false_verged": sum(r.wrong for r in results if r.click.kind is Kind.PLAIN),
         "false_verged_textured": sum(r.wrong for r in textured),
         "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is Kind.AWKWARD),
@@ -133,12 +131,6 @@ def figures(results: list[Result]) -> dict[str, object]:
         **{f"{kind}_states": _states(results, kind) for kind in Kind},
         "failures": [_account(r) for r in results if _failed(r)],
     }
-
-
-def _fraction_with_leaving(results: list[Result]) -> float:
-    """Return the fraction of all clicks that were clear when clicked, those hidden 0.2 s later included."""
-    clear = [r for r in results if r.click.kind in (Kind.TEXTURED, Kind.LEAVING)]
-    return sum(r.verged for r in clear) / max(1, len(clear))
 
 
 def _states(results: list[Result], kind: Kind) -> dict[str, int]:

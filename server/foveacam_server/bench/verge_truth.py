@@ -16,7 +16,6 @@ from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.aim import aim_at, reaches
 
 EYES = (Role.LEFT, Role.RIGHT)
-STAYS_NS = 200_000_000
 CLEAR_WIDE_PX = 4
 """Half side of the surroundings of a click that must belong to one surface, wide px."""
 PROBE_PX = 9
@@ -31,12 +30,10 @@ class Kind(StrEnum):
     """What a click falls on."""
 
     TEXTURED = "textured"
-    """Textured material, visible from both eyes at the click and 0.2 s later (people pass), within both
+    """Textured material, visible from both eyes when clicked (people pass soon after some), within both
     mirrors' calibrated field, no edge within 4 wide px."""
     PLAIN = "plain"
     """A material without texture."""
-    LEAVING = "leaving"
-    """As textured, but hidden 0.2 s later: somebody passes. Judged and listed, in no fraction."""
     AWKWARD = "awkward"
     """The rest: hidden from an eye, beside an edge, out of reach, or the flat cells of a printed pattern."""
 
@@ -78,13 +75,9 @@ def look_up(
         range_m=seen.range_m,
         point_rig_m=seen.point_rig_m,
     )
-    if kind is not Kind.TEXTURED:
-        return click
-    if not _clear_at(truth, calibration, click, t_ns):
+    if kind is Kind.TEXTURED and not _clear(truth, calibration, np.array(seen.point_rig_m), number, t_ns):
         return replace(click, kind=Kind.AWKWARD)
-    return (
-        click if _clear_at(truth, calibration, click, t_ns + STAYS_NS) else replace(click, kind=Kind.LEAVING)
-    )
+    return click
 
 
 def point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
@@ -112,11 +105,6 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
         way = point_rig_m - view.C
         places.append(way[:2] / way[2] - ray[:2] / ray[2])
     return np.asarray(places[0] - places[1], dtype=np.float64) * FOVEA_FOCAL_PX
-
-
-def _clear_at(truth: Truth, calibration: Calibration, click: Click, t_ns: int) -> bool:
-    number = truth.world.stage.scene.names.index(click.name)
-    return _clear(truth, calibration, point_at(truth, click, t_ns), number, t_ns)
 
 
 def _clear(

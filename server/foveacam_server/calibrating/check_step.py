@@ -38,7 +38,14 @@ def check_session(
     with workplace.use("the check of a calibration") as hands:
         if hands.pan_tilt is not None and _has_markers(workplace):
             station = workplace.sweep_stations(None)[0]
-            turn_to_station(hands.pan_tilt, station, clock=workplace.clock, watch=watch)
+            turn_to_station(
+                hands.pan_tilt,
+                station,
+                clock=workplace.clock,
+                watch=watch,
+                head=hands.head,
+                wide=calibration.wide,
+            )
         result = check_calibration(
             hands.head,
             calibration,

@@ -10,7 +10,7 @@ from foveacam_server.calibrating.sweep_documents import sweep_document, sweep_pa
 from foveacam_server.calibrating.wide_documents import wide_documents
 from foveacam_server.runtime.store import Document
 
-FIT, CHECK, SETTLE = "fit-result.json", "check-result.json", "settle-result.json"
+FIT, CHECK, SETTLE, DRIFT = "fit-result.json", "check-result.json", "settle-result.json", "drift-result.json"
 """What the last run of each step found, as it is shown."""
 
 
@@ -39,6 +39,7 @@ def session_document(session: CalibrationSession, *, url: str, running: str | No
         "wide": stage,
         "sweeps": [sweep for sweep in sweeps if sweep is not None],
         "fit": part(lambda: session.read(FIT)),
+        "closing": part(lambda: session.read(DRIFT)),
         "settle": part(lambda: session.read(SETTLE)),
         "check": part(lambda: session.read(CHECK)),
         "pictures": picture_documents(session, url=url),

@@ -40,6 +40,25 @@ def fit_document(result: FitResult) -> Document:
         "volts_roundtrip_max_lsb": round(result.volts_roundtrip_max_lsb, 4),
         "paper": _paper(result),
         "parallax": {parallax.station: _parallax(parallax) for parallax in result.parallax},
+        "drift": _drift(result),
+    }
+
+
+def _drift(result: FitResult) -> Document | None:
+    """Return how the mounts drifted while they were calibrated; None when that was not measured."""
+    if result.drift is None:
+        return None
+    f_px = result.calibration.fovea_f_px
+    return {
+        role.value: {
+            "px_per_minute": round(f_px * drift.rad_per_minute, 3),
+            "moved_px": round(f_px * drift.moved_rad, 3),
+            "sigma_px": round(f_px * math.hypot(*drift.sigma_rad), 3),
+            "minutes": round(drift.minutes, 2),
+            "pieces": drift.pieces,
+            "visits": drift.visits,
+        }
+        for role, drift in result.drift.items()
     }
 
 

@@ -2,24 +2,30 @@
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.calibrate.fit import session_fit
+from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.watcher import Watcher, check
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import FIT
 from foveacam_server.calibrating.fit_documents import fit_document
 from foveacam_server.calibrating.options import FitOptions
-from foveacam_server.calibrating.pictures import draw
+from foveacam_server.calibrating.pictures import drawn, write_picture
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.workplace import Registry, StepWatcher
 from foveacam_server.runtime.names import utc_now
 
-STAGES = 3
+PICTURES = 6
+"""How many a fit draws at most; its progress leaves room for them."""
 
 
 def fit_session(
@@ -30,25 +36,66 @@ def fit_session(
     registry: Registry,
     watch: StepWatcher,
 ) -> Calibration:
-    """Fit, keep and return a calibration; its pictures are drawn as well."""
+    """Fit, keep and return a calibration; its pictures are drawn as well.
+
+    Cancelled before the last picture is drawn, nothing is kept of it; from then on everything is.
+    """
     watch.stage("fit")
-    watch.progress(
-        0, total=STAGES, note="fitting mirrors and rectification, and the paper's model beside them"
-    )
-    result = fit_of(session, options, wide)
+    longer = _Longer(watch)
+    result = fit_of(session, options, wide, watch=longer)
+    pictures = _pictures(session, result, watch=longer)
+    check(watch, doing=DOING)
     calibration = result.calibration
     registry.add(calibration)
     session.write(FIT, fit_document(result))
+    for name, png in pictures.items():
+        write_picture(session, name, png)
     session.add_calibration(calibration.id)
     watch.fitted(calibration)
-    watch.progress(STAGES - 1, total=STAGES, note="drawing")
-    draw(session, fit_pictures(result))
-    watch.progress(STAGES, total=STAGES, note=f"calibration {calibration.id}")
+    watch.progress(longer.total, total=longer.total, note=f"calibration {calibration.id}")
     return calibration
 
 
-def fit_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics) -> FitResult:
-    """Return what can be fitted to the sweeps of a session; nothing is written."""
+class _Longer:
+    """Passes a fit's progress on, with room for the pictures that are drawn after it."""
+
+    def __init__(self, watch: Watcher) -> None:
+        self._watch = watch
+        self.total = PICTURES
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Pass it on."""
+        self.total = total + PICTURES
+        self._watch.progress(done, total=self.total, note=note)
+
+    def cancelled(self) -> bool:
+        """Ask the watcher."""
+        return self._watch.cancelled()
+
+    def show(self, name: str, image: NDArray[np.uint8]) -> None:
+        """Pass it on."""
+        self._watch.show(name, image)
+
+
+def _pictures(session: CalibrationSession, result: FitResult, *, watch: _Longer) -> dict[str, bytes]:
+    """Draw everything, keep nothing yet."""
+    pictures, fitted = {}, watch.total - PICTURES
+    for number, (name, make) in enumerate(fit_pictures(result).items()):
+        check(watch, doing=DOING)
+        watch.progress(fitted + number, total=fitted, note="drawing")
+        png = drawn(session, name, make)
+        if png is not None:
+            pictures[name] = png
+    return pictures
+
+
+def fit_of(
+    session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, watch: Watcher | None = None
+) -> FitResult:
+    """Return what can be fitted to the sweeps of a session; nothing is written.
+
+    Raise Cancelled soon after `watch` wants no more.
+    """
     sweeps = [load_sweep(path) for path in sweep_paths(session.folder)]
     if not sweeps:
         raise NotCalibrated(
@@ -65,6 +112,7 @@ def fit_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics) -
         label=options.label or head.label,
         settings=_settings(options),
         session_id=session.id,
+        watch=watch,
     )
     created_utc = utc_now().replace("Z", "+00:00")
     calibration = replace(result.calibration, created_utc=created_utc, origin="measured")

@@ -1,16 +1,22 @@
-"""Stage 2 as a step of a session: sweeps the markers at every station wanted, or goes on where it ended."""
+"""Stage 2 as a step of a session: sweeps the markers at every station wanted, or goes on where it ended.
+
+At the end it returns to some nodes of the first station, to see how far the mounts have drifted meanwhile.
+"""
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
+from foveacam_hardware.contract import Role, Station
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.sweep.sweep import SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_reference import return_to_nodes, returned
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -28,7 +34,8 @@ def measure_mirrors(
     workplace: Workplace,
     watch: StepWatcher,
 ) -> None:
-    """Sweep every station of markers, or those named."""
+    """Sweep every station of markers, or those named; then return to nodes of the farthest one swept."""
+    settings = sweep_settings(workplace)
     for station in workplace.sweep_stations(options.stations):
         watch.stage("mirrors")
         path = session.folder / sweep_filename(station)
@@ -46,8 +53,43 @@ def measure_mirrors(
                 clock=workplace.clock,
                 watch=PoseTeller(watch, station=station.name, path=path),
                 folder=session.folder,
-                settings=_settings(workplace),
+                settings=settings,
             )
+    swept = swept_stations(session, workplace)
+    if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
+        revisit(session, swept[0], wide, workplace=workplace, watch=watch, settings=settings)
+
+
+def swept_stations(session: CalibrationSession, workplace: Workplace) -> tuple[Station, ...]:
+    """Return the stations of markers at which a session holds a sweep, the farthest first."""
+    stations = workplace.sweep_stations(None)
+    return tuple(station for station in stations if (session.folder / sweep_filename(station)).exists())
+
+
+def revisit(
+    session: CalibrationSession,
+    station: Station,
+    wide: Intrinsics,
+    *,
+    workplace: Workplace,
+    watch: StepWatcher,
+    settings: SweepSettings,
+) -> tuple[SweepPose, ...]:
+    """Return to some nodes of a station that was swept, and return what was seen there."""
+    path = session.folder / sweep_filename(station)
+    with workplace.use(f"the return to {station.name}") as hands:
+        if hands.pan_tilt is None:
+            raise no_pan_tilt("return to the markers")
+        return return_to_nodes(
+            hands.head,
+            hands.pan_tilt,
+            station,
+            wide,
+            clock=workplace.clock,
+            watch=PoseTeller(watch, station=station.name, path=path),
+            folder=session.folder,
+            settings=settings,
+        )
 
 
 def planned(options: MirrorsOptions, path: Path) -> SweepPlan:
@@ -105,7 +147,7 @@ class PoseTeller:
         self._told_bytes += whole
         for line in fresh[:whole].splitlines():
             pose = json.loads(line)
-            if "index" in pose:  # the first line is the header
+            if "index" in pose and not pose.get("repeat"):  # the first line is the header
                 self._watch.pose(
                     self._station,
                     index=pose["index"],
@@ -120,15 +162,19 @@ def _state(eye: "dict[str, object] | None") -> str:
     return "rim" if eye["rim"] else "centred"
 
 
-def _settings(workplace: Workplace) -> SweepSettings:
+def sweep_settings(workplace: Workplace) -> SweepSettings:
+    """Return what a sweep must be told of this rig, with a name of its own for this run."""
+    now_utc = utc_now()
     return SweepSettings(
         rig_id=workplace.rig_id,
-        created_utc=utc_now(),
+        created_utc=now_utc,
+        run=now_utc,
         wide_serial=workplace.serials.get(Role.WIDE, ""),
         left_serial=workplace.serials.get(Role.LEFT, ""),
         right_serial=workplace.serials.get(Role.RIGHT, ""),
         baseline_m=workplace.baseline_m,
         max_v=workplace.max_v,
+        layout=MarkerLayout(**asdict(workplace.markers)),
     )
 
 

@@ -68,17 +68,23 @@ class CheckOptions(_Options):
 
 
 class SettleOptions(_Options):
-    """The settle characterisation takes no options."""
+    """`apply`: let the rig wait after every move as long as was measured, now and at every start."""
+
+    apply: bool = False
 
 
 class AllOptions(_Options):
-    """Every step after the other; `activate`: put the result in force."""
+    """Every step after the other; `activate`: put the result in force.
+
+    `apply_settle`: also let the rig wait after every move as long as was measured.
+    """
 
     wide: WideOptions = WideOptions()
     mirrors: MirrorsOptions = MirrorsOptions()
     fit: FitOptions = FitOptions()
     check: CheckOptions = CheckOptions()
     settle: bool = True
+    apply_settle: bool = True
     activate: bool = False
 
 

@@ -13,6 +13,7 @@ from foveacam_server.runtime.store import Document
 TITLES = {
     "coverage": "Where the board was seen, and how it was tilted",
     "wide_residuals": "What the lens model leaves",
+    "mount_drift": "How the mounts drifted during the sweeps",
     "quiver_left": "Left eye: residual of every pose",
     "quiver_right": "Right eye: residual of every pose",
     "loo": "Leave-one-out error by model",
@@ -25,19 +26,31 @@ TITLES = {
     "settle": "How the mirrors settle",
 }
 """In the order in which they are shown."""
+MEASURED = frozenset({"coverage", "wide_residuals", "settle"})
+"""Those that show what was measured, whatever was fitted to it."""
 
 _log = logging.getLogger(__name__)
 
 
-def draw(session: CalibrationSession, makers: Mapping[str, Callable[[], bytes]]) -> None:
-    """Draw and keep pictures, name -> what gives the PNG; one that cannot be drawn stops nobody."""
+Maker = Callable[[], bytes]
+"""Draws one picture and gives its PNG."""
+
+
+def draw(session: CalibrationSession, makers: Mapping[str, Maker]) -> None:
+    """Draw and keep pictures by their names; one that cannot be drawn stops nobody."""
     for name, make in makers.items():
-        try:
-            png = make()
-        except FoveaError as error:
-            _log.warning("session %s: picture %s was not drawn: %s", session.id, name, error)
-            continue
-        write_picture(session, name, png)
+        png = drawn(session, name, make)
+        if png is not None:
+            write_picture(session, name, png)
+
+
+def drawn(session: CalibrationSession, name: str, make: Maker) -> bytes | None:
+    """Return the PNG of a picture that is not kept yet; None when it cannot be drawn."""
+    try:
+        return make()
+    except FoveaError as error:
+        _log.warning("session %s: picture %s was not drawn: %s", session.id, name, error)
+        return None
 
 
 def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:

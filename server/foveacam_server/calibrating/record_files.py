@@ -36,6 +36,7 @@ class ImportFacts:
     baseline_m: float = 0.2
     distance_m: float | None = None
     fovea_size: tuple[int, int] = (1440, 1080)
+    wide_size: tuple[int, int] | None = None
 
 
 def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionShelf) -> bytes:
@@ -57,7 +58,7 @@ def imported(document: object, facts: ImportFacts) -> Calibration:
     if not isinstance(document, Mapping):
         raise InvalidInput("import: a JSON object is needed; give the file of a calibration as it is")
     if document.get("format") == FORMAT:
-        calibration = calibration_from(document, what="the imported file")
+        calibration = calibration_from(document, what="that was sent")
         calibration.check_rig(facts.rig_id)
         return calibration
     schema = str(document.get("schema", ""))
@@ -70,9 +71,11 @@ def imported(document: object, facts: ImportFacts) -> Calibration:
             found=schema,
             remedy="import the device bundle",
         )
+    named = document.get("format", document.get("schema"))
+    found = "the file names neither" if named is None else f"{named!r} was found"
     raise InvalidInput(
-        f"import: format {FORMAT!r} or schema 'fovea-device-config@1' is needed, "
-        f"{document.get('format', document.get('schema'))!r} was found; give the file of a calibration",
+        f"import: format {FORMAT!r} or schema 'fovea-device-config@1' is needed, {found}; give the file of a "
+        "calibration",
         asked="a calibration file",
         remedy="give a file that this program or the authors' application exported",
     )
@@ -98,6 +101,7 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
             remedy="give distance_m, the distance from the wide camera to the markers",
         )
     wide = intrinsics_of(record_of(bundle, Role.WIDE))
+    _check_wide((wide.width, wide.height), facts.wide_size)
     settings = settings_of(bundle)
     rig = ImportedRig(
         rig_id=facts.rig_id,
@@ -114,6 +118,19 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
         drift_rad=settings.drift_rad,
     )
     return replace(fit_calibration(sweep), origin="imported")
+
+
+def _check_wide(found: tuple[int, int], here: tuple[int, int] | None) -> None:
+    """Raise `InvalidInput` when a bundle's wide camera has other pixels than the rig's."""
+    if here is None or found == here:
+        return
+    words = f"its wide camera has {found[0]} × {found[1]} px, this rig's has {here[0]} × {here[1]} px"
+    raise InvalidInput(
+        f"import: {words}; import the bundle of this rig",
+        asked="a calibration from a device bundle",
+        found=words,
+        remedy="import the bundle of this rig",
+    )
 
 
 def _sweeps_of(calibration: Calibration, sessions: SessionShelf) -> tuple[Path, ...]:

@@ -13,17 +13,20 @@ from foveacam_pipeline.calibrate.report import (
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.drift_records import DriftRecords
-from foveacam_server.calibrating.pictures import TITLES
+from foveacam_server.calibrating.pictures import MEASURED, TITLES
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
 
 
 def report_page(calibration: Calibration, *, sessions: SessionShelf, drift: DriftRecords) -> str:
     """Return one self-contained HTML page; what is not kept is said to be missing."""
     session = _session_of(calibration, sessions)
+    told = None if session is None else _facts(session, calibration)
     return report_html(
         calibration,
-        session=None if session is None else _facts(session),
-        pictures={} if session is None else _pictures(session),
+        session=told,
+        pictures={}
+        if session is None
+        else _pictures(session, fitted=told is not None and told.fit is not None),
         drift=_drift_of(calibration, drift),
     )
 
@@ -37,12 +40,18 @@ def _session_of(calibration: Calibration, sessions: SessionShelf) -> Calibration
         return None
 
 
-def _facts(session: CalibrationSession) -> SessionFacts:
-    return session_facts(session_document(session, url="", running=None))
+def _facts(session: CalibrationSession, calibration: Calibration) -> SessionFacts:
+    """Return what was measured; a fit of the same data that made another calibration is left out."""
+    document = session_document(session, url="", running=None)
+    fit = document["fit"]
+    if fit is not None and calibration.parent_id is None and fit["calibration_id"] != calibration.id:
+        document = document | {"fit": None, "check": None}
+    return session_facts(document)
 
 
-def _pictures(session: CalibrationSession) -> dict[str, bytes]:
-    paths = {name: Path(session.folder / "pictures" / f"{name}.png") for name in TITLES}
+def _pictures(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:
+    shown = TITLES if fitted else [name for name in TITLES if name in MEASURED]
+    paths = {name: Path(session.folder / "pictures" / f"{name}.png") for name in shown}
     return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
 
 

@@ -4,7 +4,6 @@ The procedures write their own files into it; here are its name, its label, and 
 """
 
 import json
-import os
 import re
 import shutil
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document
+from foveacam_server.whole_file import write_document
 
 FORMAT = "foveacam-calibration-session"
 VERSION = 1
@@ -95,18 +95,7 @@ class CalibrationSession:
 
     def write(self, name: str, document: Document) -> None:
         """Write one of its JSON files whole, then rename it into place."""
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(f".{path.name}.part")
-        try:
-            with beside.open("w", encoding="utf-8") as stream:
-                json.dump(document, stream, indent=1, allow_nan=False)
-                stream.write("\n")
-                stream.flush()
-                os.fsync(stream.fileno())
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
+        write_document(self.folder / name, document)
 
     @property
     def empty(self) -> bool:

@@ -2,28 +2,42 @@
 
 from functools import partial
 
-from foveacam_hardware.contract import StationTarget
+from foveacam_hardware.contract import NotCalibrated, StationTarget
 from foveacam_pipeline.calibrate.settle.settle import characterise
 from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
+from foveacam_pipeline.calibrate.settle.settle_wait import wait_us
+from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import SETTLE
+from foveacam_server.calibrating.options import SettleOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.turning import turn_to_station
+from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document
 
 
-def measure_settle(session: CalibrationSession, *, workplace: Workplace, watch: StepWatcher) -> SettleReport:
+def measure_settle(
+    session: CalibrationSession, options: SettleOptions, *, workplace: Workplace, watch: StepWatcher
+) -> SettleReport:
     """Measure all four axes where the rig's markers stand, or where the rig happens to look."""
     watch.stage("settle")
     there = [station for station in workplace.stations if station.target is StationTarget.MARKERS]
     with workplace.use("the settle characterisation") as hands:
         if there and hands.pan_tilt is not None:
-            turn_to_station(hands.pan_tilt, there[0], clock=workplace.clock, watch=watch)
+            turn_to_station(
+                hands.pan_tilt,
+                there[0],
+                clock=workplace.clock,
+                watch=watch,
+                head=hands.head,
+                wide=_known_lens(session),
+            )
         report = characterise(
             hands.head,
             clock=workplace.clock,
@@ -32,15 +46,35 @@ def measure_settle(session: CalibrationSession, *, workplace: Workplace, watch: 
             watch=watch,
             before=workplace.fovea_settings,
         )
+    time = SettleTime(
+        rig_id=report.rig_id,
+        settle_us=wait_us(report, max_v=workplace.max_v),
+        measured_utc=report.created_utc,
+        session_id=session.id,
+        low_pass_hz=report.low_pass_hz,
+    )
+    if options.apply:
+        workplace.wait_after_moves(time)
     save_settle(report, session.folder / "settle.json")
-    session.write(SETTLE, settle_document(report))
+    session.write(SETTLE, settle_document(report, time, applied=options.apply))
     draw(session, {"settle": partial(settle_picture, report)})
     return report
 
 
-def settle_document(report: SettleReport) -> Document:
-    """Return what was found as REST shows it."""
-    return {"axes": [_axis(axis) for axis in report.axes]}
+def _known_lens(session: CalibrationSession) -> Intrinsics | None:
+    try:
+        return lens_of(session)
+    except NotCalibrated:
+        return None
+
+
+def settle_document(report: SettleReport, time: SettleTime, *, applied: bool) -> Document:
+    """Return what was found as REST shows it; `applied`: whether the rig was told to wait so long."""
+    return {
+        "axes": [_axis(axis) for axis in report.axes],
+        "settle_us": time.settle_us,
+        "applied": applied,
+    }
 
 
 def _axis(axis: AxisSettle) -> Document:

@@ -5,6 +5,7 @@ from pydantic import BaseModel
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.check_step import check_session
+from foveacam_server.calibrating.closing_step import close_drift
 from foveacam_server.calibrating.fit_step import fit_session
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import (
@@ -14,6 +15,7 @@ from foveacam_server.calibrating.options import (
     FitOptions,
     FitRun,
     MirrorsRun,
+    SettleOptions,
     SettleRun,
     WideOptions,
     WideRun,
@@ -45,8 +47,8 @@ def run_step(
             run_fit(session, options, registry=registry, watch=watch)
         case CheckRun(options=options):
             check_session(session, options, workplace=workplace, registry=registry, watch=watch)
-        case SettleRun():
-            measure_settle(session, workplace=workplace, watch=watch)
+        case SettleRun(options=options):
+            measure_settle(session, options, workplace=workplace, watch=watch)
         case AllRun(options=options):
             _run_all(session, options, workplace=workplace, registry=registry, watch=watch)
         case _:
@@ -78,8 +80,12 @@ def _run_all(
     measure_wide(session, options.wide, workplace=workplace, watch=watch)
     measure_mirrors(session, options.mirrors, lens_of(session), workplace=workplace, watch=watch)
     calibration = run_fit(session, options.fit, registry=registry, watch=watch)
+    calibration = close_drift(
+        session, calibration, options.fit, workplace=workplace, registry=registry, watch=watch
+    )
     check_session(session, options.check, workplace=workplace, registry=registry, watch=watch)
     if options.settle:
-        measure_settle(session, workplace=workplace, watch=watch)
+        settle = SettleOptions(apply=options.apply_settle)
+        measure_settle(session, settle, workplace=workplace, watch=watch)
     if options.activate:
         registry.activate(calibration.id)

@@ -2,21 +2,49 @@
 
 import math
 
-from foveacam_hardware.contract import Clock, DeviceFault, PanTilt, Station, Timeout
+import numpy as np
+
+from foveacam_hardware.contract import (
+    Clock,
+    DeviceFault,
+    Head,
+    PanTilt,
+    Station,
+    StationTarget,
+    Timeout,
+)
+from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned, TurnSettings
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.models.intrinsics import Intrinsics
 
 TURN_S = 40.0
 HOME_S = 120.0
 POLL_NS = 20_000_000
 REST_NS = 200_000_000
+AHEAD = np.zeros(2)
 
 
-def turn_to_station(pan_tilt: PanTilt, station: Station, *, clock: Clock, watch: Watcher) -> None:
-    """Bring the rig to where `station` says; a rig that is turned by hand is taken to stand there."""
+def turn_to_station(
+    pan_tilt: PanTilt,
+    station: Station,
+    *,
+    clock: Clock,
+    watch: Watcher,
+    head: Head | None = None,
+    wide: Intrinsics | None = None,
+) -> None:
+    """Bring the rig to where `station` says.
+
+    Of a rig that is turned by hand: wait until its markers rest in the middle of the wide view, if it has any
+    and `head` and `wide` are there to see that; else it is taken to stand there.
+    """
     if not pan_tilt.moves_itself:
         pan_deg, tilt_deg = math.degrees(station.pose.pan_rad), math.degrees(station.pose.tilt_rad)
         watch.progress(0, total=1, note=f"turn the rig to {station.name}: {pan_deg:.0f}°, {tilt_deg:.0f}°")
         pan_tilt.move_to(station.pose)
+        if head is not None and wide is not None and station.target is StationTarget.MARKERS:
+            _wait_for_markers(pan_tilt, station, head, wide, clock=clock, watch=watch)
         return
     if not pan_tilt.state.homed:
         watch.progress(0, total=1, note="homing the pan-tilt")
@@ -26,6 +54,24 @@ def turn_to_station(pan_tilt: PanTilt, station: Station, *, clock: Clock, watch:
     pan_tilt.move_to(station.pose)
     _wait(pan_tilt, TURN_S, what=f"turning to {station.name}", clock=clock, watch=watch)
     clock.sleep_until_ns(clock.now_ns() + REST_NS)
+
+
+def _wait_for_markers(
+    pan_tilt: PanTilt, station: Station, head: Head, wide: Intrinsics, *, clock: Clock, watch: Watcher
+) -> None:
+    """Wait until the markers rest in the middle of the wide view of a rig that is turned by hand."""
+    settings = TurnSettings()
+    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings)
+    base.ask(AHEAD)
+    HandTurned(
+        head=head,
+        clock=clock,
+        watch=watch,
+        wide=wide,
+        layout=MarkerLayout(),
+        settings=settings,
+        correct=base.correct,
+    ).wait_for(AHEAD[None], done=0, total=1)
 
 
 def _wait(pan_tilt: PanTilt, longest_s: float, *, what: str, clock: Clock, watch: Watcher) -> None:

@@ -68,6 +68,7 @@ def _result(
         "wide": {
             "samples": [_sample(sample, rms_px.get(sample.id), lens) for sample in samples],
             "coverage_fraction": round(coverage.fraction, 4),
+            "cells": coverage.cells.tolist(),
             "tilts_covered": coverage.tilts_covered,
             "fit": _fit(fits[0]) if fits else None,
             "other_model": _fit(fits[1]) if len(fits) > 1 else None,

@@ -11,6 +11,7 @@ from foveacam_hardware.contract import (
     Clock,
     Head,
     InvalidInput,
+    MarkerPrint,
     NotConnected,
     PanTilt,
     Role,
@@ -19,6 +20,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.calibrate.watcher import Watcher
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.calibrating.settle_times import SettleTime
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +33,11 @@ class Hands:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Workplace:
-    """A rig and its room. `use` gives the rig to one step, named for people, until the context ends."""
+    """A rig and its room.
+
+    `use`: gives the rig to one step, named for people, until the context ends. `wait_after_moves`: puts a
+    measured settle time in use, now and at every start.
+    """
 
     rig_id: str
     baseline_m: float
@@ -40,7 +46,9 @@ class Workplace:
     serials: Mapping[Role, str]
     fovea_settings: CameraSettings | None
     max_v: float
+    markers: MarkerPrint
     use: Callable[[str], AbstractContextManager[Hands]]
+    wait_after_moves: Callable[[SettleTime], None]
 
     def station(self, name: str) -> Station:
         """Return a station by its name or raise `InvalidInput` that lists them."""

@@ -92,4 +92,5 @@ def _facts(status: RigStatus, *, distance_m: float | None) -> ImportFacts:
         distance_m=distance_m,
         baseline_m=facts.baseline_m if status.baseline_m is None else status.baseline_m,
         fovea_size=sizes.get(Role.LEFT, facts.fovea_size),
+        wide_size=sizes.get(Role.WIDE),
     )

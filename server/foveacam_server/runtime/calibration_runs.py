@@ -35,6 +35,7 @@ from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.pan_tilt import exclusive_pan_tilt
 from foveacam_server.runtime.ports import PictureSink
 from foveacam_server.runtime.rig_status import RigStatus
+from foveacam_server.runtime.settle_desk import SettleDesk
 
 SESSIONS_URL = "/api/v1/calibration_sessions"
 _RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
@@ -50,6 +51,7 @@ class Equipment:
     sink: PictureSink
     events: EventLog
     clock: Clock
+    settling: SettleDesk
 
 
 class CalibrationRuns:
@@ -135,7 +137,10 @@ class CalibrationRuns:
         )
         before = self._bearing()
         workplace = self._workplace_of(self._with.hardware.status, context)
-        run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+        try:
+            run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+        finally:
+            self._ask_no_more()
         self._turn_back(before, workplace)
         return f"{SESSIONS_URL}/{session.id}"
 
@@ -154,12 +159,20 @@ class CalibrationRuns:
             serials={camera.role: camera.info.serial for camera in status.cameras},
             fovea_settings=next((c.settings for c in status.cameras if c.role is Role.LEFT), None),
             max_v=status.max_v,
+            markers=status.markers,
             use=use,
+            wait_after_moves=lambda time: self._with.settling.apply(time, self._with.hardware),
         )
 
     def _bearing(self) -> PanTiltPose | None:
         status = self._with.hardware.status.pan_tilt
         return status.state.pose if status is not None and status.moves_itself else None
+
+    def _ask_no_more(self) -> None:
+        """Let whoever turns the rig by hand let go: nothing is wanted any more."""
+        status = self._with.hardware.status.pan_tilt
+        if status is not None and not status.moves_itself and status.state.connected:
+            self._with.hardware.hold_pan_tilt()
 
     def _turn_back(self, before: PanTiltPose | None, workplace: Workplace) -> None:
         """Turn the rig back to where it stood before the job."""

@@ -1,8 +1,17 @@
 """Notices lost devices and their return; says when to try them. Called by the hardware thread alone."""
 
 import re
+from collections.abc import Callable
 
-from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, NotConnected, PanTiltState, Timeout
+from foveacam_hardware.contract import (
+    CameraPhase,
+    Clock,
+    DeviceFault,
+    FoveaError,
+    NotConnected,
+    PanTiltState,
+    Timeout,
+)
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.ports import Rig
 from foveacam_server.runtime.rig_status import DeviceProblem
@@ -18,17 +27,22 @@ MIRRORS, WIDE, PAN_TILT = "mirrors", "wide", "pan_tilt"
 FOVEAE = (MIRRORS, "left", "right")
 """Devices without which there is no look."""
 
+_DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
 _CAMERA = re.compile(r"\bcamera (wide|left|right)\b")
 
 
 class DeviceWatch:
     """Problems by device, with back-off.
 
-    A camera that opens again is on probation: it is used, and its problem stays until it delivers.
+    A camera that opens again is on probation: it is used, and its problem stays until it delivers. So are
+    mirrors that answer well but whose exposures fail, as without a strobe cable.
     """
 
-    def __init__(self, *, clock: Clock, events: EventLog) -> None:
+    def __init__(
+        self, *, clock: Clock, events: EventLog, on_connect: Callable[[Rig], None] | None = None
+    ) -> None:
         self._clock = clock
+        self._on_connect = on_connect
         self._events = events
         self._problems: dict[str, DeviceProblem] = {}
         self._told: tuple[DeviceProblem, ...] = ()
@@ -36,6 +50,9 @@ class DeviceWatch:
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = 0
         self._late_looks = 0
+        self._exposures_fail = False
+        self._down: set[str] = set()
+        """Cameras whose links were down when last asked."""
 
     @property
     def problems(self) -> tuple[DeviceProblem, ...]:
@@ -75,12 +92,16 @@ class DeviceWatch:
         """Try every missing device; tell whether the mirrors answer and were parked just now."""
         mirrors_were_lost = MIRRORS in self._problems or not rig.mirrors.state.connected
         rig.connect()
+        if self._on_connect is not None:
+            self._on_connect(rig)
         failed = {problem.device: problem.detail for problem in rig.problems}
         for device, detail in failed.items():
             self.fault(device, detail=detail)
         self._probation |= self._problems.keys() - failed.keys() - {MIRRORS}
         parked = MIRRORS not in failed and mirrors_were_lost and self._ready_mirrors(rig)
-        if parked:
+        if parked and self._exposures_fail:
+            self._probation.add(MIRRORS)
+        elif parked:
             self._recovered(MIRRORS)
         self._retry_s = min(LAST_RETRY_S, self._retry_s * 2)
         self._next_retry_ns = self._clock.now_ns() + round(self._retry_s * 1e9)
@@ -88,7 +109,7 @@ class DeviceWatch:
 
     def look_succeeded(self) -> None:
         """Forget looks that failed before."""
-        self._late_looks = 0
+        self._late_looks, self._exposures_fail = 0, False
         for device in (WIDE, *FOVEAE):
             self._recovered(device)
 
@@ -96,8 +117,21 @@ class DeviceWatch:
         """Forget that the wide camera failed."""
         self._recovered(WIDE)
 
-    def look_failed(self, rig: Rig, error: FoveaError) -> None:
-        """Find out which device made a look fail; a single late answer is nobody's fault yet."""
+    def cameras_lost(self, rig: Rig) -> bool:
+        """Ask every camera's link, whether anybody looks or not; tell whether one was lost just now."""
+        links = {camera.role.value: camera.link for camera in (rig.wide, rig.left, rig.right)}
+        down = {device for device, link in links.items() if link.phase in _DOWN}
+        lost, self._down = down - self._down, down
+        for device in sorted(lost):
+            if self.lacking(device) is None:
+                self.fault(device, detail=f"camera {device}: {links[device].reason or 'it is lost'}")
+        return bool(lost)
+
+    def look_failed(self, rig: Rig, error: FoveaError, *, exposing: bool = False) -> None:
+        """Find out which device made a look fail; a single late answer is nobody's fault yet.
+
+        `exposing`: it was a look indeed, so another one will show when all is well again.
+        """
         if not isinstance(error, Timeout | DeviceFault | NotConnected):
             return
         state = rig.mirrors.state
@@ -109,6 +143,7 @@ class DeviceWatch:
         if named is not None:
             self.fault(named[1], detail=str(error))
         elif not isinstance(error, Timeout) or self._late_looks >= LATE_LOOKS:
+            self._exposures_fail |= exposing
             self.fault(MIRRORS, detail=str(error))
 
     def wide_failed(self, error: FoveaError) -> None:

@@ -1,9 +1,11 @@
 """The event log: told at once to whoever listens, written down behind their back, replayed by id.
 
-`emit` never blocks and needs no database: a stop is told even when the disk hangs.
+`emit` never blocks and needs no database: a stop is told even when the disk hangs. What a full disk does not
+take is kept and tried again until it does.
 """
 
 import asyncio
+import contextlib
 import logging
 import queue
 import threading
@@ -12,8 +14,8 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from sqlalchemy import delete, func, select
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import delete, func, insert, select
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document, EventRow, Store
@@ -24,6 +26,12 @@ RING = 2000
 """Events kept in memory; older ones are read from the table."""
 KEPT = 20_000
 """Events kept in the table."""
+UNWRITTEN = 5000
+"""Events that wait for a disk that takes none; later ones are told, and never written down."""
+BATCH = 200
+"""Events written down at once."""
+RETRY_S = 0.5
+"""Pause between two attempts on a disk that takes none."""
 BACKLOG = 500
 """Events that a slow listener may be behind before it is cut off (it reconnects with its last id)."""
 
@@ -82,8 +90,12 @@ class EventLog:
         self._lock = threading.Lock()
         self._ring: deque[Event] = deque(maxlen=RING)
         self._listeners: set[_Listener] = set()
-        self._to_write: queue.Queue[Event | None] = queue.Queue(maxsize=5000)
+        self._to_write: queue.Queue[Event | None] = queue.Queue(maxsize=UNWRITTEN)
+        self._closing = threading.Event()
         self.unwritten = 0
+        """Events that no disk will ever have."""
+        self.fault: str | None = None
+        """Why events wait to be written down, in words; None when none does."""
         with store.session() as session:
             self._next_id = (session.scalar(select(func.max(EventRow.id))) or 0) + 1
             rows = session.scalars(select(EventRow).order_by(EventRow.id.desc()).limit(RING)).all()
@@ -154,35 +166,68 @@ class EventLog:
     def close(self) -> None:
         """Write down what is left and stop."""
         self.hang_up()
-        self._to_write.put(None)
+        self._closing.set()
+        with contextlib.suppress(queue.Full):  # then there is something to wake up for
+            self._to_write.put_nowait(None)
         self._writer.join(timeout=5.0)
 
     def _write(self) -> None:
-        written = 0
-        while True:
-            batch = [self._to_write.get()]
-            while len(batch) < 200:
-                try:
-                    batch.append(self._to_write.get_nowait())
-                except queue.Empty:
-                    break
-            events = [event for event in batch if event is not None]
-            try:
-                self._save(events, prune=written // 1000 != (written + len(events)) // 1000)
-            except SQLAlchemyError:
-                self.unwritten += len(events)
-                _log.exception("events %d and later were not written down", events[0].id if events else 0)
-            written += len(events)
-            if None in batch:
-                return
+        written, batch = 0, list[Event]()
+        while not (self._closing.is_set() and self._to_write.empty()):
+            if not batch and (first := self._to_write.get()) is not None:
+                batch.append(first)
+            self._top_up(batch)
+            prune = written // 1000 != (written + len(batch)) // 1000
+            if self._saved(batch, prune=prune):
+                written += len(batch)
+                batch.clear()
+            elif self._closing.wait(RETRY_S):
+                break
+        self.unwritten += len(batch)
+
+    def _top_up(self, batch: list[Event]) -> None:
+        """Take what waits, without waiting for more."""
+        with contextlib.suppress(queue.Empty):
+            while len(batch) < BATCH:
+                event = self._to_write.get_nowait()
+                if event is not None:
+                    batch.append(event)
+
+    def _saved(self, events: list[Event], *, prune: bool) -> bool:
+        """Write them down; tell whether they are off one's hands."""
+        try:
+            self._save(events, prune=prune)
+        except OperationalError as error:  # full, read-only, locked: it may pass
+            self._tell_fault(str(error.orig))
+            return False
+        except SQLAlchemyError:
+            self.unwritten += len(events)
+            _log.exception("events %d and later were not written down", events[0].id if events else 0)
+        if self.fault is not None:
+            self.fault = None
+            self.emit("storage.recovered", "events are written down again")
+        return True
+
+    def _tell_fault(self, detail: str) -> None:
+        """Tell once that the disk takes nothing."""
+        known, self.fault = self.fault is not None, detail
+        if known:
+            return
+        remedy = "make room on it, or make it writable; what waits is kept and tried again by itself"
+        self.emit(
+            "storage.fault",
+            f"the data directory {self._store.folder} takes no events: {detail}; {remedy}",
+            level=Level.ERROR,
+            data={"detail": detail, "remedy": remedy},
+        )
 
     def _save(self, events: list[Event], *, prune: bool) -> None:
         if not events:
             return
+        rows = [{"id": event.id, "kind": event.kind, "document": event.document()} for event in events]
         with self._store.session() as session:
-            session.add_all(
-                EventRow(id=event.id, kind=event.kind, document=event.document()) for event in events
-            )
+            # an attempt that seemed to fail may have written them
+            session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
             if prune:
                 session.execute(delete(EventRow).where(EventRow.id <= events[-1].id - KEPT))
 

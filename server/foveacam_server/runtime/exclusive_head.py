@@ -65,15 +65,15 @@ class ExclusiveHead:
             raise Cancelled("the job was cancelled before its next look")
 
 
-def answer_of(answer: "Future[T]", *, asked: str) -> T:
+def answer_of(answer: "Future[T]", *, asked: str, within_s: float = DEADLINE_S) -> T:
     """Wait for a command's answer, for so long and no longer."""
     try:
-        return answer.result(DEADLINE_S)
+        return answer.result(within_s)
     except FutureTimeout:
         answer.cancel()
         raise Timeout(
-            f"asked the rig for {asked}: no answer within {DEADLINE_S:g} s; look at its devices' problems",
+            f"asked the rig for {asked}: no answer within {within_s:g} s; look at its devices' problems",
             asked=asked,
-            found=f"no answer within {DEADLINE_S:g} s",
+            found=f"no answer within {within_s:g} s",
             remedy="look at the devices' problems",
         ) from None

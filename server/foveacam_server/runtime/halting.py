@@ -10,9 +10,11 @@ _log = logging.getLogger(__name__)
 
 
 def bring_to_rest(rig: Rig) -> bool:
-    """Hold the pan-tilt and park the mirrors; tell whether the mirrors took it."""
+    """Hold pan-tilt and rail and park the mirrors; tell whether the mirrors took it."""
     if rig.pan_tilt is not None:
         _tried("the pan-tilt could not be held", rig.pan_tilt.hold)
+    if rig.rail is not None:
+        _tried("the rail could not be held", rig.rail.hold)
     return _tried("the mirrors could not be parked", rig.mirrors.park)
 
 

@@ -28,14 +28,15 @@ from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
 from foveacam_server.runtime.halting import bring_to_rest
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
+from foveacam_server.runtime.mirror_care import MirrorCare
 from foveacam_server.runtime.ports import PictureSink, Rig
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
 
 _log = logging.getLogger(__name__)
-
 T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
+REMEDY = "correct it and start the server again"
 
 
 class HardwareThread:
@@ -50,12 +51,15 @@ class HardwareThread:
         clock: Clock,
         overlay: OverlayOf,
         limits: LiveRates,
+        on_connect: Callable[[Rig], None] | None = None,
     ) -> None:
         self._opener = opener
         self._events = events
         self._clock = clock
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
-        self._watch = DeviceWatch(clock=clock, events=events)
+        self._watch = DeviceWatch(clock=clock, events=events, on_connect=on_connect)
+        self.mirrors = MirrorCare(clock=clock, watch=self._watch)
+        """Keeps their controller under watch, and their rail as the operator wants it."""
         self._commands = CommandQueue()
         self._rig: Rig | None = None
         self._status = RigStatus()
@@ -132,6 +136,7 @@ class HardwareThread:
             raise refusals.stopped()
         if self._rig is None:
             raise refusals.not_open(self._watch.problems)
+        self.mirrors.check()
         missing = self._watch.lacking(*FOVEAE)
         if missing is not None:
             raise refusals.missing(missing)
@@ -159,8 +164,7 @@ class HardwareThread:
 
     def hold_pan_tilt(self) -> None:
         """Stop the pan-tilt now; harmless when there is none."""
-        rig = self._rig
-        if rig is not None and rig.pan_tilt is not None:
+        if (rig := self._rig) is not None and rig.pan_tilt is not None:
             rig.pan_tilt.hold()
 
     def resume(self) -> None:
@@ -186,15 +190,14 @@ class HardwareThread:
         try:
             rig = self._opener()
         except FoveaError as error:
-            remedy = error.remedy or "correct it and start the server again"
-            self._watch.fault("rig", detail=str(error), remedy=remedy)
+            self._watch.fault("rig", detail=str(error), remedy=error.remedy or REMEDY)
             self._opened.set()
             self._tell_state(RigState.DEGRADED)
             return None
         self._watch.connect(rig)
         self._rig = rig
         self._opened.set()
-        self._refresh(rig)
+        self.refresh(rig)
         return rig
 
     def _turn(self, rig: Rig) -> None:
@@ -206,13 +209,16 @@ class HardwareThread:
             self._try("live look", lambda: self._look(rig, self._gaze))
         if wide and self._live.wide_due():
             self._try("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
+        self.mirrors.keep(rig)
+        if self._watch.cameras_lost(rig):
+            self._rest(rig)
         if self._watch.retry_due():
             self._reconnect(rig)
         if self._clock.now_ns() >= self._status_due_ns:
-            self._refresh(rig)
+            self.refresh(rig)
 
     def _looks_allowed(self) -> bool:
-        idle = not self._halted.is_set() and self._session_of is None
+        idle = not self._halted.is_set() and self._session_of is None and self.mirrors.rail_wanted
         return idle and self._watch.lacking(*FOVEAE) is None
 
     def _try(self, what: str, work: Callable[[], object]) -> None:
@@ -226,7 +232,7 @@ class HardwareThread:
         try:
             sighting = rig.head.look(volts, settle_us=settle_us)
         except FoveaError as error:
-            self._watch.look_failed(rig, error)
+            self._watch.look_failed(rig, error, exposing=True)
             raise
         finally:
             self._park_again_if_halted(rig)
@@ -258,19 +264,20 @@ class HardwareThread:
         return self._gaze
 
     def _park_again_if_halted(self, rig: Rig) -> None:
-        # The stop may have come between a move's check and its command on the wire: then the move was last
-        if not self._halted.is_set():
-            return
+        if self._halted.is_set():  # it came between a move's check and its command on the wire
+            self._rest(rig)
+
+    def _rest(self, rig: Rig) -> None:
         self._gaze = PARKED
         self._try("park", rig.mirrors.park)
 
     def _reconnect(self, rig: Rig) -> None:
-        parked = self._watch.connect(rig)
-        if parked:
+        if self._watch.connect(rig):  # and parked
             self._gaze = PARKED
-        self._refresh(rig)
+        self.refresh(rig)
 
-    def _refresh(self, rig: Rig) -> None:
+    def refresh(self, rig: Rig) -> None:
+        """Look at every device now; in this thread alone."""
         self._status_due_ns = self._clock.now_ns() + STATUS_PERIOD_NS
         before, state = self._status.state, self._state()
         problems, rates, gaze = self._watch.problems, self._live.rates, self._gaze

@@ -46,9 +46,9 @@ class JobContext:
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Report `done` of `total`; the time left follows from the time so far."""
         job = self.job
-        job.done, job.total, job.note = done, total, note
-        if self._done_before is None:
+        if self._done_before is None or (job.total and total != job.total):  # another thing is counted now
             self._began_ns, self._done_before = self._clock.now_ns(), done
+        job.done, job.total, job.note = done, total, note
         spent_s = (self._clock.now_ns() - self._began_ns) / 1e9
         here = done - self._done_before
         job.eta_s = round(spent_s / here * (total - done), 2) if here > 0 and total else None

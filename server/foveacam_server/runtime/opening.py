@@ -5,17 +5,21 @@ import logging
 import secrets
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.settle_times import SettleTimes
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_health import CalibrationHealth
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.camera_desk import CameraDesk
+from foveacam_server.runtime.camera_records import CameraRecords
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog, Level
@@ -28,12 +32,15 @@ from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Rig, Viewer
+from foveacam_server.runtime.rail import RailDesk
 from foveacam_server.runtime.scene_follower import SceneFollower, Sight
 from foveacam_server.runtime.services import Services
+from foveacam_server.runtime.settle_desk import SettleDesk
 from foveacam_server.runtime.shapes import ShapeWorker
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
 from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.trigger_tests import TriggerTests
 from foveacam_server.settings import Settings
 from foveacam_web.scene import ViewerScene
 
@@ -49,125 +56,227 @@ def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
 
 def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
     """Open all services; the rig itself opens behind, so that a missing device delays nobody."""
-    clock = MonotonicClock()
-    boot_id = secrets.token_hex(6)
-    store = stack.enter_context(Store(settings.data))
-    events = EventLog(store)
-    stack.callback(events.close)
-    hub = FrameHub(clock=clock)
-    streams = Streams(hub, boot_id=boot_id)
-    stack.callback(streams.close)
-    folder = store.subfolder("calibrations")
-    calibration = CalibrationService(chosen=settings.calibration, folder=folder, events=events)
-    health = CalibrationHealth(events)
-    calibration.on_change(health.begin)
-    viewer = _open_viewer(settings, stack=stack, events=events, loop=loop)
-    overlay = Overlay(lambda: calibration.current)
-    hardware = HardwareThread(
-        lambda: _open_rig(settings, clock=clock, calibration=calibration),
-        sink=hub,
-        events=events,
-        clock=clock,
-        overlay=overlay.of,
-        limits=LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz),
-    )
-    stack.callback(hardware.close)
-    clouds = CloudShelf(store)
-    jobs = JobRunner(store, events=events, clock=clock)
-    shapes = ShapeWorker(shelf=clouds, sink=hub, viewer=viewer, events=events)
-    tools = Tools(
-        hardware=hardware,
-        calibration=calibration,
-        jobs=jobs,
-        shapes=shapes,
-        patches=clouds.patches,
-        events=events,
-        clock=clock,
-        on_distance=overlay.look_at_distance,
-        on_fixation=health.add,
-    )
-    fixations = FixationService(store, tools)
+    ground = _lay_ground(settings, stack=stack)
+    lore = _open_lore(ground)
+    sights = _open_sights(ground, lore, loop=loop)
+    hardware = _hardware(ground, lore, sights)
+    jobs = JobRunner(ground.store, events=ground.events, clock=ground.clock)
     equipment = Equipment(
-        hardware=hardware, calibration=calibration, jobs=jobs, sink=hub, events=events, clock=clock
+        hardware=hardware,
+        calibration=lore.calibration,
+        jobs=jobs,
+        sink=sights.hub,
+        events=ground.events,
+        clock=ground.clock,
+        settling=lore.settling,
     )
-    sessions = SessionShelf(folder / "sessions")
-    desk = CalibrationDesk(sessions, equipment)
-    drift = DriftChecks(folder / "drift", equipment)
-    shapes.put_back(fixations.targets.every())
-    for worker in (shapes, jobs):
-        worker.start()
-        stack.callback(worker.close)
-    stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=events)
-    stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
-    stack.callback(stopping.shutdown)
+    sessions = SessionShelf(lore.folder / "sessions")
+    desk, drift = CalibrationDesk(sessions, equipment), DriftChecks(lore.folder / "drift", equipment)
+    trigger_tests = TriggerTests(
+        lore.cameras_folder / "self_tests",
+        cameras=lore.cameras,
+        hardware=hardware,
+        jobs=jobs,
+        events=ground.events,
+    )
+    study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
+    stop, stopping = _stop(ground, hardware, jobs)
     hardware.start()
-    if viewer is not None:
-        _follow(viewer, stack=stack, calibration=calibration, hardware=hardware, overlay=overlay)
+    _follow(ground, lore, sights, hardware)
     return Services(
         settings=settings,
-        boot_id=boot_id,
-        clock=clock,
-        store=store,
-        events=events,
-        lease=Lease(clock=clock, events=events),
-        hub=hub,
-        streams=streams,
+        boot_id=sights.boot_id,
+        clock=ground.clock,
+        store=ground.store,
+        events=ground.events,
+        lease=Lease(clock=ground.clock, events=ground.events),
+        hub=sights.hub,
+        streams=sights.streams,
         hardware=hardware,
+        cameras=lore.cameras,
+        trigger_tests=trigger_tests,
         pan_tilt=PanTiltDesk(hardware),
+        rail=RailDesk(hardware),
+        settling=lore.settling,
         stop=stop,
         stopping=stopping,
-        calibration=calibration,
+        calibration=lore.calibration,
         records=CalibrationRecords(
-            calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=health
+            lore.calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=lore.health
         ),
         sessions=desk,
         drift=drift,
-        overlay=overlay,
+        overlay=sights.overlay,
         jobs=jobs,
-        clouds=clouds,
-        fixations=fixations,
-        viewer=viewer,
+        clouds=study.clouds,
+        fixations=study.fixations,
+        viewer=sights.viewer,
     )
 
 
-def _follow(
-    viewer: Viewer,
-    *,
-    stack: ExitStack,
-    calibration: CalibrationService,
-    hardware: HardwareThread,
-    overlay: Overlay,
-) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ground:
+    """What everything stands on; `stack` closes what is opened, last opened first."""
+
+    settings: Settings
+    stack: ExitStack
+    clock: Clock
+    store: Store
+    events: EventLog
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lore:
+    """What is known of the rig; `folder` holds it."""
+
+    folder: Path
+    calibration: CalibrationService
+    health: CalibrationHealth
+    settling: SettleDesk
+    cameras: CameraDesk
+    cameras_folder: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sights:
+    """What is to be seen."""
+
+    boot_id: str
+    hub: FrameHub
+    streams: Streams
+    viewer: Viewer | None
+    overlay: Overlay
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Study:
+    """What becomes of a look."""
+
+    clouds: CloudShelf
+    fixations: FixationService
+
+
+def _lay_ground(settings: Settings, *, stack: ExitStack) -> _Ground:
+    store = stack.enter_context(Store(settings.data))
+    events = EventLog(store)
+    stack.callback(events.close)
+    return _Ground(settings=settings, stack=stack, clock=MonotonicClock(), store=store, events=events)
+
+
+def _open_lore(ground: _Ground) -> _Lore:
+    folder = ground.store.subfolder("calibrations")
+    calibration = CalibrationService(chosen=ground.settings.calibration, folder=folder, events=ground.events)
+    health = CalibrationHealth(ground.events)
+    calibration.on_change(health.begin)
+    settling = SettleDesk(SettleTimes(folder / "settle"), events=ground.events)
+    cameras_folder = ground.store.subfolder("cameras")
+    return _Lore(
+        folder=folder,
+        calibration=calibration,
+        health=health,
+        settling=settling,
+        cameras=CameraDesk(CameraRecords(cameras_folder), events=ground.events),
+        cameras_folder=cameras_folder,
+    )
+
+
+def _open_sights(ground: _Ground, lore: _Lore, *, loop: asyncio.AbstractEventLoop) -> _Sights:
+    boot_id = secrets.token_hex(6)
+    hub = FrameHub(clock=ground.clock)
+    streams = Streams(hub, boot_id=boot_id)
+    ground.stack.callback(streams.close)
+    return _Sights(
+        boot_id=boot_id,
+        hub=hub,
+        streams=streams,
+        viewer=_open_viewer(ground, loop=loop),
+        overlay=Overlay(lambda: lore.calibration.current),
+    )
+
+
+def _hardware(ground: _Ground, lore: _Lore, sights: _Sights) -> HardwareThread:
+    settings = ground.settings
+    hardware = HardwareThread(
+        lambda: _open_rig(ground, lore),
+        sink=sights.hub,
+        events=ground.events,
+        clock=ground.clock,
+        overlay=sights.overlay.of,
+        limits=LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz),
+        on_connect=lore.cameras.restore,
+    )
+    ground.stack.callback(hardware.close)
+    return hardware
+
+
+def _open_study(
+    ground: _Ground, lore: _Lore, sights: _Sights, *, hardware: HardwareThread, jobs: JobRunner
+) -> _Study:
+    """Open what fixations need, and start the threads that work; jobs have their handlers by now."""
+    clouds = CloudShelf(ground.store)
+    shapes = ShapeWorker(shelf=clouds, sink=sights.hub, viewer=sights.viewer, events=ground.events)
+    tools = Tools(
+        hardware=hardware,
+        calibration=lore.calibration,
+        jobs=jobs,
+        shapes=shapes,
+        patches=clouds.patches,
+        events=ground.events,
+        clock=ground.clock,
+        on_distance=sights.overlay.look_at_distance,
+        on_fixation=lore.health.add,
+    )
+    fixations = FixationService(ground.store, tools)
+    shapes.put_back(fixations.targets.every())
+    for worker in (shapes, jobs):
+        worker.start()
+        ground.stack.callback(worker.close)
+    return _Study(clouds=clouds, fixations=fixations)
+
+
+def _stop(
+    ground: _Ground, hardware: HardwareThread, jobs: JobRunner
+) -> tuple[StopSwitch, ThreadPoolExecutor]:
+    stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=ground.events)
+    stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
+    ground.stack.callback(stopping.shutdown)
+    return stop, stopping
+
+
+def _follow(ground: _Ground, lore: _Lore, sights: _Sights, hardware: HardwareThread) -> None:
+    """Let the 3D pane show where the foveae look."""
+    if sights.viewer is None:
+        return
+
     def sight() -> Sight | None:
-        current = calibration.current
+        current = lore.calibration.current
         if current is None:
             return None
-        return Sight(calibration=current, volts=hardware.gaze, distance_m=overlay.distance_m)
+        return Sight(calibration=current, volts=hardware.gaze, distance_m=sights.overlay.distance_m)
 
-    follower = SceneFollower(viewer, sight=sight)
+    follower = SceneFollower(sights.viewer, sight=sight)
     follower.start()
-    stack.callback(follower.close)
+    ground.stack.callback(follower.close)
 
 
-def _open_rig(settings: Settings, *, clock: Clock, calibration: CalibrationService) -> Rig:
-    rig = open_rig(rig_config(settings), clock=clock)
-    calibration.choose_for(rig.rig_id)
+def _open_rig(ground: _Ground, lore: _Lore) -> Rig:
+    rig = open_rig(rig_config(ground.settings), clock=ground.clock, guarded=True)
+    lore.calibration.choose_for(rig.rig_id)
+    lore.settling.restore(rig)
     return rig
 
 
-def _open_viewer(
-    settings: Settings, *, stack: ExitStack, events: EventLog, loop: asyncio.AbstractEventLoop
-) -> Viewer | None:
-    if not settings.viewer:
+def _open_viewer(ground: _Ground, *, loop: asyncio.AbstractEventLoop) -> Viewer | None:
+    if not ground.settings.viewer:
         return None
-    scene = ViewerScene()
+    scene, events = ViewerScene(), ground.events
     try:
         scene.start()
     except (FoveaError, OSError) as error:
         _log.warning("the 3D pane could not be started: %s", error)
         events.emit("viewer.failed", f"the 3D pane could not be started: {error}", level=Level.WARNING)
         return None
-    stack.callback(scene.stop)
+    ground.stack.callback(scene.stop)
 
     async def on_select(fixation_id: str) -> None:
         events.emit("fixation.selected", f"{fixation_id} was clicked", data={"fixation_id": fixation_id})

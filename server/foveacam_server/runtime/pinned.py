@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.whole_file import write_whole
 
 _ID_LENGTHS = range(1, 65)
 
@@ -19,11 +20,8 @@ def pinned_id(folder: Path, rig_id: str) -> str | None:
 def write_pin(folder: Path, rig_id: str, calibration_id: str) -> None:
     """Write down which calibration is in force; whole, then renamed."""
     path = _path(folder, rig_id)
-    beside = path.with_name(f".{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(calibration_id + "\n", encoding="utf-8")
-        beside.replace(path)
+        write_whole(path, calibration_id + "\n")
     except OSError as error:
         raise InvalidInput(
             f"{path}: {error.strerror}; calibration {calibration_id} was not put in force; make the data "

@@ -6,7 +6,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Camera, Clock, Frame, Head, Mirrors, PanTilt, Station
+from foveacam_hardware.contract import (
+    Camera,
+    Clock,
+    Frame,
+    Head,
+    MarkerPrint,
+    Mirrors,
+    PanTilt,
+    Rail,
+    RailPlace,
+    Station,
+)
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -16,7 +27,7 @@ class RigProblem(Protocol):
 
     @property
     def device(self) -> str:
-        """Name of the device in the rig: `wide`, `left`, `right`, `mirrors`, `pan_tilt`."""
+        """Name of the device in the rig: `wide`, `left`, `right`, `mirrors`, `pan_tilt`, `rail`."""
         ...
 
     @property
@@ -26,7 +37,12 @@ class RigProblem(Protocol):
 
 
 class Rig(Protocol):
-    """An assembled rig; one thread calls it, but for `mirrors.park` and `pan_tilt.hold`."""
+    """An assembled rig; one thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`.
+
+    `settle_us`: how long a look waits between its move and its exposure, unless it is told otherwise.
+    """
+
+    settle_us: int
 
     @property
     def rig_id(self) -> str:
@@ -86,6 +102,21 @@ class Rig(Protocol):
     @property
     def stations(self) -> Sequence[Station]:
         """Where the rig looks to be calibrated."""
+        ...
+
+    @property
+    def markers(self) -> MarkerPrint:
+        """What it is calibrated with."""
+        ...
+
+    @property
+    def rail(self) -> Rail | None:
+        """What moves the rig sideways; None when it stands still."""
+        ...
+
+    @property
+    def rail_places(self) -> Sequence[RailPlace]:
+        """Places on the rail that have names."""
         ...
 
     @property

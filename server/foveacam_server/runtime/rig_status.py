@@ -8,20 +8,32 @@ from foveacam_hardware.contract import (
     PARKED,
     Camera,
     CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
     CameraSettings,
     DeviceInfo,
     FoveaError,
     Frame,
     LinkTelemetry,
+    MarkerPrint,
     MirrorState,
     PanTilt,
     PanTiltLimits,
     PanTiltState,
     Role,
+    Span,
     Station,
     StereoVolts,
 )
 from foveacam_server.runtime.ports import Rig
+
+_NOTHING = Span(low=0.0, high=0.0)
+NO_RANGES = CameraRanges(
+    exposure_ns=_NOTHING, gain_db=_NOTHING, frame_rate_hz=_NOTHING, black_level=_NOTHING, pixel_formats=()
+)
+
+CLOSED = CameraLink(phase=CameraPhase.CLOSED)
 
 
 class RigState(StrEnum):
@@ -56,6 +68,14 @@ class CameraStatus:
     frame_rate_hz: float
     """Measured over the last frames shown, not the nominal rate."""
     newest_t_ns: int | None
+    ranges: CameraRanges = NO_RANGES
+    """What it accepts; nothing before it was opened."""
+    link: CameraLink = CLOSED
+
+    @property
+    def most_rate_hz(self) -> float:
+        """Rate at which it can deliver; 0 when nobody knows."""
+        return self.ranges.frame_rate_hz.high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +107,9 @@ class RigStatus:
     """Largest differential drive of the mirrors."""
     pan_tilt: PanTiltStatus | None = None
     stations: tuple[Station, ...] = ()
+    markers: MarkerPrint = field(default_factory=MarkerPrint)
+    """What it is calibrated with."""
+    settle_us: int | None = None
     gaze: StereoVolts = PARKED
 
 
@@ -133,6 +156,8 @@ def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: i
         height=rate.height,
         frame_rate_hz=rate.hz(now_ns),
         newest_t_ns=rate.newest_t_ns,
+        ranges=camera.ranges,
+        link=camera.link,
     )
 
 
@@ -177,5 +202,7 @@ def rig_status(
         max_v=rig.mirrors.limits.max_v,
         pan_tilt=None if rig.pan_tilt is None else pan_tilt_status(rig.pan_tilt),
         stations=tuple(rig.stations),
+        markers=rig.markers,
+        settle_us=rig.settle_us,
         gaze=gaze,
     )

@@ -11,6 +11,7 @@ from foveacam_hardware.contract import Clock
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.camera_desk import CameraDesk
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog
@@ -22,9 +23,12 @@ from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.rail import RailDesk
+from foveacam_server.runtime.settle_desk import SettleDesk
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
 from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.trigger_tests import TriggerTests
 from foveacam_server.settings import Settings
 
 
@@ -42,7 +46,11 @@ class Services:
     hub: FrameHub
     streams: Streams
     hardware: HardwareThread
+    cameras: CameraDesk
+    trigger_tests: TriggerTests
     pan_tilt: PanTiltDesk
+    rail: RailDesk
+    settling: SettleDesk
     stop: StopSwitch
     stopping: ThreadPoolExecutor
     """Threads that only the stop uses, so that no other request can hold it up."""

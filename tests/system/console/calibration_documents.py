@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from . import rig_documents
 from .calibration_results import UTC, fit, settle_axis
 
 Document = dict[str, Any]  # Any: JSON, written out below
@@ -36,7 +37,8 @@ def rig() -> Document:
         "problems": [],
         "baseline_m": 0.2,
         "steering": {"ax_min_deg": -9.3, "ax_max_deg": 9.3, "ay_min_deg": -8.2, "ay_max_deg": 8.2},
-        "cameras": [_camera(role) for role in ("wide", "left", "right")],
+        "cameras": [rig_documents.camera(role) for role in ("wide", "left", "right")],
+        "divergence": [],
         "mirrors": {
             "connected": True,
             "enabled": True,
@@ -49,27 +51,12 @@ def rig() -> Document:
             "rx_packets": 12,
             "bad_packets": 0,
             "clock_offset_ms": 0.5,
+            **rig_documents.mirrors_more(),
         },
+        "trigger": rig_documents.trigger(),
         "calibration": record("a" * 32, "Bench, spring", current=True),
         "calibration_problem": None,
         "clock": {"t_ns": 1, "utc": UTC},
-    }
-
-
-def _camera(role: str) -> Document:
-    return {
-        "role": role,
-        "vendor": "Simulated",
-        "model": "IMX273",
-        "serial": f"SIM-{role}",
-        "connected": True,
-        "width": 1440,
-        "height": 1080,
-        "exposure_ms": 4.0,
-        "frame_rate_hz": 20.0,
-        "frame_age_ms": 12.0,
-        "delivered": 100,
-        "dropped": 0,
     }
 
 

@@ -10,18 +10,24 @@ UTC = "2026-03-14T09:12:00.000Z"
 def fit() -> Document:
     scores = {
         "paper cubic": (3, 0.0172, 0.0191),
-        "polynomial": (7, 0.0009, 0.0011),
+        "order 7": (7, 0.0009, 0.0011),
         "physics": (None, 0.0021, 0.0024),
     }
     return {
         "calibration_id": "a" * 32,
         "models": [
-            {"name": name, "order": order, "eye": eye, "loo_deg": [x, y], "chosen": name == "polynomial"}
+            {"name": name, "order": order, "eye": eye, "loo_deg": [x, y], "chosen": name == "order 7"}
             for name, (order, x, y) in scores.items()
             for eye in ("left", "right")
         ],
         "fields": [
-            {"name": "polynomial", "order": order, "eye": eye, "loo_px": 2.0 / order, "chosen": order == 6}
+            {
+                "name": f"order {order}",
+                "order": order,
+                "eye": eye,
+                "loo_px": 2.0 / order,
+                "chosen": order == 6,
+            }
             for order in (2, 4, 6)
             for eye in ("left", "right")
         ],

@@ -6,6 +6,7 @@ For pages whose states a real rig reaches late or never: a refused node, a faile
 import asyncio
 import copy
 import json
+import time
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -24,6 +25,7 @@ from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.stream_messages import HEADER
 
 from . import calibration_documents as documents
+from . import rig_documents
 from .calibration_documents import SESSION_ID, Document
 from .calibration_results import UTC
 
@@ -51,6 +53,7 @@ class StandIn:
         self.refusals.clear()
         self.asked.clear()
         self.annotated = False
+        self._listeners.clear()  # pages of the test before
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
             documents.record("b" * 32, "As delivered", origin="factory", age_s=9e6),
@@ -61,6 +64,8 @@ class StandIn:
             "/calibrations/health": documents.health(),
             "/calibration_sessions": [],
             "/pan_tilt": documents.pan_tilt(),
+            "/rail": rig_documents.rail(),
+            "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
             "/jobs": [],
             "/fixations": [],
@@ -108,6 +113,14 @@ class StandIn:
             for queue in list(self._listeners):
                 loop.call_soon_threadsafe(queue.put_nowait, text)
 
+    def until_heard(self, *, within_s: float = 20.0) -> None:
+        """Wait until a page listens to events: what is told before is lost."""
+        end_s = time.monotonic() + within_s
+        while not self._listeners:
+            if time.monotonic() > end_s:
+                raise AssertionError(f"within {within_s} s no page listened to the events")
+            time.sleep(0.02)
+
     def orders(self, path: str) -> list[Json]:
         """Return the bodies that were posted to a path."""
         return [body for method, asked, body in self.asked if method == "POST" and asked == path]
@@ -121,7 +134,8 @@ class StandIn:
             while True:
                 yield await queue.get()
         finally:
-            self._listeners.remove(queue)
+            if queue in self._listeners:
+                self._listeners.remove(queue)
 
     def answer(self, method: str, path: str, body: Json) -> tuple[int, Json]:
         """Return status and document; an order that nobody has put in gets what its kind usually gets."""
@@ -143,8 +157,13 @@ class StandIn:
             job = documents.job("job-1", kind=f"calibration.{step}", changes={"progress": None})
             self.answers["/jobs/job-1"] = job
             return 202, job
-        if path.startswith("/pan_tilt"):
-            return 200, self.answers["/pan_tilt"]
+        if path.startswith(("/pan_tilt/", "/rail/")):
+            return 200, self.answers[f"/{path.split('/')[1]}"]
+        if path.startswith("/cameras/") and method in ("PATCH", "DELETE"):
+            self.answers["/rig"], told = rig_documents.changed(self.answers["/rig"], path.split("/")[2], body)
+            return 200, told
+        if path.startswith("/mirrors/"):
+            return 200, self.answers["/rig"]["mirrors"]
         if method == "DELETE" and "/wide_samples/" in path:
             session = copy.deepcopy(self.session)
             gone = path.rsplit("/", 1)[1]
@@ -185,7 +204,7 @@ def application(stand_in: StandIn) -> FastAPI:
     async def events() -> StreamingResponse:
         return StreamingResponse(stand_in.events(), media_type="text/event-stream")
 
-    @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "DELETE"])
+    @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     async def rest(path: str, request: Request) -> Response:
         if path.endswith((".png", ".jpg")):
             return Response(picture(Path(path).name), media_type="image/jpeg")

@@ -40,6 +40,7 @@ def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
     def open_(step: str) -> Console:
         console = open_console(f"{stand_in.url}#/calibration/{step}")
         console.page.locator(".wizard-side .inside p").first.wait_for()
+        stand_in.until_heard()
         return console
 
     return open_

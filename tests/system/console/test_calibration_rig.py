@@ -66,3 +66,26 @@ def test_step_that_cannot_run_yet_says_what_to_do_first(overview: Console, serve
     failed = overview.page.locator(".job.bad")
     expect(failed).to_contain_text("Fit: failed", timeout=PATIENCE_MS)
     expect(failed.locator(".lead")).to_contain_text(re.compile("wide|sweep"))
+
+
+def test_views_of_the_board_are_taken_cancelled_and_gone_on_with_until_the_lens_is_known(
+    overview: Console,
+) -> None:
+    page = overview.page
+    page.get_by_role("button", name="New", exact=True).click()
+    page.get_by_role("link", name="1 Wide camera").click()
+    wide = page.locator("#step-wide")
+    expect(wide.locator(".samples li")).to_have_count(0)
+    wide.get_by_text("Board and options").click()
+    wide.get_by_label("Views wanted").fill("6")
+    wide.get_by_role("button", name="Take views").click()
+    expect(page.locator(".job .far")).to_have_text(re.compile(r"^[1-5] of 6"), timeout=PATIENCE_MS)
+    page.get_by_role("button", name="Cancel").click()
+    bar = page.locator(".job.warn")
+    expect(bar).to_contain_text("What was measured is kept", timeout=PATIENCE_MS)
+    expect(wide.locator(".samples li").first).to_be_visible(timeout=PATIENCE_MS)
+    bar.get_by_role("button", name="Go on").click()
+    expect(page.locator(".job.good")).to_contain_text("Wide camera: done", timeout=PATIENCE_MS)
+    expect(wide.locator(".samples li")).to_have_count(6, timeout=PATIENCE_MS)
+    expect(wide.locator(".compare .badge")).to_have_text("in use", timeout=PATIENCE_MS)
+    assert wide.locator(".coverage .held").count() > 20  # of 108 parts of the picture

@@ -36,6 +36,7 @@ def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
         console = open_console(f"{stand_in.url}#/calibration/{step}")
         console.page.locator("#wizard-title").wait_for()
         console.page.locator(".wizard-side .inside p").first.wait_for()
+        stand_in.until_heard()
         return console
 
     return open_
@@ -247,7 +248,7 @@ def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
 def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: OpenWizard) -> None:
     console = open_wizard("fit")
     fit = step(console, "fit")
-    expect(fit.locator("tr.chosen")).to_contain_text(["polynomial7", "polynomial6"])
+    expect(fit.locator("tr.chosen")).to_contain_text(["order 7", "order 6"])
     expect(fit.get_by_role("region", name="What each addition brings")).to_contain_text("8.60 px")
     expect(fit).to_contain_text("Paper: error on poses left out")
     expect(fit).to_contain_text("The target is 2.5 m away by its print; the parallax of Eq. 1 was taken out.")

@@ -67,10 +67,14 @@ def trend_picture(records: Sequence[DriftRecord]) -> bytes:
     rows[0].legend(fontsize=9)
     unit, _ = _unit(trend)
     rows[-1].set_xlabel(f"{unit} since {trend.records[0].created:%Y-%m-%d %H:%M}" if trend.records else unit)
-    figure.suptitle(f"{len(trend.records)} drift checks: where the eyes have gone since they were calibrated")
+    figure.suptitle(f"{_counted(len(trend.records))}: where the eyes have gone since they were calibrated")
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
+
+
+def _counted(checks: int) -> str:
+    return "1 drift check" if checks == 1 else f"{checks} drift checks"
 
 
 def _line(axes: Axes, trend: DriftTrend, role: Role, *, row: int) -> None:

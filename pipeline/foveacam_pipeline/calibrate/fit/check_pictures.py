@@ -50,7 +50,7 @@ def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
         "linewidths": 0.5,
     }
     shown = field.scatter(*(gazes + inside).T, s=48, **look)
-    for role, colour in ((Role.LEFT, "#d35400"), (Role.RIGHT, "#2471a3")):
+    for role, colour in ((Role.LEFT, "#2471a3"), (Role.RIGHT, "#d35400")):
         hull = np.rad2deg(calibration.eye(role).mirror.hull_rad)
         field.plot(
             *np.vstack([hull, hull[:1]]).T, "-", color=colour, linewidth=0.9, label=f"{role} eye reaches"

@@ -17,8 +17,9 @@ from foveacam_pipeline.calibrate.fit.mirror_models import (
     fit_mirror,
     fit_mirror_models,
 )
-from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, PIVOT_TOLERANCE_M, PivotFit, fit_pivot
+from foveacam_pipeline.calibrate.fit.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot, mount_sigma_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
+from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 
@@ -35,6 +36,7 @@ __all__ = [
 
 _PUPIL_STEPS_M = (10e-3, 1e-3)
 _PUPIL_ORDER = 3
+DOING = "the fit"
 
 logger = logging.getLogger(__name__)
 
@@ -75,29 +77,31 @@ def fit_calibration(sweep: RigSweep) -> Calibration:
     return fit_rig(sweep).calibration
 
 
-def fit_rig(sweep: RigSweep, choice: FitChoice | None = None) -> RigFit:
-    """Fit both eyes, keep every candidate's score.
+def fit_rig(sweep: RigSweep, choice: FitChoice | None = None, *, watch: Watcher | None = None) -> RigFit:
+    """Fit both eyes, keep every candidate's score; raise Cancelled soon after `watch` wants no more.
 
     The rectification found first says what the image centre sees from all corners of a pose, also where the
     marker stood aside; then everything is fitted once more.
     """
-    choice = choice or FitChoice()
+    choice, watch = choice or FitChoice(), watch or Nobody()
     first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
+    check(watch, doing=DOING)
     sharper = replace(
         sweep,
         left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
         right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
     )
     pupil_m = _fit_pupil(sharper, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
-    return _fit_eyes(sharper, choice, pupil_m=pupil_m)
+    return _fit_eyes(sharper, choice, pupil_m=pupil_m, watch=watch)
 
 
-def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float) -> RigFit:
+def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Watcher) -> RigFit:
     eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
     pivots = {role: fit_pivot(eye) if choice.walks else PivotFit() for role, eye in eyes.items()}
     widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
     mirrors, fields, fitted = {}, {}, {}
     for role, eye in eyes.items():
+        check(watch, doing=DOING)
         mirrors[role] = fit_mirror_models(
             eye.volts_v,
             _gaze_from_pivot(eye, pivots[role]),
@@ -131,7 +135,8 @@ def _eye(
 ) -> EyeCalibration:
     x_m, y_m, z_m = pivot.offset_m
     across, down = mirror.model.sigma_rad
-    sigma_rad = math.hypot(across, DRIFT_RAD), math.hypot(down, DRIFT_RAD)
+    drifts_x, drifts_y = mount_sigma_rad(eye)
+    sigma_rad = math.hypot(across, drifts_x), math.hypot(down, drifts_y)
     return EyeCalibration(
         mirror=replace(mirror.model, sigma_rad=sigma_rad),
         homography=field,

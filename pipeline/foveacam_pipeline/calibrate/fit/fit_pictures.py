@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
 from foveacam_pipeline.calibrate.fit.mirror_models import Family, MirrorScore
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.geometry.pinhole import homography_apply
@@ -29,7 +30,12 @@ def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
     eyes = (Role.LEFT, Role.RIGHT)
     quivers = {f"quiver_{role}": lambda role=role: quiver_picture(result, role) for role in eyes}
     warps = {f"warp_{role}": lambda role=role: warp_picture(result.calibration, role) for role in eyes}
-    return {**quivers, "loo": lambda: models_picture(result), **warps}
+    pictures = {**quivers, "loo": lambda: models_picture(result), **warps}
+    drift = result.drift
+    if drift is None:
+        return pictures
+    f_px = result.calibration.fovea_f_px
+    return {"mount_drift": lambda: png(drift_figure(drift, f_px=f_px)), **pictures}
 
 
 def quiver_picture(result: FitResult, role: Role) -> bytes:

@@ -104,7 +104,12 @@ class PaperModel:
 def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: RigDrawing) -> PaperModel:
     """Calibrate as the paper does, with the sweep of one station."""
     measured = rig_sweep(
-        [sweep], wide, drawing=replace(drawing, pupil_m=0.0), label="paper", distance=Distance.UNKNOWN
+        [sweep],
+        wide,
+        drawing=replace(drawing, pupil_m=0.0),
+        label="paper",
+        distance=Distance.UNKNOWN,
+        take_out_drift=False,
     )
     fit = fit_rig(measured.rig, PAPER_CHOICE)
     inverse = {role: fit_polynomial(eye.angles_rad, eye.volts_v, CUBIC) for role, eye in fit.sweeps.items()}

@@ -1,7 +1,7 @@
 """Where the gazes of a sweep leave: it shows in how directions change with the target's depth.
 
-The thermal drift of a mount between two sweeps looks the same and stays in (a sweep in the other order would
-not tell them apart well enough: tried); what it may amount to is part of the standard error.
+The thermal drift of a mount between two sweeps looks the same. Nodes that were visited again tell it apart
+(`mount_drift`); without these it stays in, and what it may amount to is part of the standard error.
 """
 
 import logging
@@ -19,11 +19,17 @@ PIVOT_TOLERANCE_M = 0.4e-3
 mount and in the lens) where a sweep at one depth cannot measure it."""
 DRIFT_RAD = math.radians(0.001)
 """How far a mount stands from where it stood while it was calibrated, in ordinary use: half of what it drifts
-in some minutes. Part of what a calibration states, however well it was measured."""
+in some minutes. Assumed, and stated by a calibration, where the drift was not measured: no nodes were visited
+again, as in sweeps of earlier versions or of other programs."""
 DRIFT_RAD_PER_S = math.radians(0.002) / 300.0
-"""What a mount usually drifts (deduced: a fovea px in some minutes, Sec. 3.3)."""
+"""What a mount usually drifts (deduced: a fovea px in some minutes, Sec. 3.3), where it was not measured."""
 
 logger = logging.getLogger(__name__)
+
+
+def mount_sigma_rad(sweep: EyeSweep) -> tuple[float, float]:
+    """Return what a calibration states of the mount's drift, across and down: measured, else as assumed."""
+    return (DRIFT_RAD, DRIFT_RAD) if sweep.drift is None else sweep.drift.stated_rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +75,12 @@ def fit_pivot(sweep: EyeSweep) -> PivotFit:
 
 
 def _drift_m(sweep: EyeSweep) -> float:
-    """Return how far the usual drift between the near and the far targets' times seems to move the pivot."""
+    """Return how far drift that was not taken out may seem to move the pivot.
+
+    Measured, its own uncertainty counts; else the usual drift between the near and the far targets' times.
+    """
+    if sweep.drift is not None:
+        return sweep.drift.pivot_sigma_m
     if sweep.t_s is None:
         return 0.0
     inverse = 1.0 / sweep.depth_m

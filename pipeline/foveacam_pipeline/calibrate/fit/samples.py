@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.geometry.shapes import as_finite_rows
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -19,7 +20,8 @@ class EyeSweep:
     NaN where one was not seen. `plane_px`: (n, m, 2) the same corners on the virtual pinhole plane of the
     reference point, relative to what the image centre sees. `group`: (n,) int, poses with the same number
     looked the same way (at targets of several distances); cross-validation leaves them out together. `t_s`:
-    (n,) when each was measured: mounts drift meanwhile.
+    (n,) when each was measured: mounts drift meanwhile. `drift`: what was taken out for that; None: not
+    measured.
     """
 
     volts_v: NDArray[np.float64]
@@ -29,6 +31,7 @@ class EyeSweep:
     plane_px: NDArray[np.float64]
     group: NDArray[np.int64] | None = None
     t_s: NDArray[np.float64] | None = None
+    drift: MountDrift | None = None
 
     def __post_init__(self) -> None:
         poses = len(as_finite_rows(self.volts_v, columns=2, name="volts_v"))

@@ -9,12 +9,15 @@ import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
+from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION, FitProgress
 from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
+from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest, fit_paper
 from foveacam_pipeline.calibrate.fit.parallax import Parallax
-from foveacam_pipeline.calibrate.fit.variants import VariantScore, compare_variants
+from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS, VariantScore, compare_variants
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
+from foveacam_pipeline.calibrate.watcher import Nobody, Watcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import DAC_STEP_V, MirrorModel
@@ -76,6 +79,11 @@ class FitResult:
         return self.measured.parallax
 
     @property
+    def drift(self) -> dict[Role, MountDrift] | None:
+        """How each eye's mount drifted during the sweeps; None when no nodes were visited again."""
+        return self.measured.drift
+
+    @property
     def models(self) -> dict[Role, tuple[MirrorScore, ...]]:
         """The table of models of each mirror, the paper's cubic and the elected one marked."""
         return {role: mirror.scores for role, mirror in self.fit.mirrors.items()}
@@ -89,21 +97,32 @@ def fit_session(
     label: str,
     settings: FitSettings | None = None,
     session_id: str | None = None,
+    watch: Watcher | None = None,
 ) -> FitResult:
-    """Fit the sweeps of a session; raise InvalidInput or NotCalibrated naming what is wrong with them."""
+    """Fit the sweeps of a session; raise InvalidInput or NotCalibrated naming what is wrong with them.
+
+    Raise Cancelled soon after `watch` wants no more.
+    """
     settings = settings or FitSettings()
+    comparisons = FOLDS * MOST_VARIANTS if settings.compare else 0
+    progress = FitProgress(watch or Nobody(), comparisons=comparisons)
+    progress.begin("mirrors and rectification")
     measured = rig_sweep(sweeps, wide, drawing=drawing, label=label, distance=settings.distance)
     far = farthest(sweeps, [parallax.print_m for parallax in measured.parallax])
     if not settings.all_distances and len(sweeps) > 1:
         measured = rig_sweep([far], wide, drawing=drawing, label=label, distance=settings.distance)
-    fit = fit_rig(measured.rig, settings.choice)
+    fit = fit_rig(measured.rig, settings.choice, watch=progress.watch)
+    progress.end(ELECTION)
     calibration = replace(fit.calibration, session_id=session_id)
-    compared = _or_none(lambda: _variants(sweeps, measured, fit)) if settings.compare else None
+    compared = _or_none(lambda: _variants(sweeps, measured, fit, progress)) if settings.compare else None
+    progress.begin("the paper's model")
+    paper = _or_none(lambda: fit_paper(far, wide, drawing=drawing))
+    progress.finish()
     return FitResult(
         calibration=calibration,
         fit=replace(fit, calibration=calibration),
         measured=measured,
-        paper=_or_none(lambda: fit_paper(far, wide, drawing=drawing)),
+        paper=paper,
         variants=compared or (),
         volts_roundtrip_max_lsb=max(roundtrip_lsb(mirror.model) for mirror in fit.mirrors.values()),
     )
@@ -118,14 +137,18 @@ def _or_none(compare: Callable[[], _Found]) -> _Found | None:
         return None
 
 
-def _variants(sweeps: Sequence[Sweep], measured: Measured, fit: RigFit) -> tuple[VariantScore, ...]:
+def _variants(
+    sweeps: Sequence[Sweep], measured: Measured, fit: RigFit, progress: FitProgress
+) -> tuple[VariantScore, ...]:
     """Return what each addition is worth; sweeps that were not used are not looked at."""
     used = [sweep for sweep in sweeps if sweep.header.station.name in {p.station for p in measured.parallax}]
     rig = measured.rig
     drawing = RigDrawing(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
-    plain = rig_sweep(used, rig.wide, drawing=drawing, label="paper", distance=Distance.UNKNOWN)
+    plain = rig_sweep(
+        used, rig.wide, drawing=drawing, label="paper", distance=Distance.UNKNOWN, take_out_drift=False
+    )
     far = int(np.argmax([parallax.print_m for parallax in measured.parallax]))
-    return compare_variants(measured, plain, fit, far=far)
+    return compare_variants(measured, plain, fit, far=far, progress=progress)
 
 
 def roundtrip_lsb(mirror: MirrorModel, *, side: int = ROUNDTRIP_SIDE) -> float:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
+from foveacam_pipeline.calibrate.fit.fit_progress import FitProgress
 from foveacam_pipeline.calibrate.fit.measured import Measured
 from foveacam_pipeline.calibrate.fit.mirror_models import Family
 from foveacam_pipeline.calibrate.fit.paper_model import PAPER_CHOICE
@@ -22,6 +23,7 @@ from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
 FOLDS = 4
+MOST_VARIANTS = 7
 _SEED = 9
 _FAR_LESS = 4
 
@@ -51,15 +53,15 @@ class _Variant:
 
 
 def compare_variants(
-    measured: Measured, plain: Measured, fit: RigFit, *, far: int, folds: int = FOLDS
+    measured: Measured, plain: Measured, fit: RigFit, *, far: int, progress: FitProgress
 ) -> tuple[VariantScore, ...]:
     """Return the scores of the paper's model, of that of `fit`, and of what lies between.
 
     `plain`: the same sweeps with the parallax left in. `far`: the number of the farthest station.
     """
-    fold_of = _folds(measured, folds)
+    fold_of = _folds(measured, FOLDS)
     return tuple(
-        _score(variant, measured, fold_of, far=far, folds=folds)
+        _score(variant, measured, fold_of, far=far, progress=progress)
         for variant in _variants(measured, plain, fit)
     )
 
@@ -111,12 +113,13 @@ def _folds(measured: Measured, folds: int) -> NDArray[np.int64]:
 
 
 def _score(
-    variant: _Variant, measured: Measured, fold_of: NDArray[np.int64], *, far: int, folds: int
+    variant: _Variant, measured: Measured, fold_of: NDArray[np.int64], *, far: int, progress: FitProgress
 ) -> VariantScore:
     pointing, corners, rows = [], [], []
-    for fold in range(folds):
+    for fold in range(FOLDS):
+        progress.begin(f"judging {variant.name}, part {fold + 1} of {FOLDS}")
         seen = _part(variant.measured, fold_of != fold, far=far if variant.far else None)
-        calibration = fit_rig(seen, variant.choice).calibration
+        calibration = fit_rig(seen, variant.choice, watch=progress.watch).calibration
         unseen = {role: _kept(measured, role, fold_of == fold, far=None) for role in EYES}
         base_m = measured.rig.baseline_m
         missed = {role: _missed_px(calibration, role, unseen[role], baseline_m=base_m) for role in EYES}
@@ -124,6 +127,7 @@ def _score(
             pointing.append(np.linalg.norm(centre_px, axis=1))
             corners.append(np.linalg.norm(corners_px, axis=2).ravel())
         rows.append(_rows_apart(measured, fold_of == fold, {role: m[1] for role, m in missed.items()}))
+        progress.end()
     return VariantScore(
         name=variant.name,
         pointing_rms_px=_rms(pointing),

@@ -88,13 +88,33 @@ class ModelFacts:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MountDriftFacts:
+    """How an eye's mount drifted during the sweeps, fovea px."""
+
+    px_per_minute: float
+    moved_px: float
+    sigma_px: float
+    minutes: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosingFacts:
+    """What had drifted between the sweeps and the check; `corrected`: whether it was taken out."""
+
+    corrected: bool
+    rows_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FitFacts:
     """What the fit found; `paper`, `parallax`: figures by name."""
 
     calibration_id: str = ""
     models: tuple[ModelFacts, ...] = ()
+    volts_roundtrip_max_lsb: float | None = None
     paper: dict[str, Any] | None = None  # Any: figures of several shapes, shown as they are
     parallax: dict[str, Any] | None = None  # Any: as above
+    drift: dict[str, MountDriftFacts] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,6 +163,7 @@ class SessionFacts:
     wide: WideFacts | None = None
     sweeps: tuple[SweepFacts, ...] = ()
     fit: FitFacts | None = None
+    closing: ClosingFacts | None = None
     settle: SettleFacts | None = None
     check: CheckFacts | None = None
     problems: tuple[str, ...] = ()

@@ -2,6 +2,7 @@
 
 import base64
 import re
+import struct
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from html import escape
@@ -9,6 +10,7 @@ from html import escape
 from foveacam_hardware.contract import InvalidInput
 
 _NUMBER = re.compile(r"[+\-−±<≤]?\d(?!\d{3}-)|–$")
+_PNG_SIZE, _BROAD = slice(16, 24), 1.5
 _KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 
 
@@ -54,7 +56,17 @@ def figure(picture: bytes, caption: str) -> str:
         raise InvalidInput(f"report: picture {caption!r} is neither PNG nor JPEG; draw it again")
     data = base64.b64encode(picture).decode("ascii")
     alt = escape(caption, quote=True)
-    return f'<figure><img alt="{alt}" src="data:{kind};base64,{data}"><figcaption>{alt}</figcaption></figure>'
+    broad = ' class="broad"' if _is_broad(picture) else ""
+    image = f'<img alt="{alt}" src="data:{kind};base64,{data}">'
+    return f"<figure{broad}>{image}<figcaption>{alt}</figcaption></figure>"
+
+
+def _is_broad(picture: bytes) -> bool:
+    """Tell of a PNG whether several diagrams stand side by side in it, which want a row of their own."""
+    if not picture.startswith(b"\x89PNG") or len(picture) < _PNG_SIZE.stop:
+        return False
+    width, height = struct.unpack(">II", picture[_PNG_SIZE])
+    return bool(width > _BROAD * height)
 
 
 def figures(pictures: Mapping[str, bytes], captions: Mapping[str, str]) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.charts import bars
+from foveacam_pipeline.calibrate.report.candidates import candidates
 from foveacam_pipeline.calibrate.report.drawings import field_drawing, sweep_drawing
 from foveacam_pipeline.calibrate.report.facts import LensFacts, SessionFacts, SweepFacts
 from foveacam_pipeline.calibrate.report.markup import (
@@ -13,12 +13,12 @@ from foveacam_pipeline.calibrate.report.markup import (
     drawing,
     facts,
     figures,
-    named_figures,
     number,
     paragraph,
     section,
     table,
 )
+from foveacam_pipeline.calibrate.report.mounts import mount_drift
 from foveacam_pipeline.models.calibration import Calibration
 
 _STATES = ("centred", "rim", "refused", "waiting")
@@ -61,14 +61,22 @@ def mirror_stage(
 ) -> str:
     """Return stage 2: from volts to angles."""
     rows = [_mirror_row(calibration, role) for role in _EYES]
-    heads = ("eye", "order", "left out, rms (ax, ay)", "standard error (ax, ay)", "volts up to (x, y)")
+    heads = (
+        "eye",
+        "order as kept",
+        "left out, rms (ax, ay)",
+        "standard error (ax, ay)",
+        "volts up to (x, y)",
+    )
     parts = [
         table(heads, rows),
         drawing(field_drawing(calibration), "Where each eye can look, beside the wide view"),
         *_sweeps(session),
-        *_candidates(session),
+        *candidates(session, calibration),
+        mount_drift(session),
     ]
     captions = {
+        "mount_drift": "How the mounts drifted during the sweeps, against where they stood at the end",
         "quiver_left": "Left eye: what the model leaves at every pose",
         "quiver_right": "Right eye: what the model leaves at every pose",
         "loo": "Leave-one-out error by order",
@@ -176,19 +184,3 @@ def _refusals(session: SessionFacts) -> str:
         if reason
     ]
     return table(("station", "pose", "eye", "why refused"), rows, caption="Refused poses") if rows else ""
-
-
-def _candidates(session: SessionFacts | None) -> list[str]:
-    fit = session.fit if session is not None else None
-    if fit is None or not fit.models:
-        return [
-            absent("candidates beside the chosen model", "foveacam calibrate mirrors fits and scores them")
-        ]
-    parts = [drawing(bars(fit.models), "Leave-one-out error of every candidate, both axes, logarithmic")]
-    for title, named in (
-        ("The paper's plain cubic", fit.paper),
-        ("Parallax of the markers (Eq. 1)", fit.parallax),
-    ):
-        if named:
-            parts.append(f"<h3>{title}</h3>{facts(named_figures(named))}")
-    return parts

@@ -2,10 +2,10 @@
 
 STYLE = """
 :root { color-scheme: light dark; --ink:#1a1d21; --soft:#5b636e; --line:#d9dde3; --page:#fbfbfc; --card:#fff;
-  --accent:#0b62b8; --good:#1b7f3b; --rim:#b26a00; --bad:#b3261e; --left:#c2410c; --right:#0369a1; }
+  --accent:#0b62b8; --good:#1b7f3b; --rim:#b26a00; --bad:#b3261e; --left:#0369a1; --right:#c2410c; }
 @media (prefers-color-scheme: dark) { :root { --ink:#e7e9ec; --soft:#a2abb6; --line:#343a42; --page:#121417;
-  --card:#1b1e23; --accent:#7cb8ff; --good:#6bd08a; --rim:#f0b45a; --bad:#ff8a80; --left:#fb923c;
-  --right:#7dd3fc; } }
+  --card:#1b1e23; --accent:#7cb8ff; --good:#6bd08a; --rim:#f0b45a; --bad:#ff8a80; --left:#7dd3fc;
+  --right:#fb923c; } }
 * { box-sizing: border-box; }
 body { margin:0; background:var(--page); color:var(--ink);
   font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif; }
@@ -48,6 +48,7 @@ td.n { text-align:right; font-variant-numeric:tabular-nums; white-space:nowrap; 
   margin:1rem 0; }
 figure { margin:0; background:var(--card); border:1px solid var(--line); border-radius:10px; padding:.6rem;
   break-inside:avoid; }
+figure.broad { grid-column:1 / -1; }
 figure img { display:block; width:100%; height:auto; border-radius:5px; background:#fff; }
 figure svg { display:block; width:100%; height:auto; max-height:460px; }
 figcaption { color:var(--soft); font-size:.88rem; padding:.45rem .2rem 0; }
@@ -71,7 +72,7 @@ footer { margin-top:3rem; color:var(--soft); font-size:.85rem; border-top:1px so
   .table2 td:nth-child(3)::before { content:"paper "; color:var(--soft); }
   .table2 td:nth-child(4)::before { content:"here "; color:var(--soft); font-weight:400; } }
 @media print { :root { color-scheme:light; --ink:#000; --soft:#444; --line:#bbb; --page:#fff; --card:#fff;
-  --accent:#000; --good:#1b7f3b; --rim:#b26a00; --bad:#b3261e; --left:#c2410c; --right:#0369a1; }
+  --accent:#000; --good:#1b7f3b; --rim:#b26a00; --bad:#b3261e; --left:#0369a1; --right:#c2410c; }
   body { font-size:10.5pt; } main { max-width:none; padding:0; } nav { display:none; }
   .figures { grid-template-columns:1fr 1fr; } tr, .tile { break-inside:avoid; } h2 { break-after:avoid; }
   .scroll { overflow:visible; } @page { margin:15mm; } }

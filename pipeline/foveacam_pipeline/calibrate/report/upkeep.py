@@ -83,7 +83,7 @@ def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> s
         else drawing(
             drift_chart(ordered),
             "Shift of both eyes at each check, oldest first: circles across, squares down; "
-            "orange left eye, blue right eye",
+            "blue left eye, orange right eye",
         )
     )
     return section("drift", "Drift in the field", trend, table(heads, rows))

@@ -129,6 +129,14 @@ def _poles(cutoff_hz: float) -> NDArray[np.complex128]:
     return np.asarray(poles, dtype=np.complex128)
 
 
+def system_poles(cutoff_hz: float, resonance: Resonance | None) -> NDArray[np.complex128]:
+    """Return the poles, 1/s, of the drive filter and of the mirror behind it, as far as that is known."""
+    terms = [0.0]
+    if resonance is not None:
+        terms += [math.log(resonance.frequency_hz), math.log(resonance.quality)]
+    return _modelled(_poles(cutoff_hz), np.array(terms))
+
+
 def _modelled(filtering: NDArray[np.complex128], terms: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the poles of the filter and of a mode behind it, by (delay[, ln frequency, Hz, ln quality])."""
     if len(terms) == 1:

@@ -1,6 +1,7 @@
 """Turns the base until the target stands at a gaze and everything is at rest, or waits until somebody did."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,16 +26,23 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
+MOVED = 0.25
+"""Of what counts as near: a rig that rests so far from where it rested was turned meanwhile."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnSettings:
-    """How the base comes to rest. `near_rad`, `still_px`: what a rig turned by hand must keep."""
+    """How the base comes to rest.
+
+    `near_rad`, `still_px`: what a rig turned by hand must keep. `beside_rad`: how far its scale may be off.
+    """
 
     rest_ms: float = 50.0
     turn_ms: float = 30_000.0
     home_ms: float = 120_000.0
     poll_ms: float = 10.0
     near_rad: float = math.radians(0.6)
+    beside_rad: float = math.radians(2.0)
     still_px: float = 0.15
     still_frames: int = 8
 
@@ -50,6 +58,7 @@ class Base:
         self._clock = clock
         self._watch = watch
         self._settings = settings
+        self._asked_rad, self._beside_rad = np.zeros(2), np.zeros(2)
 
     @property
     def by_hand(self) -> bool:
@@ -75,7 +84,17 @@ class Base:
     def ask(self, node_rad: NDArray[np.float64]) -> None:
         """Tell whoever turns the base by hand which bearing is wanted."""
         self._check()
-        self._pan_tilt.move_to(base_pose(node_rad, self._station.pose))
+        self._asked_rad = node_rad
+        self._pan_tilt.move_to(base_pose(node_rad + self._beside_rad, self._station.pose))
+
+    def correct(self, missed_rad: NDArray[np.float64]) -> None:
+        """Ask again, for as much more as the target misses its gaze, (2,) rad; remembered for what follows.
+
+        The zero of a tripod's scale is where somebody once set it.
+        """
+        limit_rad = self._settings.beside_rad
+        self._beside_rad = np.clip(self._beside_rad + missed_rad, -limit_rad, limit_rad)
+        self.ask(self._asked_rad)
 
     def hold(self) -> None:
         """Stop it where it is."""
@@ -111,9 +130,16 @@ class Base:
             raise DeviceFault(f"pan-tilt: {state.fault}; clear the fault and resume the sweep")
 
 
+def _no_more(missed_rad: NDArray[np.float64]) -> None:
+    """Ask for nothing more: the operator reads how much is missing."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandTurned:
-    """Watches the wide view while somebody turns the rig, until the target rests near a wanted gaze."""
+    """Watches the wide view while somebody turns the rig, until the target rests near a wanted gaze.
+
+    `correct`: asked for more, by (2,) rad, when the target rests beside the first gaze.
+    """
 
     head: Head
     clock: Clock
@@ -121,11 +147,13 @@ class HandTurned:
     wide: Intrinsics
     layout: MarkerLayout
     settings: TurnSettings
+    correct: Callable[[NDArray[np.float64]], None] = _no_more
 
     def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
         """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for."""
         middles: list[NDArray[np.float64]] = []
         last_seq = -1
+        rested: NDArray[np.float64] | None = None  # where the target was before, or when more was asked for
         while True:
             check(self.watch, doing="the sweep")
             frame = self.head.wide(max_age_ms=0.0)
@@ -147,7 +175,16 @@ class HandTurned:
             still = self._still(middles)
             if off[nearest] <= self.settings.near_rad and still:
                 return nearest
+            rested = gaze if rested is None else rested
+            if still and self._beside(nodes_rad[0] - gaze, turned_rad=gaze - rested):
+                rested = gaze
+                self.correct(nodes_rad[0] - gaze)
             self._say(self._asked(gaze, nodes_rad[0], still=still), nodes_rad[0], done, total)
+
+    def _beside(self, missed_rad: NDArray[np.float64], *, turned_rad: NDArray[np.float64]) -> bool:
+        """Return whether somebody has turned the rig to where it was wanted, by a scale that is off."""
+        turned = np.abs(turned_rad).max() > MOVED * self.settings.near_rad
+        return bool(turned and np.abs(missed_rad).max() <= self.settings.beside_rad)
 
     def _still(self, middles: list[NDArray[np.float64]]) -> bool:
         if len(middles) < self.settings.still_frames:

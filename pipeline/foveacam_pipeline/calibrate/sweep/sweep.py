@@ -52,7 +52,9 @@ class EyePose:
 class SweepPose:
     """One pose of the base. An eye without a result has a reason for it.
 
-    `node_rad`: the gaze (ax, ay) that was planned. `wide`: by id, means over several frames.
+    `node_rad`: the gaze (ax, ay) that was planned. `wide`: by id, means over several frames. `repeat`: 0 for
+    the pose of the plan itself, else which of the later or earlier visits to its node this is. `run`: the run
+    of the procedure in which it was measured; times are comparable within one run alone.
     """
 
     index: int
@@ -64,6 +66,8 @@ class SweepPose:
     right: EyePose | None
     left_refusal: str | None = None
     right_refusal: str | None = None
+    repeat: int = 0
+    run: str = ""
 
     def eye(self, role: Role) -> EyePose | None:
         """Return what an eye measured."""
@@ -81,14 +85,22 @@ class SweepPose:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sweep:
-    """The poses measured so far at one station, by index."""
+    """The poses measured so far at one station, by index.
+
+    `repeats`: nodes visited again, in the order of measuring: how the mounts drifted shows in them.
+    """
 
     header: SweepHeader
     poses: tuple[SweepPose, ...] = ()
+    repeats: tuple[SweepPose, ...] = ()
 
     def accepted(self, role: Role) -> tuple[SweepPose, ...]:
         """Return the poses at which an eye was measured."""
         return tuple(pose for pose in self.poses if pose.eye(role) is not None)
+
+    def next_repeat(self, index: int) -> int:
+        """Return the number of the next visit to a node."""
+        return 1 + max((pose.repeat for pose in self.repeats if pose.index == index), default=0)
 
     @property
     def missing(self) -> tuple[int, ...]:

@@ -138,6 +138,8 @@ class _Pose(_Document):
     right: _Eye | None
     left_refusal: str | None
     right_refusal: str | None
+    repeat: Annotated[int, Field(ge=0)] = 0
+    run: str = ""
 
     def build(self) -> SweepPose:
         return SweepPose(
@@ -150,6 +152,8 @@ class _Pose(_Document):
             right=self.right.build() if self.right else None,
             left_refusal=self.left_refusal,
             right_refusal=self.right_refusal,
+            repeat=self.repeat,
+            run=self.run,
         )
 
 
@@ -159,7 +163,7 @@ def save_sweep(sweep: Sweep, path: Path) -> None:
     beside = path.with_name(path.name + ".part")
     with beside.open("wb") as stream:
         stream.write(_header_line(sweep.header))
-        for pose in sweep.poses:
+        for pose in (*sweep.poses, *sweep.repeats):
             stream.write(_pose_line(pose))
         stream.flush()
         os.fsync(stream.fileno())
@@ -177,7 +181,10 @@ def append_pose(path: Path, pose: SweepPose) -> None:
 
 
 def load_sweep(path: Path) -> Sweep:
-    """Read a sweep; the last measurement of a pose counts. Raise InvalidInput naming file and line."""
+    """Read a sweep; the last measurement of a pose counts, and every visit that repeats one.
+
+    Raise InvalidInput naming file and line.
+    """
     if not path.is_file():
         raise InvalidInput(f"sweep {path}: there is no such file; measure the sweep of that station first")
     lines = path.read_bytes()[: _whole_bytes(path)].splitlines()
@@ -185,7 +192,7 @@ def load_sweep(path: Path) -> Sweep:
         raise InvalidInput(f"sweep {path}: it ends before its header does; delete it and sweep again")
     header = _header(path, lines[0])
     count = header.plan.columns * header.plan.rows
-    poses: dict[int, SweepPose] = {}
+    poses: dict[tuple[int, int], SweepPose] = {}
     for number, line in enumerate(lines[1:], start=2):
         pose = _parsed(path, number, line, _Pose).build()
         if pose.index >= count:
@@ -193,8 +200,12 @@ def load_sweep(path: Path) -> Sweep:
                 f"sweep {path}, line {number}: pose {pose.index} of a plan of {count}; "
                 "restore the file or sweep again"
             )
-        poses[pose.index] = pose
-    return Sweep(header=header, poses=tuple(poses[index] for index in sorted(poses)))
+        poses[pose.index, pose.repeat] = pose
+    return Sweep(
+        header=header,
+        poses=tuple(poses[key] for key in sorted(poses) if key[1] == 0),
+        repeats=tuple(pose for pose in poses.values() if pose.repeat > 0),
+    )
 
 
 def _header(path: Path, line: bytes) -> SweepHeader:

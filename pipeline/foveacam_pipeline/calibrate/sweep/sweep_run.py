@@ -1,12 +1,13 @@
 """Stage 2, measured: sweeps the target over the field and keeps, pose by pose, what all three cameras saw.
 
 The base turns the rig, the wide camera says where the markers are, each eye centres its own. Interrupted, it
-goes on from its file; poses at which an eye was refused are tried again.
+goes on from its file; poses at which an eye was refused are tried again. Mounts drift meanwhile: the middle
+of the field is visited again and again.
 """
 
 import logging
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, open_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
+from foveacam_pipeline.calibrate.sweep.sweep_reference import References
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.calibrate.watcher import Watcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -74,7 +76,13 @@ def run_sweep(
     )
     run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
     by_hand = HandTurned(
-        head=head, clock=clock, watch=watch, wide=wide, layout=settings.layout, settings=settings.turning
+        head=head,
+        clock=clock,
+        watch=watch,
+        wide=wide,
+        layout=settings.layout,
+        settings=settings.turning,
+        correct=base.correct,
     )
     try:
         base.prepare()
@@ -151,7 +159,7 @@ class _Run:
             save_sweep(Sweep(header=header), self.path)
             return Sweep(header=header)
         check_same(known.header, header, self.path)
-        for pose in known.poses:
+        for pose in (*known.poses, *known.repeats):
             self.meter.learn(pose)
         return known
 
@@ -160,16 +168,33 @@ class _Run:
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
         to_do = [k for k in range(len(nodes)) if k not in poses or poses[k].eyes_measured < len(EYES)]
-        patience = _Patience(sweep, self.settings)
+        patience, begun = _Patience(sweep, self.settings), len(to_do)
+        references = self._references(sweep)
+        if to_do:
+            references.visit_when_due(0, last=False)
         while to_do:
             check(self.watch, doing="the sweep")
-            pose = self._next(nodes, to_do, by_hand)
+            pose = replace(self._next(nodes, to_do, by_hand), run=self.settings.run)
             if pose.index not in poses or pose.eyes_measured >= poses[pose.index].eyes_measured:
                 append_pose(self.path, pose)
                 poses[pose.index] = pose
             self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_said(pose, len(nodes)))
             patience.check(pose)
-        return Sweep(header=sweep.header, poses=tuple(poses[k] for k in sorted(poses)))
+            references.visit_when_due(begun - len(to_do), last=not to_do)
+        return replace(references.known, poses=tuple(poses[k] for k in sorted(poses)))
+
+    def _references(self, sweep: Sweep) -> References:
+        """Return the visits to the middle; nobody is asked to turn a rig there by hand."""
+        every = 0 if self.base.by_hand else self.settings.reference_rows * self.plan.columns
+        return References(
+            course=self.course,
+            plan=self.plan,
+            target=self._target,
+            path=self.path,
+            every=every,
+            run=self.settings.run,
+            known=sweep,
+        )
 
     def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurned) -> SweepPose:
         """Measure one of the poses that are to do, and strike it off."""

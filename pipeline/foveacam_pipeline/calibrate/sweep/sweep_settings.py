@@ -17,7 +17,9 @@ class SweepSettings:
     averaged at a pose. `still_px`: how far a marker may stray meanwhile, wide px. `give_up_after`: poses that
     refuse an eye before any has accepted it. `approach_rad`: longest step into the unknown; a longer way is
     walked in steps. `probe_v`, `least_response`: the first step of each axis, and which share of the expected
-    turn must follow.
+    turn must follow. `run`: names the run of the procedure, the same at all of its stations.
+    `reference_rows`: after so many rows the middle of the field is measured again, as before the first and
+    after the last one, because the mounts drift; 0: never.
     """
 
     rig_id: str
@@ -37,6 +39,8 @@ class SweepSettings:
     approach_rad: float = math.radians(4.6)
     probe_v: float = 4.0
     least_response: float = 0.35
+    run: str = ""
+    reference_rows: int = 2
     turning: TurnSettings = field(default_factory=TurnSettings)
     centring: CentringSettings = field(default_factory=CentringSettings)
 

@@ -31,6 +31,28 @@ export class Problem extends Error {
  * @returns {Promise<T>}
  */
 export async function request(method, path, options = {}) {
+  const response = await answerTo(method, path, options);
+  if (response.status === 204) return /** @type {T} */ (null);
+  return /** @type {T} */ (await response.json());
+}
+
+/**
+ * A file as the server has it, and what it is called.
+ * @param {string} path below /api/v1
+ * @returns {Promise<{content: Blob, name: string}>}
+ */
+export async function file(path) {
+  const response = await answerTo("GET", path, { patience_ms: 4 * PATIENCE_MS });
+  const name = /filename="([^"]+)"/.exec(response.headers.get("Content-Disposition") ?? "")?.[1] ?? "calibration.json";
+  return { content: await response.blob(), name };
+}
+
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {Options} options
+ */
+async function answerTo(method, path, options) {
   const { body, headers = {}, patience_ms = PATIENCE_MS, keepalive = false } = options;
   let response;
   try {
@@ -46,8 +68,7 @@ export async function request(method, path, options = {}) {
     throw new Problem(unreachable(method, path, error));
   }
   if (!response.ok) throw new Problem(await problemOf(response));
-  if (response.status === 204) return /** @type {T} */ (null);
-  return /** @type {T} */ (await response.json());
+  return response;
 }
 
 /**

@@ -50,9 +50,25 @@ export class Commands {
       return await act();
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
-      this.#toasts.problem(error.document, error.slug === "stopped" ? { label: "Release the stop", act: () => this.releaseStop() } : null);
+      this.#toasts.problem(error.document, this.#wayOut(error));
       return null;
     }
+  }
+
+  /** @param {import("./toasts.js").Message} message */
+  say(message) {
+    this.#toasts.show(message);
+  }
+
+  /**
+   * What the operator can do here about a refusal; null when it is nothing that one button does.
+   * @param {Problem} error
+   */
+  #wayOut(error) {
+    const { lease, lease_token } = this.#store.state;
+    if (error.slug === "stopped") return { label: "Release the stop", act: () => this.releaseStop() };
+    const held = error.slug === "busy" && lease?.holder && !lease_token && error.message.includes(lease.holder);
+    return held ? { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) } : null;
   }
 
   /**

@@ -13,7 +13,7 @@ const KINDS = [
   "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
   "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
   "calibration.progress", "calibration.sample", "calibration.pose", "calibration.fitted", "calibration.health",
-  "calibration.drift", "pan_tilt.moved", "cloud.failed",
+  "calibration.drift", "pan_tilt.moved", "cloud.failed", "storage.fault", "storage.recovered",
 ];
 
 /**

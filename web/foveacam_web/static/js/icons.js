@@ -27,6 +27,8 @@ const PATHS = Object.freeze({
   back: "M13 8H3 M7 4L3 8l4 4",
   on: "M3 8h10 M9 4l4 4l-4 4",
   scope: "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11z M8 6a2 2 0 1 0 0 4a2 2 0 1 0 0-4z M8 .8v1.7 M8 13.5v1.7 M.8 8h1.7 M13.5 8h1.7",
+  sliders: "M3.5 2v6 M3.5 12v2 M8 2v2 M8 8v6 M12.5 2v7 M12.5 13v1 M1.5 10h4 M6 6h4 M10.5 11h4",
+  link: "M6.5 9.5l3-3 M7 4.5l1.5-1.5a3 3 0 0 1 4.5 4.5L11.5 9 M9 11.5L7.5 13A3 3 0 0 1 3 8.5L4.5 7",
   file: "M4 1.8h5l3 3v9.4H4z M9 1.8v3h3",
   scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });

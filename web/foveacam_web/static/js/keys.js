@@ -20,17 +20,17 @@ export class Keyboard {
   listenTo(of) {
     of.addEventListener("keydown", (event) => this.#down(event), { capture: of !== document });
     // A focused button acts when Space is released; it must not act as well as stop.
-    of.addEventListener("keyup", (event) => event.key === " " && !typing(event.target) && event.preventDefault());
+    of.addEventListener("keyup", (event) => event.key === " " && !takesSpace(event.target) && event.preventDefault());
   }
 
   /** @param {KeyboardEvent} event */
   #down(event) {
-    if (typing(event.target)) return;
-    if (event.key === " ") {
+    if (event.key === " " && !takesSpace(event.target)) {
       event.preventDefault();
       if (!event.repeat) this.#actions.stop();
       return;
     }
+    if (typing(event.target)) return;
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
     const sheet = document.querySelector("dialog[open]");
     if (event.key === "Escape") {
@@ -52,4 +52,13 @@ export class Keyboard {
 function typing(target) {
   const element = /** @type {Element | null} */ (target);
   return Boolean(element?.closest?.("input, textarea, select, [contenteditable]"));
+}
+
+/**
+ * Whether a space goes into the control; sliders need none, so that it stops the mirrors from there, too.
+ * @param {EventTarget | null} target
+ */
+function takesSpace(target) {
+  const element = /** @type {Element | null} */ (target);
+  return typing(target) && !element?.closest?.("input[type=range]");
 }

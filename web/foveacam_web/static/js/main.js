@@ -17,6 +17,10 @@ import { mountRigStatus } from "./panels/rigstatus.js";
 import { Scene } from "./panels/scene.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
+import { RigOrders } from "./rig/orders.js";
+import { mountRigPage } from "./rig/page.js";
+import { RigReader } from "./rig/reader.js";
+import { followRigAddress, RIG_ADDRESS } from "./rig/route.js";
 import { changeSettings, createStore } from "./store.js";
 import { Sync } from "./sync.js";
 import { exposeHooks } from "./testhooks.js";
@@ -34,7 +38,10 @@ const commands = new Commands({ store, toasts, fixations });
 const work = new WorkFollower(store);
 const reader = new CalibrationReader({ store, work });
 const orders = new CalibrationOrders({ store, commands, reader, work });
-const sync = new Sync({ store, fixations, others: [reader] });
+const rigReader = new RigReader({ store, pan_tilt: reader });
+const rigOrders = new RigOrders({ store, commands, reader: rigReader });
+const sync = new Sync({ store, fixations, others: [reader, rigReader] });
+rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
 const help = makeHelp();
 const settings = makeSettings(store);
@@ -64,7 +71,9 @@ views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
+mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
 followAddress(store);
+followRigAddress(store);
 mountTools();
 mountTabs();
 store.on(["settings"], ({ settings: { theme } }) => {
@@ -82,7 +91,7 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || store.state.wizard) return; // a sweep is not thrown away by a key
+  if (views.shrinkAll() || store.state.wizard || store.state.rig_page) return; // a sweep is not thrown away by a key
   views.wide.abandon();
   void commands.cancel();
 }
@@ -93,7 +102,7 @@ function escape() {
  */
 function onWide(act) {
   return () => {
-    if (!store.state.wizard) act();
+    if (!store.state.wizard && !store.state.rig_page) act();
   };
 }
 
@@ -105,8 +114,10 @@ function flip(key) {
 function mountTools() {
   const tool = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {() => void} */ act) =>
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
-  const calibrate = h("a", { class: "tool", href: addressOf("overview"), "aria-label": "Calibration", title: "Calibration" }, icon("scope"));
-  fill(need("tools"), calibrate, tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
+  const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
+    h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
+  fill(need("tools"), link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
+    tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));
 }
 

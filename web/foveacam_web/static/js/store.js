@@ -114,6 +114,10 @@ export function createStore() {
     pan_tilt: null,
     drift_checks: null,
     work: null,
+    rig_page: false,
+    rail: null,
+    trigger_test: null,
+    running_test: null,
   });
 }
 

@@ -107,6 +107,6 @@ export class Sync {
     else if (subject === "cloud") void this.#readClouds();
     else if (subject === "stop") void Promise.all([this.#readStop(), this.readRig()]);
     else if (subject === "lease") void this.#readLease();
-    else if (subject === "rig" || subject === "device") void this.readRig();
+    else if (subject === "rig" || subject === "device" || subject === "camera" || subject === "mirrors") void this.readRig();
   }
 }

@@ -31,7 +31,8 @@ export class Toasts {
    */
   problem(problem, action = null) {
     const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
-    this.show({ tone, title: problem.title, detail: problem.detail, remedy: problem.remedy, action, stay_ms: 2 * STAY_MS });
+    const said = problem.remedy && problem.detail.includes(problem.remedy);
+    this.show({ tone, title: problem.title, detail: problem.detail, remedy: said ? undefined : problem.remedy, action, stay_ms: 2 * STAY_MS });
   }
 
   /** @param {Message} message */

@@ -1,7 +1,10 @@
 // The documents that the server speaks and the state that the page keeps. Types only: no browser loads this file.
-// Those of calibrating are in calibration/documents.d.ts.
+// Those of calibrating are in calibration/documents.d.ts, those of the rig's devices in rig/documents.d.ts.
 
 import type { CalibrationState } from "./calibration/documents.js";
+import type { CameraDocument, ControllerLink, DeviceInfo, Difference, RigPageState, TriggerDocument } from "./rig/documents.js";
+
+export type { CameraDocument } from "./rig/documents.js";
 
 export type Role = "wide" | "left" | "right";
 export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
@@ -24,21 +27,6 @@ export type ProblemDocument = {
   remedy?: string;
 };
 
-export type CameraDocument = {
-  role: Role;
-  vendor: string | null;
-  model: string | null;
-  serial: string | null;
-  connected: boolean;
-  width: number | null;
-  height: number | null;
-  exposure_ms: number | null;
-  frame_rate_hz: number | null;
-  frame_age_ms: number | null;
-  delivered: number;
-  dropped: number;
-};
-
 export type EyePose = { x_v: number | null; y_v: number | null; ax_deg: number | null; ay_deg: number | null };
 
 export type MirrorsDocument = {
@@ -53,6 +41,10 @@ export type MirrorsDocument = {
   rx_packets: number;
   bad_packets: number;
   clock_offset_ms: number | null;
+  guarded?: boolean;
+  rail_wanted?: boolean;
+  controller?: DeviceInfo | null;
+  link?: ControllerLink | null;
 };
 
 export type Steering = { ax_min_deg: number; ax_max_deg: number; ay_min_deg: number; ay_max_deg: number };
@@ -69,7 +61,9 @@ export type RigDocument = {
   baseline_m: number | null;
   steering: Steering | null;
   cameras: CameraDocument[];
+  divergence?: Difference[];
   mirrors: MirrorsDocument | null;
+  trigger?: TriggerDocument | null;
   calibration: {
     id: string;
     label: string;
@@ -249,7 +243,7 @@ export type CurrentFixation = {
 
 export type LinkState = "connecting" | "open" | "down";
 
-export type ConsoleState = CalibrationState & {
+export type ConsoleState = CalibrationState & RigPageState & {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;

@@ -19,6 +19,8 @@ const GOALS = [
   { key: "pointing_rms_px", name: "Pointing, RMS", goal: 2, what: "How far from the middle of the fovea lies what it was told to look at." },
 ];
 
+const BEYOND = "Beyond a goal. If the map below has one colour all over, the eyes have drifted since they were measured: take it out by “Measure and correct” in the overview, and check again. If it is patchy, measure the mirrors again.";
+
 /** @param {WizardContext} context */
 export function makeCheckStep({ store, orders }) {
   const live = h("div", { class: "live-slot" });
@@ -54,6 +56,7 @@ function resultOf(check) {
         value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`))];
     })),
     h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
+    ...(GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal) ? [h("p", { class: "remedy", text: BEYOND })] : []),
   ];
 }
 

@@ -74,7 +74,7 @@ export type WideState = {
   /** Why this model counts, or why there is none yet. */
   reason?: string | null;
   /** How many views have a corner of the board in each part of the picture, row by row. */
-  cells?: number[][];
+  cells?: number[][] | null;
 };
 
 export type NodeState = "centred" | "rim" | "refused" | "waiting";
@@ -102,6 +102,8 @@ export type FitResult = {
   volts_roundtrip_max_lsb?: number | null;
   paper: PaperFit | null;
   parallax: Record<string, unknown> | null;
+  /** How each eye's mount drifted during the sweeps. */
+  drift?: Record<string, { px_per_minute: number; moved_px: number; sigma_px: number; minutes: number }> | null;
 };
 
 export type SettleAxis = {
@@ -190,6 +192,8 @@ export type Work = {
   eta_s: number | null;
   note: string;
   problem: ProblemDocument | null;
+  /** What it was started with; null when another page did. */
+  options: Record<string, unknown> | null;
 };
 
 export type CalibrationState = {

@@ -37,13 +37,14 @@ function resultOf(checks) {
   const last = checks?.[0];
   if (!checks || !last) return [nothing(checks ? "Never checked yet." : "Loading …")];
   const trend = h("img", { class: "trend", src: fresh("/api/v1/drift_checks/trend.png", last.id), alt: "Drift of both eyes over time", loading: "lazy", on: { error: () => (trend.hidden = true) } });
+  const large = h("a", { href: trend.getAttribute("src"), target: "_blank", rel: "noopener", title: "Open at full size" }, trend);
   return [
     h("h4", { text: `Last check, ${when(last)}` }), outcome(last),
     h("div", { class: "scroll-x" }, h("table", { class: "compare" },
-      h("thead", {}, h("tr", {}, ["Eye", "", "x", "y", "Rotation", "σ"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, last.eyes.map(eyeRow)))),
+      h("thead", {}, h("tr", {}, ["Eye", "", "Across", "Down", "Roll", "Error, 1 σ"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, last.eyes.map(eyeRow)))),
     h("p", { class: "lead", text: sentence(last.detail) }),
     !last.vergence_known && h("p", { class: "remedy", text: "Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct that too." }),
-    trend, checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
+    large, checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
   ];
 }
 
@@ -56,7 +57,7 @@ function outcome({ applied, eyes, new_calibration_id }) {
 
 /** @param {DriftEye} eye */
 function eyeRow({ eye, shift_x_deg, shift_y_deg, rotation_deg, sigma_deg, significant }) {
-  return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within σ")), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
+  return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
     h("td", { text: angle(rotation_deg, 3) }), h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }));
 }
 

@@ -4,34 +4,83 @@ import { h, say } from "../dom.js";
 import { sheet } from "../panels/dialogs.js";
 import { starter, tickField } from "./parts.js";
 
-/** @typedef {import("./page.js").WizardContext} WizardContext */
+/**
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("./page.js").WizardContext} WizardContext
+ */
 
-/** @param {WizardContext} context */
+/**
+ * @param {WizardContext} context
+ * @returns {() => void} opens it
+ */
 export function makeEverything({ store, orders }) {
-  const label = h("input", { type: "text", id: "all-label", maxlength: 80, placeholder: "date and rig", autocomplete: "off" });
-  const fresh = tickField("Measure everything anew, in a session of its own", true);
+  const label = h("input", { type: "text", id: "all-label", maxlength: 80, placeholder: "date and time", autocomplete: "off" });
+  const named = h("div", { class: "setting" }, h("label", { for: "all-label", text: "Label" }), label);
+  const start = choiceOfStart(() => (named.hidden = !start.fresh()));
   const activate = tickField("Take the result into use", true);
   const turn = h("p", { class: "remedy" });
   const act = async () => {
     dialog.close();
-    if (fresh.value() && !(await orders.newSession(label.value.trim()))) return;
+    if (start.fresh() && !(await orders.newSession(label.value.trim()))) return;
     await orders.run("all", { activate: activate.value() });
   };
-  const start = starter({
+  const button = starter({
     label: "Start", store, act, primary: true, keys: ["pan_tilt"],
     why: ({ pan_tilt }) => (pan_tilt && !pan_tilt.present ? "This rig has no pan-tilt, and none by hand is set up." : null),
   });
-  const dialog = sheet("Calibrate everything",
-    h("ol", { class: "plan" },
-      h("li", {}, h("b", { text: "Wide camera. " }), "Somebody shows the board at its station."),
-      h("li", {}, h("b", { text: "Mirrors. " }), "The rig turns to each station with markers; both eyes centre theirs at every node."),
-      h("li", {}, h("b", { text: "Rectify. " }), "The models are fitted and chosen by cross-validation."),
-      h("li", {}, h("b", { text: "Check. " }), "The result is proved at places that were not measured.")),
-    turn,
-    h("div", { class: "setting" }, h("label", { for: "all-label", text: "Label" }), label), fresh.element, activate.element,
-    h("p", { class: "actions" }, start));
+  const dialog = sheet("Calibrate everything", plan(), turn, start.element, named, activate.element, h("p", { class: "actions" }, button));
   store.on(["pan_tilt"], ({ pan_tilt }) => say(turn, !pan_tilt?.present ? "" : pan_tilt.moves_itself
-    ? "The rig and its mirrors will move: keep clear. STOP and Cancel work all the time, and what was measured is kept."
+    ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
     : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept."));
-  return dialog;
+  return () => {
+    start.offer(store.state.session);
+    dialog.showModal();
+  };
+}
+
+function plan() {
+  return h("ol", { class: "plan" },
+    h("li", {}, h("b", { text: "Wide camera. " }), "Somebody shows the board at its station."),
+    h("li", {}, h("b", { text: "Mirrors. " }), "The rig turns to each station with markers; both eyes centre theirs at every node."),
+    h("li", {}, h("b", { text: "Rectify. " }), "The models are fitted and chosen by cross-validation."),
+    h("li", {}, h("b", { text: "Check. " }), "The result is proved at places that were not measured."),
+    h("li", {}, h("b", { text: "Settle times. " }), "How fast the mirrors come to rest after a step."));
+}
+
+/**
+ * Whether to go on in the open session or to begin another; what is unfinished is gone on with, unless told otherwise.
+ * @param {() => void} changed
+ */
+function choiceOfStart(changed) {
+  const radio = (/** @type {string} */ id) => h("input", { type: "radio", name: "all-start", id, on: { change: changed } });
+  const [on, anew] = [radio("all-on"), radio("all-anew")];
+  const words = h("span", {});
+  const element = h("div", { class: "starts", role: "radiogroup", "aria-label": "Where to begin" },
+    h("label", { class: "field tick" }, on, words),
+    h("label", { class: "field tick" }, anew, h("span", { text: "Measure everything anew; what there is stays as it is" })));
+  return {
+    element,
+    fresh: () => anew.checked,
+    offer: (/** @type {SessionDocument | null} */ session) => {
+      element.hidden = session === null;
+      on.checked = session !== null && session.fit === null;
+      anew.checked = !on.checked;
+      say(words, session ? `Go on with “${session.label || session.id}”: ${heldBy(session)}` : "");
+      changed();
+    },
+  };
+}
+
+/** @param {SessionDocument} session */
+function heldBy({ wide, sweeps, fit }) {
+  const views = wide?.samples.length ?? 0;
+  const [done, nodes] = [sum(sweeps.map((sweep) => sweep.done)), sum(sweeps.map((sweep) => sweep.nodes))];
+  const held = [views ? `${views} views of the board` : "", nodes ? `${done} of ${nodes} nodes` : "", fit ? "fitted" : ""].filter(Boolean);
+  return held.length ? held.join(", ") : "still empty";
+}
+
+/** @param {number[]} counts */
+function sum(counts) {
+  return counts.reduce((total, count) => total + count, 0);
 }

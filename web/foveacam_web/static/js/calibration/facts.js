@@ -5,8 +5,10 @@ import { MISSING, number } from "../format.js";
 /** @type {[string, string, number][]} ending of the name, unit to write, decimals */
 const UNITS = [
   ["_deg", "°", 4], ["_px", " px", 3], ["_mm", " mm", 2], ["_ms", " ms", 2], ["_hz", " Hz", 1],
-  ["_utc", "", 0], ["_m", " m", 4], ["_s", " s", 2], ["_v", " V", 3], ["_rel", "", 5], ["_lsb", " LSB", 2],
+  ["_utc", "", 0], ["_m", " m", 4], ["_s", " s", 2], ["_v", " V", 3], ["_rel", "", 5], ["_lsb", " DAC steps", 2],
 ];
+
+const SMALL_M = 0.02; // what is smaller is read in millimetres
 
 /**
  * @param {Record<string, unknown>} document
@@ -39,7 +41,7 @@ const WORDS = Object.freeze(/** @type {Record<string, string>} */ ({
   loo_deg: "Error on poses left out", rectify_loo_px: "Rectification, poses left out", volts_roundtrip_max_lsb: "Volts to angle to volts", pointing_difference_px: "Pointing differs by", epipolar_difference_px: "Rows differ by",
   disparity_difference_px: "Disparity differs by", wide_px: "Wide picture differs by", baseline_m: "Baseline differs by", distance_m: "At the distance",
   print_m: "Distance by the markers’ print", print_scatter_m: "Scatter of that", tape_m: "Distance by tape", rms_deg: "Parallax, RMS",
-  largest_deg: "Parallax, largest", corrected: "Taken out",
+  station: "Measured at the station", largest_deg: "Parallax, largest", corrected: "Taken out",
 }));
 
 /** @param {string} name */
@@ -58,6 +60,7 @@ function title(name) {
  */
 function valueText(value, name) {
   const [, unit, decimals] = UNITS.find(([each]) => name.endsWith(each)) ?? ["", "", 3];
+  if (typeof value === "number" && unit === " m" && value !== 0 && Math.abs(value) < SMALL_M) return `${number(value * 1000, 2)} mm`;
   if (typeof value === "number") return number(value, Number.isInteger(value) ? 0 : decimals) + unit;
   if (typeof value === "boolean") return value ? "yes" : "no";
   if (typeof value === "string") return value;

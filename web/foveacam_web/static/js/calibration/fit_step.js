@@ -1,7 +1,7 @@
 // Step 3: the models. Volts to angle and the rectification, chosen by cross-validation and shown beside the paper's.
 
 import { changing, h } from "../dom.js";
-import { sentence } from "../format.js";
+import { number, pixels, sentence } from "../format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
 import { choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
@@ -14,7 +14,7 @@ import { beforeAfter, figure, picturesOf } from "./pictures.js";
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
-const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "warp_left", "warp_right"];
+const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "mount_drift", "warp_left", "warp_right"];
 const PAIR = ["anaglyph_before", "anaglyph_after"];
 
 /** @param {WizardContext} context */
@@ -23,22 +23,25 @@ export function makeFitStep(context) {
   const models = h("div", { class: "stack" });
   const paper = h("div", { class: "stack" });
   const parallax = h("div", {});
+  const mounts = h("div", {});
   const pair = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
   const showModels = changing(models, (/** @type {FitResult | null} */ fit) => [...mirrorTable(fit), ...fieldTable(fit)]);
   const showPaper = changing(paper, paperTable);
   const showParallax = changing(parallax, parallaxOf);
+  const showMounts = changing(mounts, mountsOf);
   const showPair = changing(pair, pairOf);
   const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")]);
   store.on(["session"], ({ session }) => {
     showModels(session?.fit ?? null);
     showPaper(session?.fit ?? null);
     showParallax(session?.fit ?? null);
+    showMounts(session?.fit?.drift ?? null);
     showPair(picturesOf(session, PAIR));
     showDiagrams(picturesOf(session, DIAGRAMS));
   });
   const element = h("div", { class: "step step-fit" },
-    h("div", { class: "seeing" }, panel("Fit", runForm(context)), panel("Parallax of the markers", parallax)),
+    h("div", { class: "seeing" }, panel("Fit", runForm(context)), h("div", { class: "stack" }, panel("Parallax of the markers", parallax), panel("Drift while measuring", mounts))),
     panel("Models, by the error on poses left out", models, paper), panel("Both eyes, before and after", pair), panel("Diagrams", diagrams));
   return { element, live: null };
 }
@@ -46,7 +49,7 @@ export function makeFitStep(context) {
 /** @param {WizardContext} context */
 function runForm({ store, orders }) {
   const label = h("input", { type: "text", id: "fit-label", maxlength: 80, placeholder: "as the measurement", autocomplete: "off" });
-  const order = choiceField("Order", [["", "by cross-validation"], ...["2", "3", "4", "5", "6", "7", "8", "9"].map((each) => /** @type {[string, string]} */ ([each, each]))]);
+  const order = choiceField("Order of the mirrors’ polynomial", [["", "by cross-validation"], ...["2", "3", "4", "5", "6", "7", "8", "9"].map((each) => /** @type {[string, string]} */ ([each, each]))]);
   const all = tickField("Use every marker distance: finds the pupils' walk and the baseline", true);
   const act = () => orders.run("fit", { label: label.value.trim() || null, order: order.value() ? Number(order.value()) : null, use_all_distances: all.value() });
   const start = starter({ label: "Fit", store, act, primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.fit ? "Fit again" : "Fit") });
@@ -68,6 +71,13 @@ function parallaxOf(fit) {
   const stations = parts(fit.parallax);
   if (stations.length === 0) return report(fit.parallax);
   return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
+}
+
+/** @param {import("./documents.js").FitResult["drift"]} drift */
+function mountsOf(drift) {
+  if (!drift) return [nothing("Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.")];
+  return [h("p", { class: "lead", text: "How far each eye’s mount moved between the first node and the last; it was taken out." }),
+    figures(Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [eye, `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`]))];
 }
 
 /** @param {Record<string, unknown>} document */

@@ -40,15 +40,16 @@ export function fieldTable(fit) {
  */
 function table(title, scores, what) {
   const most = Math.max(...scores.map(({ size }) => size));
+  const least = Math.min(...scores.map(({ size }) => size).filter((size) => size > 0));
   const kinds = [...new Set(scores.map(kindOf))];
   const rows = kinds.map((kind) => {
     const [first, ...more] = scores.filter((score) => kindOf(score) === kind);
     const both = first ? [first, ...more] : more;
     return h("tr", { class: both.some(({ chosen }) => chosen) ? "chosen" : "" }, h("th", { scope: "row", text: first?.name }),
-      h("td", { text: first?.order == null ? MISSING : String(first.order) }), ...EYES.map((eye) => cell(both.find((score) => score.eye === eye), most)));
+      ...EYES.map((eye) => cell(both.find((score) => score.eye === eye), { least, most })));
   });
   return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": title }, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: title }), h("th", { scope: "col", text: "Order" }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })))),
+    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: title }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })))),
     h("tbody", {}, rows)));
 }
 
@@ -59,13 +60,22 @@ function kindOf({ name, order }) {
 
 /**
  * @param {Score | undefined} score
- * @param {number} most the largest error of all
+ * @param {{least: number, most: number}} errors the smallest and the largest of all: the bars are logarithmic, or the good ones would all look alike
  */
-function cell(score, most) {
+function cell(score, { least, most }) {
   if (!score) return h("td", { text: MISSING });
   const part = h("span", { class: "part" });
-  part.style.inlineSize = `${Math.min(1, score.size / most) * 100}%`;
+  part.style.inlineSize = `${100 * shareOf(score.size, { least, most })}%`;
   return h("td", { class: `score eye-${score.eye}` }, h("span", { class: "bar", "aria-hidden": "true" }, part), h("span", { text: score.text }), score.chosen && badge("good", "taken"));
+}
+
+/**
+ * @param {number} size
+ * @param {{least: number, most: number}} errors
+ */
+function shareOf(size, { least, most }) {
+  const share = Math.log(size / least) / Math.log(most / least);
+  return Number.isFinite(share) ? 0.06 + 0.94 * Math.max(0, share) : 0.06;
 }
 
 /**
@@ -77,14 +87,15 @@ export function paperTable(fit) {
   const { steps = [], ...paper } = fit.paper;
   const ours = fit.models.filter((model) => model.chosen).map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join(", ");
   const rows = facts(paper, sentenceNames(paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value]));
-  const trip = fit.volts_roundtrip_max_lsb == null ? [] : [/** @type {[string, string]} */ (["Ours: volts to angle to volts", `${number(fit.volts_roundtrip_max_lsb, 2)} LSB`])];
+  const trip = fit.volts_roundtrip_max_lsb == null ? [] : [/** @type {[string, string]} */ (["Ours: volts to angle to volts", `${number(fit.volts_roundtrip_max_lsb, 2)} DAC steps`])];
   return [h("h4", { text: "Beside the paper’s plain model" }), ...sentences(paper).map((text) => h("p", { class: "lead", text })),
     figures([...rows, ["Ours: error on poses left out", ours], ...trip]), steps.length ? variants(steps) : null];
 }
 
 /** @param {VariantStep[]} steps */
 function variants(steps) {
-  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" }, h("table", { class: "compare" },
+  const what = h("p", { class: "legend", text: "RMS at poses left out, in pixels of the fovea. “Ours, but …” takes one addition away: what is lost is what it brings." });
+  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" }, h("h4", { text: "What each addition brings" }), what, h("table", { class: "compare" },
     h("thead", {}, h("tr", {}, ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })))),
     h("tbody", {}, steps.map((step) => h("tr", {}, h("th", { scope: "row", class: "long", text: step.name }),
       [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) => h("td", { text: pixels(px) })))))));

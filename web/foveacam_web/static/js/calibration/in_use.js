@@ -34,8 +34,8 @@ function inUse({ verdict, calibration, age, loading }) {
   if (!calibration) return [title, reason, h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." })];
   return [title, reason, figures([
     ["Name", calibration.label || MISSING], ["Id", calibration.id.slice(0, 16)], ["Origin", calibration.origin], ["Age", age],
-    ["Mirror σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
-    ["Rectification σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
+    ["Pointing, 1 σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
+    ["Rectification, 1 σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
     ["Baseline", baseline(/** @type {{baseline_m?: number}} */ (calibration).baseline_m ?? null)],
   ])];
 }

@@ -1,10 +1,10 @@
 // What runs now: which step, how far, how long still, cancel. When it has ended: how, why, and what to do.
 
 import { fill, h, say } from "../dom.js";
-import { sentence, span } from "../format.js";
+import { pixels, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { bar } from "./parts.js";
-import { isRunning } from "./work.js";
+import { isRunning, placeOf } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -13,42 +13,46 @@ import { isRunning } from "./work.js";
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
-const STAGES = Object.freeze(/** @type {Record<string, string>} */ ({
+const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({
   wide: "Wide camera", mirrors: "Mirrors", fit: "Fit", check: "Check", settle: "Settle times", all: "Everything", drift: "Drift check", activate: "Taking it into use",
 }));
 const RESUMABLE = new Set(["wide", "mirrors", "all"]);
 
 /**
  * @param {HTMLElement} place
- * @param {{store: Store, orders: CalibrationOrders, work: WorkFollower}} context
+ * @param {{store: Store, orders: CalibrationOrders, work: WorkFollower, reader: import("./reader.js").CalibrationReader}} context
  */
-export function mountJobBar(place, { store, orders, work: follower }) {
+export function mountJobBar(place, { store, orders, work: follower, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "job" });
   const stop = h("button", { type: "button", class: "plain", on: { click: () => void orders.cancel() } }, "Cancel");
+  const onward = h("button", { type: "button", class: "plain primary", on: { click: () => store.state.work && void orders.goOn(store.state.work) } }, "Go on");
+  const elsewhere = h("button", { type: "button", class: "plain", on: { click: () => void reader.openSession(store.state.work?.session_id ?? "") } }, "Show its measurement");
   const dismiss = h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => follower.dismiss() } }, icon("close"));
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
-  fill(shown, words, progress, stop, dismiss);
+  fill(shown, words, progress, elsewhere, onward, stop, dismiss);
   fill(place, shown, said);
-  store.on(["work"], ({ work }) => {
+  store.on(["work", "session", "rig"], ({ work, session, rig }) => {
     shown.hidden = work === null;
     if (!work) return;
     const running = isRunning(work);
     shown.className = `job ${running ? "running" : toneOf(work)}`;
-    fill(words, ...(running ? runningWords(work) : endedWords(work)));
+    fill(words, ...(running ? runningWords(work) : endedWords(work, { session, rig })));
     fill(progress, running && bar(nameOf(work), { share: shareOf(work), text: far(work) }));
     progress.hidden = !running;
     stop.hidden = !running;
     stop.disabled = work.state === "cancelling";
     dismiss.hidden = running;
+    onward.hidden = running || !canGoOn(work);
+    elsewhere.hidden = !work.session_id || !session || session.id === work.session_id;
     say(said, announcement(work));
   });
 }
 
 /** @param {Work} work */
 function nameOf({ step, stage }) {
-  const name = STAGES[stage] ?? stage;
+  const name = NAMES[stage] ?? stage;
   return step === "all" && stage !== "all" ? `Everything: ${name.toLowerCase()}` : name;
 }
 
@@ -62,31 +66,66 @@ function shareOf({ done, total }) {
 
 /** @param {Work} work */
 function far({ done, total, eta_s }) {
-  const left = eta_s === null || eta_s === undefined ? "" : `, ${span(eta_s)} left`;
-  return total ? `${done} of ${total}${left}` : "";
+  if (!total || (done === 0 && total === 1)) return "";
+  return [`${done} of ${total}`, leftOf(eta_s)].filter(Boolean).join(", ");
+}
+
+/**
+ * The time left of the step, no finer than it can be known.
+ * @param {number | null} eta_s
+ */
+function leftOf(eta_s) {
+  if (eta_s === null || eta_s === undefined) return "";
+  if (eta_s < 8) return "a few seconds left";
+  return eta_s < 90 ? `${Math.ceil(eta_s / 5) * 5} s left` : `${Math.round(eta_s / 60)} min left`;
+}
+
+/**
+ * Whether it may be begun again where it ended. How others calibrate everything is not known here.
+ * @param {Work} work
+ */
+function canGoOn({ state, step, options }) {
+  return state !== "succeeded" && RESUMABLE.has(step) && (step !== "all" || options !== null);
 }
 
 /** @param {Work} work */
 function runningWords(work) {
-  const state = work.state === "queued" ? "waiting its turn" : work.state === "cancelling" ? "cancelling" : far(work);
+  const state = work.state === "queued" ? "waiting its turn" : work.state === "cancelling" ? "cancelling" : [placeOf(work), far(work)].filter(Boolean).join(": ");
   return [
     h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), nameOf(work), h("span", { class: "far number", text: state })),
     work.note && h("p", { class: "note", text: sentence(work.note) }),
   ];
 }
 
-/** @param {Work} work */
-function endedWords(work) {
+/**
+ * @param {Work} work
+ * @param {Pick<import("../types.js").ConsoleState, "session" | "rig">} found
+ */
+function endedWords(work, found) {
   const tone = toneOf(work);
   const end = work.state === "succeeded" ? "done" : work.state === "cancelled" ? "cancelled" : "failed";
-  const kept = work.state === "cancelled" && RESUMABLE.has(work.step) ? "What was measured is kept: start the step again and it goes on from there." : "";
+  const how = canGoOn(work) ? "“Go on” continues from there." : "“Calibrate everything” goes on from there.";
+  const kept = work.state !== "succeeded" && RESUMABLE.has(work.step) ? `What was measured is kept. ${how}` : "";
   const { problem } = work;
   return [
-    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), `${nameOf(work)}: ${end}`),
+    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), `${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}`),
+    work.state === "succeeded" && work.step === "all" && h("p", { class: "lead", text: resultOf(found) }),
     work.state === "failed" && h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
     work.state === "failed" && problem?.remedy && !problem.detail.includes(problem.remedy) && h("p", { class: "remedy", text: sentence(problem.remedy) }),
     kept && h("p", { class: "lead", text: kept }),
   ];
+}
+
+/**
+ * What came of calibrating everything: how good it is, and whether it is in use.
+ * @param {Pick<import("../types.js").ConsoleState, "session" | "rig">} found
+ */
+function resultOf({ session, rig }) {
+  const check = session?.check;
+  const newest = session?.calibrations.at(-1);
+  const figures = check ? `Rows apart ${pixels(check.epipolar_rms_px)}, pointing ${pixels(check.pointing_rms_px)}, both RMS. ` : "";
+  if (!newest) return figures;
+  return figures + (rig?.calibration?.id === newest ? "It is in use." : "It is not in use yet: take it from the records in the overview.");
 }
 
 /** @param {Work} work */

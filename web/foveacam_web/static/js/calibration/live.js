@@ -17,7 +17,7 @@ import { isRunning } from "./work.js";
 const SHOWN = Object.freeze({ wide: ["wide"], mirrors: ["left", "right", "wide"], check: ["left", "right"], settle: ["left", "right"] });
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
-const RECENT_MS = 20_000; // a picture of the procedure that runs, not of the one before
+const RECENT_MS = 20_000; // the next picture of a slow procedure may take so long
 
 /** The live pictures. */
 export class Live {
@@ -25,6 +25,9 @@ export class Live {
   #homes;
   /** @type {Map<Role, HTMLElement>} */
   #places = new Map();
+  #part = "";
+  #done = 0;
+  #since_ms = 0;
 
   /**
    * @param {{store: Store, views: Views, homes: Record<Role, HTMLElement>}} context `homes`: where the panes are in the console
@@ -60,11 +63,24 @@ export class Live {
     this.element.hidden = shown.length === 0;
   }
 
+  /**
+   * How long the part of the procedure has run that runs now: pictures of an earlier one show another place.
+   * @param {ConsoleState} state
+   */
+  #age_ms({ work }) {
+    const part = `${work?.job_id} ${work?.stage}`;
+    if (part !== this.#part || (work?.done ?? 0) < this.#done) this.#since_ms = performance.now();
+    [this.#part, this.#done] = [part, work?.done ?? 0];
+    return performance.now() - this.#since_ms;
+  }
+
   /** @param {ConsoleState} state */
-  #choose({ wizard, work, server_stats }) {
+  #choose(state) {
+    const { wizard, work, server_stats } = state;
+    const limit_ms = Math.min(RECENT_MS, this.#age_ms(state));
     for (const role of ROLES) {
       const age_ms = server_stats[annotated(role)]?.age_ms ?? null;
-      const drawn = isRunning(work) && age_ms !== null && age_ms < RECENT_MS;
+      const drawn = isRunning(work) && age_ms !== null && age_ms < limit_ms;
       this.#views.pane(annotated(role)).element.hidden = !drawn;
       this.#views.pane(role).element.hidden = drawn && wizard !== null;
     }

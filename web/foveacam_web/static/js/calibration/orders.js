@@ -1,6 +1,7 @@
 // What the operator can order while calibrating. A refusal is shown with its remedy, and says null.
 
-import { request } from "../api.js";
+import { file, request } from "../api.js";
+import { h } from "../dom.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -15,6 +16,7 @@ import { request } from "../api.js";
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
+const KEPT_MS = 60_000; // browsers begin to save when they like
 const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes the server a while
 
 /** The orders of one page. */
@@ -40,8 +42,7 @@ export class CalibrationOrders {
   async newSession(label = "") {
     const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
       request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })));
-    if (session) this.#store.set({ session });
-    if (session) await this.#reader.readSessions();
+    if (session) await this.#reader.showSession(session);
     return session;
   }
 
@@ -62,7 +63,17 @@ export class CalibrationOrders {
     const given = Object.fromEntries(Object.entries(options).filter(([, value]) => value !== null && value !== undefined));
     const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (
       this.#post(`/calibration_sessions/${session.id}/runs`, { step, options: given })));
-    if (job) this.#work.follow(job, { step, session_id: session.id });
+    if (job) this.#work.follow(job, { step, session_id: session.id, options: given });
+  }
+
+  /**
+   * Begin a step again that was cancelled or has failed; what it has measured counts.
+   * @param {import("./documents.js").Work} work
+   */
+  async goOn({ step, session_id, options }) {
+    if (step === "drift") return;
+    if (session_id && session_id !== this.#store.state.session?.id) await this.#reader.openSession(session_id);
+    await this.run(step, { ...options, restart: null });
   }
 
   /** End the procedure that runs; what it has measured is kept. */
@@ -82,7 +93,7 @@ export class CalibrationOrders {
 
   /** @param {string} id */
   async activate(id) {
-    const answer = await this.#attempt(() => request("POST", `/calibrations/${id}/activate`).then(() => true));
+    const answer = await this.#attempt(() => this.#post(`/calibrations/${id}/activate`, undefined).then(() => true));
     if (answer) await this.#reader.readAll();
   }
 
@@ -97,14 +108,28 @@ export class CalibrationOrders {
   }
 
   /**
-   * @param {unknown} document of a calibration file
+   * @param {object} document of a calibration file
+   * @param {number | null} distance_m of its markers, where the file does not say
    * @returns {Promise<CalibrationRecord | null>}
    */
-  async importRecord(document) {
+  async importRecord(document, distance_m) {
+    const query = distance_m === null ? "" : `?distance_m=${distance_m}`;
     const record = await this.#attempt(() => /** @type {Promise<CalibrationRecord>} */ (
-      request("POST", "/calibrations/import", { body: document })));
+      request("POST", `/calibrations/import${query}`, { body: document, patience_ms: SLOW_MS })));
     if (record) await this.#reader.readRecords();
     return record;
+  }
+
+  /**
+   * Save a file of the server's; a refusal is told instead of being saved.
+   * @param {string} path below /api/v1
+   */
+  async save(path) {
+    const found = await this.#attempt(() => file(path));
+    if (!found) return;
+    const address = URL.createObjectURL(found.content);
+    h("a", { href: address, download: found.name }).click();
+    setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
   }
 
   /**
@@ -156,8 +181,8 @@ export class CalibrationOrders {
     return this.#commands.attempt(act);
   }
 
+  /** When it began, to the second: the rig is known anyway, and two begun in a minute stay apart. */
   #usualLabel() {
-    const when = new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
-    return `${this.#store.state.rig?.name ?? "Rig"}, ${when}`;
+    return new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" });
   }
 }

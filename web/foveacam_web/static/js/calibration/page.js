@@ -98,10 +98,10 @@ function stack() {
 
 /** @param {WizardContext} context */
 function head(context) {
-  const everything = makeEverything(context);
+  const calibrateEverything = makeEverything(context);
   return h("div", { class: "wizard-head" },
     h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }), makeSessionChoice(context),
-    h("button", { type: "button", class: "plain primary", on: { click: () => everything.showModal() } }, icon("scope"), "Calibrate everything"),
+    h("button", { type: "button", class: "plain primary", on: { click: () => calibrateEverything() } }, icon("scope"), "Calibrate everything"),
     h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
 }
 
@@ -125,15 +125,19 @@ function makeTabs({ store }) {
   const links = PAGES.map(({ page, title }) => ({ page, link: h("a", { href: addressOf(page), id: `to-${page}` }, h("span", { text: title })), mark: h("span", { class: "mark" }) }));
   const shows = links.map(({ page, mark }) => ({ page, show: changing(mark, (/** @type {{tone: string, text: string} | null} */ now) => (now ? [badge(now.tone, now.text)] : [])) }));
   for (const { link, mark } of links) link.append(mark);
+  const uncover = () => requestAnimationFrame(() => links.find(({ page }) => page === store.state.wizard)?.link.scrollIntoView({ block: "nearest", inline: "center" }));
+  let known = "";
   store.on(["wizard"], ({ wizard }) => {
     for (const { page, link } of links) {
       if (page === wizard) link.setAttribute("aria-current", "step");
       else link.removeAttribute("aria-current");
-      if (page === wizard) link.scrollIntoView({ block: "nearest", inline: "nearest" });
     }
+    uncover();
   });
   store.on(["session"], (state) => {
     for (const { page, show } of shows) show(PROGRESS[page]?.(state) ?? null);
+    if (state.session && state.session.id !== known) uncover(); // the marks that came in have moved the tabs
+    known = state.session?.id ?? "";
   });
   return h("nav", { class: "wizard-tabs", "aria-label": "Steps of calibrating" }, links.map(({ link }) => link));
 }
@@ -164,7 +168,6 @@ function turnPage(place, wizard) {
   if (open === !place.hidden) return;
   place.hidden = !open;
   need("console").hidden = open;
-  document.body.classList.toggle("calibrating", open);
   window.scrollTo(0, 0);
   focusOn(need(open ? "wizard-title" : "console"));
 }

@@ -8,6 +8,8 @@ import { nothing } from "./parts.js";
  * @typedef {import("./documents.js").SessionDocument} SessionDocument
  */
 
+const BROAD = 1.5; // as wide as that, several diagrams stand in it and want the whole row
+
 /**
  * The session's pictures of these names, in this order; their addresses change when they do.
  * @param {SessionDocument | null} session
@@ -36,11 +38,13 @@ export function fresh(url, stamp) {
  * @param {Picture} picture
  */
 export function figure({ title, url }) {
-  const image = h("img", { src: url, alt: title, loading: "lazy", on: { error: () => {
-    link.replaceWith(nothing("This picture could not be loaded."));
-  } } });
+  const image = h("img", { src: url, alt: title, loading: "lazy", on: {
+    error: () => link.replaceWith(nothing("This picture could not be loaded.")),
+    load: () => box.classList.toggle("broad", image.naturalWidth > BROAD * image.naturalHeight),
+  } });
   const link = h("a", { href: url, target: "_blank", rel: "noopener", title: "Open at full size" }, image);
-  return h("figure", { class: "diagram" }, link, h("figcaption", { text: title }));
+  const box = h("figure", { class: "diagram" }, link, h("figcaption", { text: title }));
+  return box;
 }
 
 /**

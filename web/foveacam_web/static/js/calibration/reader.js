@@ -1,10 +1,13 @@
-// Keeps what the page knows of calibrating equal to the server's: health always, the rest while the wizard is open.
+// Keeps what the page knows of calibrating equal to the server's: health always, the rest while the wizard is open. The
+// pan-tilt is read for the rig's page as well.
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
+import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").ConsoleState} ConsoleState
  * @typedef {import("../types.js").RigEvent} RigEvent
  * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
  * @typedef {import("./documents.js").DriftCheck} DriftCheck
@@ -29,6 +32,10 @@ export class CalibrationReader {
   #later;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_pan_tilt;
+  /** The session to show, once it was read. @type {string | null} */
+  #wanted = null;
+  /** The procedure whose session was opened. */
+  #along = "";
 
   /** @param {{store: Store, work: WorkFollower}} context */
   constructor({ store, work }) {
@@ -41,6 +48,22 @@ export class CalibrationReader {
       open = Boolean(wizard);
       if (open) void this.readAll();
     });
+    store.on(["work", "sessions", "wizard"], (state) => this.#goAlong(state));
+  }
+
+  /**
+   * Open the session that is worked in, once for each procedure: whoever opens another one then stays there.
+   * @param {ConsoleState} state
+   */
+  #goAlong({ work, sessions, wizard }) {
+    if (!wizard || !work || !isRunning(work) || work.job_id === this.#along) return;
+    const id = work.session_id ?? sessions?.find(({ running }) => running === work.job_id)?.id;
+    if (!id) return;
+    this.#along = work.job_id;
+    this.#work.place(id);
+    if (id === this.#store.state.session?.id) return;
+    this.#wanted = id;
+    void this.readSessions();
   }
 
   async readAll() {
@@ -73,32 +96,45 @@ export class CalibrationReader {
     return this.#reads.read("sessions", async () => {
       const sessions = /** @type {SessionSummary[]} */ (await request("GET", "/calibration_sessions"));
       this.#store.set({ sessions });
-      const open = this.#store.state.session?.id;
+      const open = this.#wanted ?? this.#store.state.session?.id;
       const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
+      this.#wanted = id ?? null;
       if (id) await this.#load(id);
       else this.#store.set({ session: null });
     });
   }
 
+  /**
+   * Show a session that was just begun.
+   * @param {SessionDocument} session
+   */
+  showSession(session) {
+    this.#wanted = session.id;
+    this.#store.set({ session });
+    return this.readSessions();
+  }
+
   /** @param {string} id */
   openSession(id) {
+    this.#wanted = id;
     return this.#reads.read(`session ${id}`, () => this.#load(id));
   }
 
   /** @param {string} id */
   async #load(id) {
-    this.#store.set({ session: /** @type {SessionDocument} */ (await request("GET", `/calibration_sessions/${id}`)) });
+    const session = /** @type {SessionDocument} */ (await request("GET", `/calibration_sessions/${id}`));
+    if (this.#wanted === null || this.#wanted === id) this.#store.set({ session });
   }
 
-  /** Read the pan-tilt now and, while the wizard is open, again and again: nothing else tells where it is. */
+  /** Read the pan-tilt now and, while a page shows it, again and again: nothing else tells where it is. */
   readPanTilt() {
     clearTimeout(this.#next_pan_tilt);
     return this.#reads.read("pan_tilt", async () => {
       if (!document.hidden) this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
     }).finally(() => {
-      const { wizard, pan_tilt } = this.#store.state;
+      const { wizard, rig_page, pan_tilt } = this.#store.state;
       clearTimeout(this.#next_pan_tilt);
-      if (wizard) this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
+      if (wizard || rig_page) this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
     });
   }
 

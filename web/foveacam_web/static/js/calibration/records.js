@@ -4,6 +4,7 @@ import { changing, fill, h, say } from "../dom.js";
 import { MISSING, number, span } from "../format.js";
 import { icon } from "../icons.js";
 import { facts } from "./facts.js";
+import { makeImporter } from "./importer.js";
 import { badge, figures, nothing } from "./parts.js";
 
 /**
@@ -31,13 +32,15 @@ export function mountRecords(place, context) {
     const [a, b] = [...picked];
     if (!a || !b) return;
     compare.disabled = true;
+    say(hint, "Comparing …");
     const found = await context.orders.compare(a, b);
     choose();
-    if (!found) return;
+    if (!found || picked.size !== 2) return;
     fill(compared, ...comparisonOf(found, store.state.records ?? []));
     compared.hidden = false;
   };
   const choose = () => {
+    if (picked.size !== 2) compared.hidden = true;
     compare.disabled = picked.size !== 2;
     say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
   };
@@ -50,7 +53,7 @@ export function mountRecords(place, context) {
     fill(empty, records === null ? nothing("Loading …") : records.length === 0 ? nothing("No record yet. Calibrate everything, or import a file.") : null);
     choose();
   });
-  fill(place, empty, list, h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), importer(context)), compared);
+  fill(place, empty, list, h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), makeImporter(context)), compared);
 }
 
 /**
@@ -64,7 +67,13 @@ function row(record, { orders, picked, choose }) {
     else picked.delete(record.id);
     choose();
   } } });
-  const file = (/** @type {string} */ format) => `/api/v1/calibrations/${record.id}/file?format=${format}`;
+  const saver = (/** @type {string} */ format, /** @type {string} */ text, /** @type {Record<string, string>} */ more) => {
+    const path = `/calibrations/${record.id}/file?format=${format}`;
+    return h("a", { href: `/api/v1${path}`, ...more, on: { click: (/** @type {Event} */ event) => {
+      event.preventDefault();
+      void orders.save(path);
+    } } }, icon("down"), text);
+  };
   return h("li", { class: record.current ? "current" : "" }, tick,
     h("div", { class: "what" },
       h("p", { class: "name" }, h("strong", { text: name, title: name }), record.current && badge("good", "in use"), record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail)),
@@ -75,28 +84,8 @@ function row(record, { orders, picked, choose }) {
     h("div", { class: "links" },
       !record.current && h("button", { type: "button", class: "plain", data: { keep: `use-${record.id}` }, "aria-label": `Use ${name}`, on: { click: () => void orders.activate(record.id) } }, "Use"),
       h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),
-      h("a", { href: file("foveacam"), download: "", "aria-label": `Export ${name}` }, icon("down"), "Export"),
-      h("a", { href: file("authors"), download: "", title: "In the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` }, icon("down"), "Authors’")));
-}
-
-/** @param {WizardContext} context */
-function importer({ orders, toasts }) {
-  const input = h("input", { type: "file", accept: ".json,application/json", class: "unseen", "aria-label": "Import a calibration file", on: { change: () => void read() } });
-  const read = async () => {
-    const file = input.files?.[0];
-    input.value = "";
-    if (!file) return;
-    let document;
-    try {
-      document = JSON.parse(await file.text());
-    } catch {
-      toasts.show({ tone: "warn", title: "Not a calibration file", detail: `“${file.name}” is not JSON: it may be cut short, or another kind of file.`, remedy: "Export it again where it came from." });
-      return;
-    }
-    const record = await orders.importRecord(document);
-    if (record) toasts.show({ tone: "good", title: "Imported", detail: `“${record.label || record.id}” is in the list; it is not in use yet.` });
-  };
-  return h("label", { class: "plain file" }, icon("plus"), "Import a file", input);
+      saver("foveacam", "Export", { "aria-label": `Export ${name}` }),
+      saver("authors", "Authors’ format", { title: "Export in the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` })));
 }
 
 /**

@@ -1,7 +1,7 @@
 // The views of the board that were taken: thumbnails with their error, each of which can be removed.
 
 import { changing, fill, h } from "../dom.js";
-import { number, pixels } from "../format.js";
+import { MISSING, number, pixels } from "../format.js";
 import { icon } from "../icons.js";
 import { nothing } from "./parts.js";
 import { isRunning } from "./work.js";
@@ -37,11 +37,10 @@ export function mountSamples(place, { store, orders }) {
  * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error stands out
  */
 function card(sample, { index, far, busy, remove }) {
-  const error = sample.rms_px === null ? "not fitted" : pixels(sample.rms_px);
-  const tilt = sample.tilt_deg === null ? "" : `, ${number(sample.tilt_deg, 0)}°`;
+  const words = [sample.rms_px === null ? "" : pixels(sample.rms_px), sample.tilt_deg === null ? "" : `tilt ${number(sample.tilt_deg, 0)}°`];
   return h("li", { class: far ? "far" : "" },
     h("img", { src: sample.thumbnail_url, alt: `View ${index + 1}: ${sample.corners} corners`, loading: "lazy", width: 144, height: 108 }),
-    h("span", { class: "error number", title: far ? "Much larger than the others: look whether the board was blurred or bent" : `${sample.corners} corners` }, far && icon("warn"), `${error}${tilt}`),
+    h("span", { class: "error number", title: far ? "Much larger than the others: look whether the board was blurred or bent" : `${sample.corners} corners` }, far && icon("warn"), words.filter(Boolean).join(", ") || MISSING),
     h("button", {
       type: "button", class: "tool", "aria-label": `Remove view ${index + 1}`, title: busy ? "Not while something runs" : "Remove and fit again",
       disabled: busy, data: { keep: `view-${index}` }, on: { click: () => void remove() },

@@ -18,7 +18,7 @@ export function makeSettleStep({ store, orders }) {
   const table = h("div", { class: "scroll-x" });
   const diagrams = h("div", { class: "diagrams" });
   const showTable = changing(table, tableOf);
-  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.map(figure));
+  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("How each axis came to rest is drawn here once it was measured.")]);
   store.on(["session"], ({ session }) => {
     showTable(session?.settle?.axes ?? []);
     showDiagrams(picturesOf(session, ["settle"]));
@@ -27,7 +27,7 @@ export function makeSettleStep({ store, orders }) {
   const element = h("div", { class: "step step-settle" },
     h("div", { class: "seeing" },
       panel("Settle times", h("p", { class: "lead", text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it." }),
-        h("p", { class: "remedy", text: "Let both eyes look at something with texture that stands still." }), h("p", { class: "actions" }, start), table), live),
+        h("p", { class: "remedy", text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion." }), h("p", { class: "actions" }, start), table), live),
     panel("Diagram", diagrams));
   return { element, live };
 }

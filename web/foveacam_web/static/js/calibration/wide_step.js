@@ -118,5 +118,5 @@ function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
 export function wideProgress({ session }) {
   const wide = session?.wide;
   if (wide?.fit) return { tone: "good", text: pixels(wide.fit.rms_px) };
-  return wide?.samples.length ? { tone: "plain", text: `${wide.samples.length} views` } : null;
+  return wide?.samples.length ? { tone: "plain", text: wide.samples.length === 1 ? "1 view" : `${wide.samples.length} views` } : null;
 }

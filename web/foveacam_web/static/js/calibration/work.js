@@ -17,6 +17,18 @@ export function isRunning(work) {
   return work !== null && !OVER.has(work.state);
 }
 
+/** The steps of calibrating everything, in their order. */
+export const STAGES = Object.freeze(["wide", "mirrors", "fit", "check", "settle"]);
+
+/**
+ * Which of how many steps runs, while everything is calibrated; null otherwise.
+ * @param {Work} work
+ */
+export function placeOf({ step, stage }) {
+  const index = STAGES.indexOf(stage);
+  return step === "all" && index >= 0 ? `step ${index + 1} of ${STAGES.length}` : null;
+}
+
 /** The follower of one page. */
 export class WorkFollower {
   #store;
@@ -32,11 +44,11 @@ export class WorkFollower {
 
   /**
    * @param {JobDocument} job
-   * @param {{step: Work["step"], session_id: string | null}} what
+   * @param {{step: Work["step"], session_id: string | null, options?: Work["options"]}} what
    */
-  follow(job, { step, session_id }) {
+  follow(job, { step, session_id, options = null }) {
     this.#set({
-      job_id: job.id, session_id, step, stage: step, state: "queued", done: 0, total: null, eta_s: null, note: "", problem: null,
+      job_id: job.id, session_id, step, stage: step, state: "queued", done: 0, total: null, eta_s: null, note: "", problem: null, options,
     });
     this.#take(job);
   }
@@ -46,7 +58,17 @@ export class WorkFollower {
     if (isRunning(this.#store.state.work)) return this.#lookUp();
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
     const job = jobs.find(isOurs);
-    if (job) this.follow(job, { step: stepOf(job.kind), session_id: null });
+    if (!job || job.id === this.#store.state.work?.job_id) return; // an event, or an order of this page, was quicker
+    this.follow(job, { step: stepOf(job.kind), session_id: null });
+  }
+
+  /**
+   * Take note of the session that the procedure works in, once it is known.
+   * @param {string} session_id
+   */
+  place(session_id) {
+    const { work } = this.#store.state;
+    if (work && work.session_id === null) this.#set({ ...work, session_id });
   }
 
   /** Forget how the last one ended. */

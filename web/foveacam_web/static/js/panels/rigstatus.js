@@ -3,6 +3,7 @@
 import { addressOf } from "../calibration/route.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";
 import { fill, h } from "../dom.js";
+import { RIG_ADDRESS } from "../rig/route.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
@@ -34,6 +35,7 @@ function tables(state, rig) {
     h("table", { class: "status" }, h("caption", { text: "Cameras" }),
       head(["", "Camera", "Rate", "Age", "Dropped"]), h("tbody", {}, rig.cameras.map(cameraRow))),
     h("table", { class: "status" }, h("caption", { text: "Views" }), head(["", "Served", "Shown", "Age"]), h("tbody", {}, viewRows(state))),
+    h("p", { class: "more" }, h("a", { href: RIG_ADDRESS, text: "Set cameras, test the trigger, see the controller" })),
     pairs("Mirrors", mirrorRows(rig.mirrors, state)),
     pairs("Calibration", calibrationRows(rig, state.health)),
     pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id ?? MISSING})`], ["Scene", rig.scene ?? MISSING], ["Baseline", baseline(rig.baseline_m)]]),

@@ -2,7 +2,7 @@
 
 import { addressOf } from "../calibration/route.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
-import { isRunning } from "../calibration/work.js";
+import { isRunning, placeOf } from "../calibration/work.js";
 import { fill, h, say } from "../dom.js";
 import { baseline, clockTime, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -69,8 +69,11 @@ function showCalibration(badge, now) {
 }
 
 /** @param {import("../calibration/documents.js").Work} work */
-function runningWords({ done, total, note }) {
-  return { tone: "plain mine", text: total ? `Calibrating ${Math.floor((100 * done) / total)} %` : "Calibrating", reason: sentence(note) };
+function runningWords(work) {
+  const { step, done, total, note } = work;
+  const name = step === "drift" ? "Checking drift" : "Calibrating";
+  const far = placeOf(work) ?? (total && done > 0 ? `${Math.floor((100 * done) / total)} %` : "");
+  return { tone: "plain mine", text: [name, far].filter(Boolean).join(step === "all" ? ", " : " "), reason: sentence(note) };
 }
 
 /**

@@ -1,7 +1,8 @@
 // One view in its frame: the canvas, how fresh it is, and what to read when there is no picture.
 
 import { fill, h, say } from "../dom.js";
-import { millis, sentence, span } from "../format.js";
+import { clockTime, millis, sentence, span } from "../format.js";
+import { isRunning } from "../calibration/work.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
@@ -32,9 +33,13 @@ const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made when the eyes have looked, not with each frame */
 const STILL = new Set(["anaglyph", "difference", "depth", ...ANNOTATED]);
 const FLOWING_FPS = 1;
+const ADDED = ", annotated"; // beside the title, where there is room
 
 /** The surface of one view; `wide.js` adds its gestures. */
 export class Pane {
+  /** @type {string | null} */
+  #frozen_since = null;
+
   /** @param {ViewName} name */
   constructor(name) {
     this.name = name;
@@ -43,7 +48,7 @@ export class Pane {
     this.notice = h("div", { class: "notice", hidden: true });
     this.badge = h("div", { class: "frozen-badge", hidden: true, role: "status" });
     this.readout = h("span", { class: "rate" });
-    this.title = h("h2", { text: VIEWS[name].title });
+    this.title = h("h2", { text: VIEWS[name].title.replace(ADDED, "") });
     this.tools = h("div", { class: "tools" });
     this.surface = h("div", { class: "surface" }, this.canvas, this.badge, this.notice);
     this.enlarge = h("button", {
@@ -126,9 +131,10 @@ export class Pane {
    */
   #showRate(state, shown) {
     this.readout.hidden = !state.settings.readout;
+    const what = VIEWS[this.name].title.endsWith(ADDED) ? "annotated · " : "";
     if (!shown || shown.count === 0 || state.stream !== "open") say(this.readout, "");
-    else if (STILL.has(this.name) && shown.fps < FLOWING_FPS) say(this.readout, span(shown.age_ms / 1000) + " old");
-    else say(this.readout, `${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
+    else if (STILL.has(this.name) && shown.fps < FLOWING_FPS) say(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
+    else say(this.readout, `${what}${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
   }
 
@@ -141,9 +147,12 @@ export class Pane {
     const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
     const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
     const frozen_ms = server_ms ?? (shown?.frozen || silent_ms > SILENT_MS ? silent_ms : null);
-    const showing = !noticed && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
+    const sparing = isRunning(state.work) && this.name !== "wide"; // a procedure triggers the foveae only when it wants to look
+    const showing = !noticed && !sparing && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
     this.badge.hidden = !showing;
-    if (showing) say(this.badge, `Frozen for ${span((frozen_ms ?? 0) / 1000)}`);
+    if (!showing) this.#frozen_since = null;
+    else this.#frozen_since ??= new Date(Date.now() - (frozen_ms ?? 0)).toISOString();
+    if (showing) say(this.badge, [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)].filter(Boolean).join(": "));
   }
 
   /**
@@ -175,8 +184,22 @@ export class Pane {
  */
 function missingCamera(state, roles) {
   const problem = state.rig?.problems.find(({ device }) => roles.some((role) => device.includes(role)));
-  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : "See the rig's status.";
+  const reason = sentence(reasonOf(state, roles)) || "See the rig's status.";
+  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : reason;
   return { title: `No ${roles.join(" and ")} camera`, detail };
+}
+
+/**
+ * Why these cameras do not deliver as they should, in their links' words; nothing where they know no reason.
+ * @param {ConsoleState} state
+ * @param {string[]} roles
+ */
+function reasonOf({ rig }, roles) {
+  const cameras = rig?.cameras.filter(({ role, link }) => roles.includes(role) && link && link.phase !== "streaming") ?? [];
+  const reason = cameras.map(({ link }) => link?.reason ?? "").find(Boolean);
+  if (reason) return reason;
+  const apart = roles.some((role) => role !== "wide") && rig?.divergence?.some(({ setting }) => setting === "exposure_ms" || setting === "trigger"); // one pulse exposes both
+  return apart ? "the foveae are set differently, see the rig's page" : "";
 }
 
 /** @param {ConsoleState} state */

@@ -1,0 +1,95 @@
+"""What a camera is asked for, what it took, what it can do, and how it fares."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class PixelFormat(StrEnum):
+    """What a camera sends (GenICam names). Bayer formats become RGB in the driver, packed ones 16 bit."""
+
+    MONO8 = "Mono8"
+    MONO12 = "Mono12"
+    MONO12P = "Mono12p"
+    BAYER_RG8 = "BayerRG8"
+    BAYER_RG12P = "BayerRG12p"
+    RGB8 = "RGB8"
+
+
+class TriggerSource(StrEnum):
+    """What a triggered camera waits for."""
+
+    HARDWARE = "hardware"
+    """An edge on its input line, from the mirror controller."""
+    SOFTWARE = "software"
+    """A command: `Camera.software_trigger`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraSettings:
+    """What a camera is asked for, and, as returned by `configure`, what it took."""
+
+    exposure_ns: int
+    gain_db: float = 0.0
+    frame_rate_hz: float = 30.0
+    pixel_format: PixelFormat = PixelFormat.MONO8
+    triggered: bool = False
+    trigger_source: TriggerSource = TriggerSource.HARDWARE
+    """Of a triggered camera; without a meaning for a free-running one."""
+    black_level: float = 0.0
+    """Offset of black, in the camera's own units."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Span:
+    """What a camera accepts for one setting, both ends included; `low == high`: it cannot be set."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraRanges:
+    """What a camera accepts; asking for more is refused."""
+
+    exposure_ns: Span
+    gain_db: Span
+    frame_rate_hz: Span
+    black_level: Span
+    pixel_formats: tuple[PixelFormat, ...]
+
+
+class CameraPhase(StrEnum):
+    """How far a camera is from delivering frames."""
+
+    CLOSED = "closed"
+    OPENING = "opening"
+    READY = "ready"
+    """Open and configured, not started."""
+    STREAMING = "streaming"
+    DEGRADED = "degraded"
+    """It delivers, but frames are missing or broken."""
+    LOST = "lost"
+    BACKOFF = "backoff"
+    """Lost, and waited for until the next attempt to open it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraLink:
+    """The state of a camera and why; `epoch` counts how often it was opened."""
+
+    phase: CameraPhase
+    since_ns: int = 0
+    reason: str = ""
+    epoch: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraCounters:
+    """Honest statistics of one camera since it was started."""
+
+    delivered: int = 0
+    dropped: int = 0
+    incomplete: int = 0
+    late: int = 0
+    underrun: int = 0
+    """Frames that the camera sent while there was no buffer for them."""

@@ -1,0 +1,1 @@
+"""Cameras behind the contract: one supervisor over the little that each vendor's library can do."""

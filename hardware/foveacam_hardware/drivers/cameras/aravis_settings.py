@@ -1,0 +1,219 @@
+"""What a GenICam camera is asked for through libaravis, and what it took; times in microseconds there."""
+
+import ctypes
+import logging
+from ctypes import byref, c_int, c_uint, c_uint32
+from dataclasses import dataclass, replace
+
+from foveacam_hardware.contract import (
+    CameraRanges,
+    CameraSettings,
+    DeviceFault,
+    OutOfRange,
+    PixelFormat,
+    Span,
+    TriggerSource,
+)
+from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
+
+logger = logging.getLogger(__name__)
+
+CONTINUOUS = 0
+FIXED = Span(low=0.0, high=0.0)
+AUTOMATICS = ("ExposureAuto", "GainAuto")
+"""What a camera may adjust by itself, unless told not to."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AravisOptions:
+    """What a rig file says beyond the contract's settings; None leaves a thing to the camera."""
+
+    trigger_line: str = "Line0"
+    falling_edge: bool = False
+    strobe_line: str | None = "Line1"
+    width_px: int | None = None
+    height_px: int | None = None
+    offset_x_px: int | None = None
+    offset_y_px: int | None = None
+    packet_size_bytes: int | None = None
+    packet_delay_ns: int | None = None
+    interface: str | None = None
+
+
+class AravisFeatures:
+    """The features of one open camera."""
+
+    def __init__(self, library: AravisLibrary, camera: int, *, who: str) -> None:
+        self._library = library
+        self._camera = camera
+        self._who = who
+
+    def ranges(self) -> CameraRanges:
+        """Return what it accepts."""
+        low_us, high_us = self._bounds("exposure_time")
+        return CameraRanges(
+            exposure_ns=Span(low=low_us * 1e3, high=high_us * 1e3),
+            gain_db=self._span("gain"),
+            frame_rate_hz=self._span("frame_rate"),
+            black_level=self._span("black_level"),
+            pixel_formats=self._pixel_formats(),
+        )
+
+    def prepare(self, options: AravisOptions) -> None:
+        """Bring an opened camera into a known state: continuous, nothing automatic, the whole sensor."""
+        self.call("set_acquisition_mode", CONTINUOUS)
+        for automatic in AUTOMATICS:
+            if self.has(automatic):
+                self.call("set_string", automatic.encode(), b"Off")
+        self._packets(options)
+        if options.strobe_line is not None:
+            self._strobe(options.strobe_line)
+
+    def apply(self, settings: CameraSettings, options: AravisOptions) -> CameraSettings:
+        """Ask for the settings; return what it took."""
+        self.call("set_pixel_format_from_string", settings.pixel_format.encode())
+        self._region(options)
+        self.call("set_exposure_time", settings.exposure_ns / 1e3)
+        if self.call("is_gain_available"):
+            self.call("set_gain", settings.gain_db)
+        if self.call("is_black_level_available"):
+            self.call("set_black_level", settings.black_level)
+        if settings.triggered:
+            self._trigger(settings, options)
+        else:
+            self.call("clear_triggers")
+            # A camera exposes no faster than its exposures last; not every one says so by itself.
+            fastest_hz = min(settings.frame_rate_hz, 1e9 / settings.exposure_ns)
+            if self.call("is_frame_rate_available"):
+                self.call("set_frame_rate", fastest_hz)
+        return self._read_back(settings)
+
+    def has(self, feature: str) -> bool:
+        """Tell whether the camera has a feature now."""
+        return bool(self.call("is_feature_available", feature.encode()))
+
+    @property
+    def has_registers(self) -> bool:
+        """Whether it is a GigE Vision camera."""
+        return bool(self._library.plain("arv_camera_is_gv_device")(self._camera))
+
+    def execute(self, command: str) -> None:
+        """Execute a command."""
+        self.call("execute_command", command.encode())
+
+    def integer(self, feature: str) -> int:
+        """Return the value of a feature."""
+        value = self.call("get_integer", feature.encode())
+        return value if isinstance(value, int) else 0
+
+    def read_register(self, address: int) -> int:
+        """Return 32 bits of a GigE Vision camera."""
+        value = c_uint32()
+        device = self._library.plain("arv_camera_get_device")(self._camera)
+        self._library.call("arv_device_read_register", device, address, byref(value), who=self._who)
+        return value.value
+
+    def write_register(self, address: int, value: int) -> None:
+        """Write 32 bits of a GigE Vision camera."""
+        device = self._library.plain("arv_camera_get_device")(self._camera)
+        self._library.call("arv_device_write_register", device, address, value, who=self._who)
+
+    def call(self, name: str, *arguments: object) -> object:
+        """Call a function of the camera."""
+        return self._library.call(f"arv_camera_{name}", self._camera, *arguments, who=self._who)
+
+    def _read_back(self, asked: CameraSettings) -> CameraSettings:
+        rate_hz = self._number("frame_rate") if self.call("is_frame_rate_available") else asked.frame_rate_hz
+        name = self.call("get_pixel_format_as_string")
+        return replace(
+            asked,
+            exposure_ns=round(self._number("exposure_time") * 1e3),
+            gain_db=self._number("gain") if self.call("is_gain_available") else 0.0,
+            frame_rate_hz=asked.frame_rate_hz if asked.triggered else rate_hz,
+            pixel_format=PixelFormat(name.decode() if isinstance(name, bytes) else ""),
+            black_level=self._number("black_level") if self.call("is_black_level_available") else 0.0,
+        )
+
+    def _trigger(self, settings: CameraSettings, options: AravisOptions) -> None:
+        if settings.trigger_source is TriggerSource.SOFTWARE:
+            self.call("set_trigger", b"Software")
+        else:
+            self.call("set_trigger", options.trigger_line.encode())
+            if options.falling_edge:
+                self.call("set_string", b"TriggerActivation", b"FallingEdge")
+        if self.has("TriggerOverlap"):
+            self._try("TriggerOverlap", b"ReadOut")  # expose while the last picture is read: twice as often
+
+    def _strobe(self, line: str) -> None:
+        """Let an output tell when it exposes; a camera without such a line goes without, and it is logged."""
+        if not self.has("LineSelector"):
+            logger.info("%s: it has no output lines; the strobe is not available", self._who)
+            return
+        self._try("LineSelector", line.encode())
+        if self.has("LineMode"):
+            self._try("LineMode", b"Output")
+        self._try("LineSource", b"ExposureActive")
+
+    def _try(self, feature: str, choice: bytes) -> None:
+        """Choose what a camera may lack; it works without, and the log tells."""
+        try:
+            self.call("set_string", feature.encode(), choice)
+        except (OutOfRange, DeviceFault) as error:
+            logger.warning("%s: no %s for its %s: %s", self._who, choice.decode(), feature, error)
+
+    def _region(self, options: AravisOptions) -> None:
+        whole_width, whole_height = c_int(), c_int()
+        self.call("get_sensor_size", byref(whole_width), byref(whole_height))
+        width = options.width_px or whole_width.value
+        height = options.height_px or whole_height.value
+        if width > whole_width.value or height > whole_height.value:
+            raise OutOfRange(
+                f"{self._who}: asked for {width}x{height} pixels, but its sensor has {whole_width.value}x"
+                f"{whole_height.value}; take a smaller part of it"
+            )
+        x = (whole_width.value - width) // 2 if options.offset_x_px is None else options.offset_x_px
+        y = (whole_height.value - height) // 2 if options.offset_y_px is None else options.offset_y_px
+        step_x, step_y = (self._whole(f"get_{axis}_offset_increment") for axis in "xy")
+        self.call("set_region", x // step_x * step_x, y // step_y * step_y, width, height)
+
+    def _packets(self, options: AravisOptions) -> None:
+        if not self.has_registers:
+            return
+        if options.packet_size_bytes is not None:
+            self.call("gv_set_packet_size", options.packet_size_bytes)
+        else:
+            self._largest_packets()
+        if options.packet_delay_ns is not None:
+            self.call("gv_set_packet_delay", options.packet_delay_ns)
+
+    def _largest_packets(self) -> None:
+        try:
+            self.call("gv_auto_packet_size")
+        except (OutOfRange, DeviceFault) as error:
+            logger.warning("%s: the size of its packets stays as it is: %s", self._who, error)
+
+    def _pixel_formats(self) -> tuple[PixelFormat, ...]:
+        count = c_uint()
+        names = self.call("dup_available_pixel_formats_as_strings", byref(count))
+        if not isinstance(names, ctypes.POINTER(ctypes.c_char_p)) or not names:
+            return ()
+        own = {names[index].decode(errors="replace") for index in range(count.value)}
+        self._library.plain("g_free")(names)
+        return tuple(known for known in PixelFormat if known in own)
+
+    def _span(self, name: str) -> Span:
+        if not self.call(f"is_{name}_available"):
+            return FIXED
+        low, high = self._bounds(name)
+        return Span(low=low, high=high)
+
+    def _bounds(self, name: str) -> tuple[float, float]:
+        return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, who=self._who)
+
+    def _whole(self, name: str) -> int:
+        value = self.call(name)
+        return max(1, value) if isinstance(value, int) else 1
+
+    def _number(self, name: str) -> float:
+        value = self.call(f"get_{name}")
+        return value if isinstance(value, float) else 0.0

@@ -1,0 +1,93 @@
+"""Buffers of libaravis: given to it, taken from it when full, copied once and given back at once."""
+
+import ctypes
+from ctypes import byref, c_size_t, c_uint64
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, Image, PixelFormat
+from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
+from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
+from foveacam_hardware.drivers.cameras.pixel_layout import BITS, PACKED, picture_of
+
+BUFFERS = 10
+SUCCESS, ABORTED = 0, 7
+
+
+class AravisStream:
+    """The stream of one run; `close` stops receiving, and frees the buffers."""
+
+    def __init__(
+        self, library: AravisLibrary, camera: int, *, pixel_format: PixelFormat, clock: Clock, who: str
+    ) -> None:
+        self._library = library
+        self._clock = clock
+        self._format = pixel_format
+        self._pop = library.plain("arv_stream_timeout_pop_buffer")
+        self._push = library.plain("arv_stream_push_buffer")
+        payload = library.call("arv_camera_get_payload", camera, who=who)
+        self._stream = library.call("arv_camera_create_stream", camera, None, None, who=who)
+        for _ in range(BUFFERS):
+            self._push(self._stream, library.plain("arv_buffer_new_allocate")(payload))
+
+    def close(self) -> None:
+        """Stop receiving."""
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            self._library.plain("g_object_unref")(stream)
+
+    def grab(self, *, timeout_ms: float) -> Grab | None:
+        """Return the next buffer, or None when none came in time."""
+        buffer = self._pop(self._stream, max(0, round(timeout_ms * 1e3)))
+        if buffer is None:
+            return None
+        t_host_ns = self._clock.now_ns()
+        plain = self._library.plain
+        status = plain("arv_buffer_get_status")(buffer)
+        good = status == SUCCESS
+        grab = Grab(
+            status=GrabStatus.OK if good else GrabStatus.INCOMPLETE,
+            image=self._picture(buffer) if good else None,
+            bits=BITS[self._format],
+            number=plain("arv_buffer_get_frame_id")(buffer),
+            t_device_ns=plain("arv_buffer_get_timestamp")(buffer) or None,
+            t_host_ns=t_host_ns,
+        )
+        self._push(self._stream, buffer)
+        return None if status == ABORTED else grab
+
+    def underruns(self) -> int:
+        """Return how many frames found no buffer."""
+        completed, failures, underruns = c_uint64(), c_uint64(), c_uint64()
+        self._library.plain("arv_stream_get_statistics")(
+            self._stream, byref(completed), byref(failures), byref(underruns)
+        )
+        return underruns.value
+
+    def _picture(self, buffer: int) -> Image | None:
+        plain = self._library.plain
+        size = c_size_t()
+        address = plain("arv_buffer_get_data")(buffer, byref(size))
+        width, height = (
+            plain("arv_buffer_get_image_width")(buffer),
+            plain("arv_buffer_get_image_height")(buffer),
+        )
+        if address is None or width <= 0 or height <= 0:
+            return None
+        held = np.frombuffer(memoryview((ctypes.c_uint8 * size.value).from_address(address)), dtype=np.uint8)
+        sent = _shaped(held, self._format, height=height, width=width)
+        return None if sent is None else picture_of(sent, self._format, height=height, width=width)
+
+
+def _shaped(held: NDArray[np.uint8], pixel_format: PixelFormat, *, height: int, width: int) -> Image | None:
+    """Return the bytes as rows of pixels; None when there are too few of them."""
+    if pixel_format in PACKED:
+        return held if held.size >= (12 * height * width + 7) // 8 else None
+    deep = pixel_format is PixelFormat.MONO12
+    shape = (height, width, 3) if pixel_format is PixelFormat.RGB8 else (height, width)
+    needed = height * width * (2 if deep else 1) * (3 if len(shape) == 3 else 1)
+    if held.size < needed:
+        return None
+    pixels = held[:needed]
+    return (pixels.view(np.uint16) if deep else pixels).reshape(shape)

@@ -1,0 +1,89 @@
+"""A camera's clock on the host's: the least latency tells the offset, a line below all of them the drift.
+
+Pure: pairs of times go in, times come out. Nothing here knows who reads clocks or what a latency is made of.
+"""
+
+from collections import deque
+from itertools import pairwise
+
+BUCKET_NS = 1_000_000_000
+BUCKETS = 64
+"""How many seconds are remembered, one pair each: that with the least latency."""
+LARGEST_DRIFT = 200e-6
+"""Of two quartz clocks; a steeper line is noise of the first seconds."""
+
+Pair = tuple[int, int]
+"""A moment on the camera's clock, and how much later the host saw it, ns."""
+
+
+class CameraClock:
+    """Maps the camera's time to the host's from pairs of which the host's is late, never early."""
+
+    def __init__(self) -> None:
+        self._minima: deque[Pair] = deque(maxlen=BUCKETS)
+        self._origin: Pair = (0, 0)
+        self._drift = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether there is anything to map by."""
+        return bool(self._minima)
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much faster the host's clock runs, parts in a million."""
+        return self._drift * 1e6
+
+    def forget(self) -> None:
+        """Begin anew: the camera's clock was set."""
+        self._minima.clear()
+        self._drift = 0.0
+
+    def observe(self, t_device_ns: int, t_host_ns: int) -> None:
+        """Take a pair: the camera's time of an event, and when the host knew of it."""
+        pair = (t_device_ns, t_host_ns - t_device_ns)
+        if not self._minima:
+            self._minima.append(pair)
+            self._origin = pair
+        elif t_device_ns // BUCKET_NS != self._minima[-1][0] // BUCKET_NS:
+            self._fit()
+            self._minima.append(pair)
+            self._lower(pair)
+        elif pair[1] < self._minima[-1][1]:
+            self._minima[-1] = pair
+            self._lower(pair)
+
+    def host_ns(self, t_device_ns: int) -> int:
+        """Return the host's time of a moment on the camera's clock, as if nothing had taken time."""
+        since_ns = t_device_ns - self._origin[0]
+        return t_device_ns + self._origin[1] + round(self._drift * since_ns)
+
+    def _lower(self, pair: Pair) -> None:
+        """Move the line down until no latency is negative."""
+        if pair[0] + pair[1] < self.host_ns(pair[0]):
+            self._origin = pair
+
+    def _fit(self) -> None:
+        """Lay the line below all pairs that is nearest to them, and no steeper than clocks drift."""
+        drift = max(-LARGEST_DRIFT, min(LARGEST_DRIFT, _slope_below(list(self._minima))))
+        first_ns = self._minima[0][0]
+        self._drift = drift
+        self._origin = min(self._minima, key=lambda pair: pair[1] - drift * (pair[0] - first_ns))
+
+
+def _slope_below(pairs: list[Pair]) -> float:
+    """Return the slope of the lower hull's edge over the middle of all pairs: it is nearest to them."""
+    hull: list[Pair] = []
+    for pair in pairs:
+        while len(hull) > 1 and _turn(hull[-2], hull[-1], pair) <= 0:
+            hull.pop()
+        hull.append(pair)
+    middle_ns = sum(pair[0] for pair in pairs) // len(pairs)
+    for begin, end in pairwise(hull):
+        if begin[0] <= middle_ns <= end[0]:
+            return (end[1] - begin[1]) / (end[0] - begin[0])
+    return 0.0
+
+
+def _turn(a: Pair, b: Pair, c: Pair) -> int:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

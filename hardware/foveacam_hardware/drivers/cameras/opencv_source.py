@@ -1,0 +1,114 @@
+"""What OpenCV can read pictures from: a UVC camera, a network stream, a video file, numbered images.
+
+Opening ends in a capture that has a deadline for every read, or in a sentence that says why not.
+"""
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from typing import Protocol, TypeAlias, cast
+from urllib.parse import urlsplit
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import NotConnected
+
+Source: TypeAlias = str | int
+
+OPEN_TIMEOUT_MS = 4000
+READ_TIMEOUT_MS = 1000
+"""Of network streams: how long one may be silent before a read gives up."""
+
+
+class SourceKind(StrEnum):
+    """Where pictures come from."""
+
+    DEVICE = "UVC camera"
+    STREAM = "network stream"
+    MOVIE = "video file"
+    IMAGES = "image sequence"
+
+    @property
+    def live(self) -> bool:
+        """Whether pictures come by themselves, or when they are read."""
+        return self in (SourceKind.DEVICE, SourceKind.STREAM)
+
+
+class Capture(Protocol):
+    """The part of OpenCV's capture that is used."""
+
+    def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
+        """Tell whether there is something to read."""
+        ...
+
+    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
+        """Return the next picture, BGR or grey, unless there is none."""
+        ...
+
+    def get(self, prop: int, /) -> float:
+        """Return a property; -1 or 0 when there is none."""
+        ...
+
+    def set(self, prop: int, value: float, /) -> bool:
+        """Set a property; tell whether it exists."""
+        ...
+
+    def release(self) -> None:
+        """Let go."""
+        ...
+
+
+def kind_of(source: Source) -> SourceKind:
+    """Return what a source is, by its name alone."""
+    if isinstance(source, int) or source.startswith("/dev/"):
+        return SourceKind.DEVICE
+    if "://" in source:
+        return SourceKind.STREAM
+    return SourceKind.IMAGES if re.search(r"%0?\d*d", source) else SourceKind.MOVIE
+
+
+def shown(source: Source) -> str:
+    """Return a source for people: without the password of an address."""
+    if isinstance(source, int) or "@" not in source or "://" not in source:
+        return str(source)
+    parts = urlsplit(source)
+    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+
+
+def open_capture(source: Source) -> Capture:
+    """Open a source, with deadlines where it is far away; raise `NotConnected` in words."""
+    kind = kind_of(source)
+    name = f"opencv source {shown(source)}"
+    if kind is SourceKind.MOVIE and not Path(str(source)).is_file():
+        raise NotConnected(f"{name}: there is no such file; correct its path in the rig file")
+    capture = _capture(source, kind)
+    if not capture.isOpened():
+        capture.release()
+        raise NotConnected(f"{name}: {_WHY_NOT[kind]}")
+    return capture
+
+
+def _capture(source: Source, kind: SourceKind) -> Capture:
+    deadlines: list[int] = []
+    if kind is SourceKind.STREAM:
+        deadlines = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPEN_TIMEOUT_MS]
+        deadlines += [cv2.CAP_PROP_READ_TIMEOUT_MSEC, READ_TIMEOUT_MS]
+    capture = cv2.VideoCapture(source, _BACKENDS[kind], deadlines)
+    return cast(Capture, capture)  # its own types allow for pictures on a graphics card
+
+
+_BACKENDS = {
+    SourceKind.DEVICE: cv2.CAP_V4L2,
+    SourceKind.IMAGES: cv2.CAP_IMAGES,
+    SourceKind.MOVIE: cv2.CAP_FFMPEG,
+    SourceKind.STREAM: cv2.CAP_FFMPEG,
+}
+_WHY_NOT = {
+    SourceKind.DEVICE: "it cannot be opened; plug it in, close the program that holds it, and see that you"
+    " are in the group 'video'",
+    SourceKind.STREAM: "nobody answers there with a video; switch the sender on, or correct the address",
+    SourceKind.MOVIE: "it is no video that can be read; convert it, for example to MJPEG in AVI",
+    SourceKind.IMAGES: "there is no first image of that name; number them from 0 or 1, as shots/%04d.png",
+}

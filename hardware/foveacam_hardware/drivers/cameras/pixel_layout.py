@@ -1,0 +1,66 @@
+"""From what a camera sends to pictures: packed twelve bits are unpacked, Bayer mosaics become RGB.
+
+Pixel formats are GenICam's; pictures are copies, so that the library's buffer can go back at once.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Image, PixelFormat
+
+BITS = {
+    PixelFormat.MONO8: 8,
+    PixelFormat.MONO12: 12,
+    PixelFormat.MONO12P: 12,
+    PixelFormat.BAYER_RG8: 8,
+    PixelFormat.BAYER_RG12P: 12,
+    PixelFormat.RGB8: 8,
+}
+"""Significant bits of a pixel."""
+PACKED = (PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
+BAYER = (PixelFormat.BAYER_RG8, PixelFormat.BAYER_RG12P)
+
+
+def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray[np.uint16]:
+    """Return (height, width) uint16 of GenICam's `12p`: two pixels in three bytes, low bits first.
+
+    `packed`: (n,) uint8, at least as long as the pixels need; what is more is padding. Raise `ValueError`
+    when it is shorter.
+    """
+    pixels = height * width
+    whole = (pixels + 1) // 2 * 3
+    needed = (12 * pixels + 7) // 8
+    if packed.size < needed:
+        raise ValueError(f"{packed.size} bytes are too few for {width} x {height} pixels of 12 bit")
+    data = packed.reshape(-1)[:whole]
+    if data.size < whole:  # an odd number of pixels ends in the middle of three bytes
+        data = np.concatenate([data, np.zeros(whole - data.size, dtype=np.uint8)])
+    triples = data.reshape(-1, 3).astype(np.uint16)
+    pairs = np.empty((triples.shape[0], 2), dtype=np.uint16)
+    pairs[:, 0] = triples[:, 0] | (triples[:, 1] & 0x0F) << 8
+    pairs[:, 1] = triples[:, 1] >> 4 | triples[:, 2] << 4
+    return pairs.reshape(-1)[:pixels].reshape(height, width)
+
+
+def demosaic_rg(mosaic: Image) -> Image:
+    """Return (h, w, 3) RGB of an (h, w) mosaic whose first row begins red, green.
+
+    OpenCV names mosaics by the second row and column: GenICam's RG is its BG.
+    """
+    rgb = cv2.cvtColor(mosaic, cv2.COLOR_BayerBG2RGB)
+    if mosaic.dtype == np.uint8:
+        return np.asarray(rgb, dtype=np.uint8)
+    return np.asarray(rgb, dtype=np.uint16)
+
+
+def picture_of(sent: Image, pixel_format: PixelFormat, *, height: int, width: int) -> Image:
+    """Return the picture, copied, of what the camera sent in `pixel_format`.
+
+    `sent`: (height, width) or (height, width, 3), or the flat bytes of a packed format.
+    """
+    if pixel_format in PACKED:
+        sent = unpack_12p(sent.view(np.uint8), height=height, width=width)
+    if pixel_format in BAYER:
+        return demosaic_rg(sent)
+    return sent if pixel_format in PACKED else sent.copy()

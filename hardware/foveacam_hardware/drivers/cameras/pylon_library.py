@@ -1,0 +1,51 @@
+"""The vendor's library for Basler cameras: whether it is installed, and which cameras it sees."""
+
+import warnings
+from importlib import import_module
+
+from foveacam_hardware.contract import DeviceInfo, NotConnected
+from foveacam_hardware.drivers.cameras.device import FoundCamera
+from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
+
+KIND = "pylon"
+
+
+def load_library() -> Vendor:
+    """Import the vendor's library; raise `NotConnected` that says how to get it."""
+    try:
+        with warnings.catch_warnings():
+            # Its C types are declared in an old way: where warnings are errors, that would end the process
+            warnings.simplefilter("ignore", DeprecationWarning)
+            return import_module("pypylon.pylon")
+    except ImportError as error:
+        raise NotConnected(
+            f"Basler cameras need the vendor's library, which cannot be loaded ({error});"
+            " pip install 'foveacam-duo[pylon]'"
+        ) from error
+
+
+def find_serial(pylon: Vendor, serial: str) -> Vendor:
+    """Return the library's entry of a camera, or raise `NotConnected` with those that it sees."""
+    entries = pylon.TlFactory.GetInstance().EnumerateDevices()
+    for entry in entries:
+        if entry.GetSerialNumber() == serial:
+            return entry
+    seen = ", ".join(sorted(entry.GetSerialNumber() for entry in entries)) or "none"
+    raise NotConnected(
+        f"pylon camera {serial}: it is not on the bus (found: {seen}); plug it in, or correct its serial"
+        " number"
+    )
+
+
+def found_cameras() -> list[FoundCamera]:
+    """Return the cameras that the library sees; raise `NotConnected` when it is not installed."""
+    entries = load_library().TlFactory.GetInstance().EnumerateDevices()
+    return [_found(entry) for entry in entries]
+
+
+def _found(entry: Vendor) -> FoundCamera:
+    address = entry.GetIpAddress() if entry.IsIpAddressAvailable() else entry.GetFullName()
+    who = DeviceInfo(
+        vendor="Basler", model=str(entry.GetModelName()), serial=str(entry.GetSerialNumber()), version=""
+    )
+    return FoundCamera(kind=KIND, info=who, address=str(address))

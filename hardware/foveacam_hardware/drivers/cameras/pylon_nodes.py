@@ -1,0 +1,157 @@
+"""Features of Basler cameras by either family's names, read and written with sentences for refusals.
+
+Older cameras say `ExposureTimeAbs`, newer ones `ExposureTime`; the first that a camera has is used.
+"""
+
+import math
+from typing import Any, TypeAlias
+
+from foveacam_hardware.contract import DeviceFault, OutOfRange, PixelFormat, Span
+
+Vendor: TypeAlias = Any  # what the vendor's library hands out: it ships no types
+Nodes: TypeAlias = Vendor
+
+EXPOSURE_US = ("ExposureTimeAbs", "ExposureTime")
+GAIN_DB = ("Gain", "GainAbs")
+GAIN_STEPS = ("GainRaw",)
+"""Of cameras that count their gain in steps of their own: it cannot be told in dB."""
+BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw")
+FRAME_RATE_HZ = ("AcquisitionFrameRateAbs", "AcquisitionFrameRate")
+RESULTING_RATE_HZ = ("ResultingFrameRateAbs", "ResultingFrameRate", "BslResultingAcquisitionFrameRate")
+TICKS_HZ = ("GevTimestampTickFrequency",)
+"""Cameras without it count nanoseconds."""
+
+FORMAT_NAMES: dict[PixelFormat, tuple[str, ...]] = {
+    PixelFormat.MONO8: ("Mono8",),
+    PixelFormat.MONO12: ("Mono12",),
+    PixelFormat.MONO12P: ("Mono12p",),
+    PixelFormat.BAYER_RG8: ("BayerRG8",),
+    PixelFormat.BAYER_RG12P: ("BayerRG12p",),
+    PixelFormat.RGB8: ("RGB8", "RGB8Packed"),
+}
+
+NOT_AVAILABLE, WRITE_ONLY, READ_ONLY, READ_WRITE = 1, 2, 3, 4
+"""The vendor's access modes; 0 is a feature that the camera does not have."""
+
+
+def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:
+    """Return the first of the features that the camera has and that can be read, or None."""
+    for name in names:
+        node = nodes.GetNode(name)
+        if node is not None and _access(node) >= READ_ONLY:
+            return node
+    return None
+
+
+def span_of(nodes: Nodes, names: tuple[str, ...]) -> Span:
+    """Return what a feature accepts; one that cannot be written, or is not there, has one value."""
+    node = find(nodes, names)
+    if node is None:
+        return Span(low=0.0, high=0.0)
+    if _access(node) != READ_WRITE:
+        return Span(low=float(node.GetValue()), high=float(node.GetValue()))
+    return Span(low=float(node.GetMin()), high=float(node.GetMax()))
+
+
+def read_number(nodes: Nodes, names: tuple[str, ...]) -> float:
+    """Return a feature's value; 0 when the camera does not have it."""
+    node = find(nodes, names)
+    return 0.0 if node is None else float(node.GetValue())
+
+
+def write_number(nodes: Nodes, names: tuple[str, ...], value: float) -> None:
+    """Write a feature that can be written; what else was asked has been refused before."""
+    node = find(nodes, names)
+    if node is None or _access(node) != READ_WRITE:
+        return
+    low, high = float(node.GetMin()), float(node.GetMax())
+    inside = min(max(value, low), high)  # a span in other units may miss an end by a rounding
+    node.SetValue(round(inside) if isinstance(node.GetValue(), int) else inside)
+
+
+def write_choice(nodes: Nodes, name: str, value: str, *, who: str) -> None:
+    """Choose one of a feature's words; refuse with those it has."""
+    node = nodes.GetNode(name)
+    if node is None or _access(node) < READ_ONLY:
+        raise OutOfRange(f"{who}: asked for {name} = {value}, and it has no {name}; leave it out")
+    if value not in (words := choices(nodes, name)):
+        raise OutOfRange(
+            f"{who}: asked for {name} = {value}, and it has {', '.join(words)}; choose one of these"
+        )
+    if node.GetValue() != value:
+        node.SetValue(value)
+
+
+def write_choice_if_there(nodes: Nodes, name: str, value: str) -> None:
+    """Choose one of a feature's words on cameras that have the feature and the word."""
+    if value in choices(nodes, name) and _access(node := nodes.GetNode(name)) == READ_WRITE:
+        node.SetValue(value)
+
+
+def switch_if_there(nodes: Nodes, name: str, *, on: bool) -> None:
+    """Set a yes-or-no feature on cameras that have it."""
+    node = nodes.GetNode(name)
+    if node is not None and _access(node) == READ_WRITE:
+        node.SetValue(on)
+
+
+def write_whole(nodes: Nodes, name: str, value: int, *, who: str) -> None:
+    """Write a whole number that the camera must take exactly."""
+    node = nodes.GetNode(name)
+    if node is None or _access(node) != READ_WRITE:
+        raise DeviceFault(f"{who}: asked for {name} = {value}, and it cannot be set now; leave it out")
+    low, high, step = node.GetMin(), node.GetMax(), node.GetInc()
+    if not low <= value <= high or (value - low) % step:
+        raise OutOfRange(
+            f"{who}: {name} {value} is not one of {low} to {high} in steps of {step}; choose one of these"
+        )
+    node.SetValue(value)
+
+
+def choices(nodes: Nodes, name: str) -> tuple[str, ...]:
+    """Return the words that a feature accepts; none when the camera does not have it."""
+    node = nodes.GetNode(name)
+    if node is None or _access(node) < READ_ONLY:
+        return ()
+    return tuple(str(word) for word in node.GetSymbolics())
+
+
+def pixel_formats(nodes: Nodes) -> tuple[PixelFormat, ...]:
+    """Return the formats of ours that the camera has."""
+    has = choices(nodes, "PixelFormat")
+    return tuple(known for known, names in FORMAT_NAMES.items() if any(name in has for name in names))
+
+
+def format_name(nodes: Nodes, pixel_format: PixelFormat, *, who: str) -> str:
+    """Return the camera's name of a format, or refuse with those it has."""
+    has = choices(nodes, "PixelFormat")
+    for name in FORMAT_NAMES[pixel_format]:
+        if name in has:
+            return name
+    allowed = ", ".join(pixel_formats(nodes)) or "none that this program knows"
+    raise OutOfRange(f"{who}: pixel format {pixel_format} is not one of its own; use {allowed}")
+
+
+def read_format(nodes: Nodes, *, who: str) -> PixelFormat:
+    """Return the format that the camera runs with."""
+    now = str(nodes.GetNode("PixelFormat").GetValue())
+    for known, names in FORMAT_NAMES.items():
+        if now in names:
+            return known
+    raise DeviceFault(f"{who}: it sends {now}, which this program does not read; ask for another format")
+
+
+def require_inside(who: str, what: str, asked: float, span: Span, unit: str) -> None:
+    """Refuse what is outside, naming the range; what cannot be set at all is named so."""
+    slack = 1e-9 * max(abs(span.low), abs(span.high))
+    if math.isfinite(asked) and span.low - slack <= asked <= span.high + slack:
+        return
+    if span.low == span.high:
+        raise OutOfRange(f"{who}: {what} {asked:g} {unit}: it is {span.low:g} {unit} and cannot be set")
+    raise OutOfRange(
+        f"{who}: {what} {asked:g} {unit} is outside {span.low:g} to {span.high:g} {unit}; choose one inside"
+    )
+
+
+def _access(node: Vendor) -> int:
+    return int(node.GetAccessMode())

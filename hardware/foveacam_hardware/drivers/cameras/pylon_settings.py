@@ -1,0 +1,110 @@
+"""Settings of Basler cameras: checked as a whole before anything changes, written, and read back."""
+
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import CameraRanges, CameraSettings, Span, TriggerSource
+from foveacam_hardware.drivers.cameras import pylon_nodes as nodes
+
+NS_PER_US = 1000.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PylonOptions:
+    """How a camera is wired and which part of its sensor is read; None leaves the whole sensor."""
+
+    trigger_line: str = "Line1"
+    trigger_edge: str = "rising"
+    strobe_line: str | None = "Line2"
+    width: int | None = None
+    height: int | None = None
+    offset_x: int | None = None
+    offset_y: int | None = None
+    buffers: int = 16
+
+
+def settle_in(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
+    """Bring a camera that was just opened into a known state: nothing automatic, nothing awaited."""
+    for automatic in ("ExposureAuto", "GainAuto"):
+        nodes.write_choice_if_there(map_, automatic, "Off")
+    nodes.write_choice_if_there(map_, "AcquisitionMode", "Continuous")
+    nodes.write_choice_if_there(map_, "TriggerMode", "Off")
+    for axis, place, size, offset in (
+        ("Width", "OffsetX", options.width, options.offset_x),
+        ("Height", "OffsetY", options.height, options.offset_y),
+    ):
+        nodes.write_whole(map_, place, 0, who=who)
+        whole = int(map_.GetNode(axis).GetMax())
+        nodes.write_whole(map_, axis, size or whole, who=who)
+        step = int(map_.GetNode(place).GetInc())
+        middle = (whole - (size or whole)) // 2 // step * step
+        nodes.write_whole(map_, place, middle if offset is None else offset, who=who)
+
+
+def ranges_of(map_: nodes.Nodes) -> CameraRanges:
+    """Return what a camera accepts."""
+    exposure_us = nodes.span_of(map_, nodes.EXPOSURE_US)
+    return CameraRanges(
+        exposure_ns=Span(low=exposure_us.low * NS_PER_US, high=exposure_us.high * NS_PER_US),
+        gain_db=nodes.span_of(map_, nodes.GAIN_DB),
+        frame_rate_hz=nodes.span_of(map_, nodes.FRAME_RATE_HZ),
+        black_level=nodes.span_of(map_, nodes.BLACK_LEVEL),
+        pixel_formats=nodes.pixel_formats(map_),
+    )
+
+
+def check(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
+    """Refuse what is out of range before anything has changed."""
+    ranges = ranges_of(map_)
+    ms = Span(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
+    nodes.require_inside(who, "exposure", asked.exposure_ns / 1e6, ms, "ms")
+    nodes.require_inside(who, "gain", asked.gain_db, ranges.gain_db, "dB")
+    nodes.require_inside(who, "frame rate", asked.frame_rate_hz, ranges.frame_rate_hz, "Hz")
+    nodes.require_inside(who, "black level", asked.black_level, ranges.black_level, "of its units")
+    nodes.format_name(map_, asked.pixel_format, who=who)
+
+
+def write(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+    """Write settings that were checked."""
+    name = nodes.format_name(map_, settings.pixel_format, who=who)
+    nodes.write_choice(map_, "PixelFormat", name, who=who)
+    _wire(map_, settings, options, who=who)
+    nodes.write_number(map_, nodes.EXPOSURE_US, settings.exposure_ns / NS_PER_US)
+    nodes.write_number(map_, nodes.GAIN_DB, settings.gain_db)
+    nodes.write_number(map_, nodes.BLACK_LEVEL, settings.black_level)
+    nodes.switch_if_there(map_, "AcquisitionFrameRateEnable", on=True)
+    nodes.write_number(map_, nodes.FRAME_RATE_HZ, settings.frame_rate_hz)
+
+
+def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSettings:
+    """Return what the camera took; a rate that it cannot keep is the one that it can."""
+    rates_hz = [nodes.read_number(map_, nodes.FRAME_RATE_HZ) or asked.frame_rate_hz]
+    if (possible_hz := nodes.read_number(map_, nodes.RESULTING_RATE_HZ)) > 0:
+        rates_hz.append(possible_hz)
+    return CameraSettings(
+        exposure_ns=round(nodes.read_number(map_, nodes.EXPOSURE_US) * NS_PER_US),
+        gain_db=nodes.read_number(map_, nodes.GAIN_DB),
+        frame_rate_hz=min(rates_hz),
+        pixel_format=nodes.read_format(map_, who=who),
+        triggered=asked.triggered,
+        trigger_source=asked.trigger_source,
+        black_level=nodes.read_number(map_, nodes.BLACK_LEVEL),
+    )
+
+
+def _wire(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+    """Tell it what each exposure waits for, and where it shows that it exposes."""
+    nodes.write_choice_if_there(map_, "TriggerSelector", "FrameStart")
+    if not settings.triggered:
+        nodes.write_choice_if_there(map_, "TriggerMode", "Off")
+        return
+    nodes.write_choice(map_, "TriggerMode", "On", who=who)
+    if settings.trigger_source is TriggerSource.SOFTWARE:
+        nodes.write_choice(map_, "TriggerSource", "Software", who=who)
+        return
+    nodes.write_choice(map_, "TriggerSource", options.trigger_line, who=who)
+    edge = "FallingEdge" if options.trigger_edge == "falling" else "RisingEdge"
+    nodes.write_choice(map_, "TriggerActivation", edge, who=who)
+    if options.strobe_line is not None:
+        nodes.write_choice(map_, "LineSelector", options.strobe_line, who=who)
+        nodes.write_choice_if_there(map_, "LineMode", "Output")
+        nodes.write_choice(map_, "LineSource", "ExposureActive", who=who)

@@ -1,0 +1,39 @@
+"""Refuses settings outside of what a camera accepts, in words; nothing is clipped."""
+
+import math
+
+from foveacam_hardware.contract import CameraRanges, CameraSettings, OutOfRange, Span
+
+SLACK = 1e-9
+"""Of a span's ends: they come out of conversions."""
+
+
+def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: bool = False) -> None:
+    """Raise `OutOfRange` for a setting that the camera does not accept.
+
+    `first`: these are settings from before the camera was known; what cannot be set at all is passed over,
+    and so is zero, which leaves it to the camera.
+    """
+    ms = Span(low=ranges.exposure_ns.low * 1e-6, high=ranges.exposure_ns.high * 1e-6)
+    rates_hz = ranges.frame_rate_hz
+    if settings.triggered:  # as fast as it is triggered; many cameras give no range then
+        rates_hz = Span(low=math.ulp(0.0), high=math.inf)
+    for what, asked, span, unit in (
+        ("exposure", settings.exposure_ns / 1e6, ms, "ms"),
+        ("gain", settings.gain_db, ranges.gain_db, "dB"),
+        ("frame rate", settings.frame_rate_hz, rates_hz, "Hz"),
+        ("black level", settings.black_level, ranges.black_level, "units"),
+    ):
+        if not (first and (span.low == span.high or asked == 0.0)):
+            _require(what, asked, span, unit)
+    if settings.pixel_format not in ranges.pixel_formats:
+        allowed = ", ".join(ranges.pixel_formats) or "none"
+        raise OutOfRange(f"pixel format {settings.pixel_format} is not one of its own; use {allowed}")
+
+
+def _require(what: str, asked: float, span: Span, unit: str) -> None:
+    slack = SLACK * max(abs(span.low), abs(span.high)) if math.isfinite(span.high) else 0.0
+    if not (math.isfinite(asked) and span.low - slack <= asked <= span.high + slack):
+        raise OutOfRange(
+            f"{what} {asked:g} {unit} is outside {span.low:g} to {span.high:g} {unit}; choose one inside"
+        )

@@ -1,0 +1,285 @@
+"""A camera of any library behind the contract: a thread of its own makes every call, with a deadline.
+
+Callers never wait for the library longer than they said. What the thread does stands in `worker.py`.
+"""
+
+import concurrent.futures
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+from foveacam_hardware.contract import (
+    CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
+    CameraSettings,
+    Clock,
+    DeviceFault,
+    DeviceInfo,
+    FoveaError,
+    Frame,
+    InvalidInput,
+    NotConnected,
+    OutOfRange,
+    Role,
+    Timeout,
+    TriggerSource,
+)
+from foveacam_hardware.drivers.cameras.commands import Command
+from foveacam_hardware.drivers.cameras.desk import CameraDesk
+from foveacam_hardware.drivers.cameras.device import CameraDevice
+from foveacam_hardware.drivers.cameras.ranges import refuse_outside
+from foveacam_hardware.drivers.cameras.vendor_calls import Abandoned, Call
+from foveacam_hardware.drivers.cameras.worker import CameraPlan, CameraWorker
+
+T = TypeVar("T")
+
+LATEST_TIMEOUT_MS = 1000.0
+LOOK_S = 0.1
+"""How long a reader sleeps before it looks whether the thread hangs."""
+DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
+
+
+class SupervisedCamera:
+    """The contract's Camera over any `CameraDevice`; any thread may call, each frame goes to one reader.
+
+    `expected`: who it is, as far as that is known before it was opened. A camera that is lost opens itself
+    again, with all its settings; `connect` is only needed the first time.
+    """
+
+    def __init__(
+        self,
+        role: Role,
+        device_factory: Callable[[], CameraDevice],
+        *,
+        clock: Clock,
+        plan: CameraPlan,
+        expected: DeviceInfo,
+    ) -> None:
+        self._role = role
+        self._factory = device_factory
+        self._clock = clock
+        self._plan = plan
+        self._expected = expected
+        self._patience = plan.patience
+        self._desk = CameraDesk(frames=plan.frames)
+        self._inbox: queue.SimpleQueue[Command[CameraWorker]] = queue.SimpleQueue()
+        self._worker = self._new_worker()
+        self._thread: threading.Thread | None = None
+        self._lock = threading.Lock()
+
+    # What it is -------------------------------------------------------------------------------------------
+
+    @property
+    def role(self) -> Role:
+        """Which eye it is."""
+        return self._role
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is."""
+        return self._worker.info or self._expected
+
+    @property
+    def settings(self) -> CameraSettings:
+        """What it runs with; before it was opened, what it will be asked for."""
+        return self._worker.settings
+
+    @property
+    def counters(self) -> CameraCounters:
+        """What became of its frames since `start`."""
+        return self._desk.counters
+
+    @property
+    def ranges(self) -> CameraRanges:
+        """What it accepts; nothing before it was opened."""
+        return self._desk.ranges
+
+    @property
+    def link(self) -> CameraLink:
+        """Whether it delivers, and if not, why."""
+        return self._link_now(self._heed())
+
+    # What it does -----------------------------------------------------------------------------------------
+
+    def connect(self) -> None:
+        """Open the device; a camera that is known to be lost is waited for only a moment."""
+        if self.link.phase not in (*DOWN, CameraPhase.CLOSED):
+            return
+        within_ns = self._patience.open_ns if self._thread is None else self._patience.reconnect_ns
+        with self._lock:
+            if self._thread is None:
+                self._take_over(self._worker)
+        try:
+            self._ask("connect", CameraWorker.connect, within_ns=within_ns)
+        except (Timeout, DeviceFault) as error:
+            raise NotConnected(str(error)) from error
+
+    def close(self) -> None:
+        """Release the device; harmless when closed."""
+        with self._lock:
+            thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        try:
+            self._ask("close", CameraWorker.close, within_ns=self._patience.call_ns)
+        except Timeout:
+            self._abandon()
+            self._desk.go(CameraPhase.CLOSED, now_ns=self._clock.now_ns(), reason="closed")
+        else:
+            thread.join(self._patience.call_ns / 1e9)
+
+    def configure(self, settings: CameraSettings) -> CameraSettings:
+        """Apply the settings; return what the camera took."""
+        self._require_open("configure", self.link)
+        try:
+            refuse_outside(settings, self._desk.ranges)
+        except OutOfRange as refused:
+            raise OutOfRange(f"camera {self._role}: {refused}") from None
+        return self._ask(
+            "configure", lambda worker: worker.configure(settings), within_ns=self._patience.call_ns
+        )
+
+    def start(self) -> None:
+        """Begin to deliver frames; the counters start again."""
+        self._require_open("start", self.link)
+        self._ask("start", CameraWorker.start, within_ns=self._patience.call_ns)
+
+    def stop(self) -> None:
+        """Stop delivering; harmless when closed."""
+        if self._thread is not None:
+            self._ask("stop", CameraWorker.stop, within_ns=self._patience.call_ns)
+
+    def software_trigger(self) -> None:
+        """Expose once; it is on its way when this returns, and if it fails, `read` and `link` say so."""
+        self._require_streaming("expose", self.link)
+        settings = self.settings
+        if not settings.triggered or settings.trigger_source is not TriggerSource.SOFTWARE:
+            raise InvalidInput(
+                f"camera {self._role}: asked to expose by software, but it runs freely or waits for its line;"
+                " configure it as triggered by software"
+            )
+        # Nobody waits for the answer: a caller that wakes up twice is late for its frame.
+        done: concurrent.futures.Future[object] = concurrent.futures.Future()
+        self._inbox.put(Command(name="expose", work=CameraWorker.trigger, done=done))
+
+    def read(self, *, timeout_ms: float = 1000.0) -> Frame:
+        """Return the next frame not yet read."""
+        return self._await(self._desk.take, timeout_ms=timeout_ms)
+
+    def latest(self, *, max_age_ms: float) -> Frame:
+        """Return the newest frame, waiting for one when it is older than `max_age_ms`."""
+        oldest_ns = self._clock.now_ns() - round(max_age_ms * 1e6)
+        return self._await(lambda: self._desk.take_newest(oldest_ns=oldest_ns), timeout_ms=LATEST_TIMEOUT_MS)
+
+    def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
+        """Yield the next `n` frames in order."""
+        for _ in range(n):
+            yield self.read(timeout_ms=timeout_ms)
+
+    def _link_now(self, late: Call | None) -> CameraLink:
+        """Return the link's state; a call that is late is a loss that the thread cannot tell yet."""
+        link = self._desk.state.link
+        if late is None or link.phase in (*DOWN, CameraPhase.CLOSED):
+            return link
+        reason = late.overdue(self._clock.now_ns()) or link.reason
+        return CameraLink(phase=CameraPhase.LOST, since_ns=late.deadline_ns, reason=reason, epoch=link.epoch)
+
+    # Waiting ----------------------------------------------------------------------------------------------
+
+    def _await(self, take: Callable[[], Frame | None], *, timeout_ms: float) -> Frame:
+        deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
+        while True:
+            late = self._heed()  # before the desk is locked: it may have to replace the thread
+            with self._desk.changed:
+                self._require_streaming("read", self._link_now(late))
+                frame = take()
+                if frame is not None:
+                    return frame
+                left_s = (deadline_ns - self._clock.now_ns()) / 1e9
+                if left_s <= 0.0:
+                    raise Timeout(self._silence())
+                self._desk.changed.wait(min(left_s, LOOK_S))
+
+    def _silence(self) -> str:
+        if self.settings.triggered:
+            return f"camera {self._role}: no trigger arrived in time; check the trigger cable, or trigger it"
+        return f"camera {self._role}: no frame in time; allow more than its exposure and frame period"
+
+    def _require_open(self, action: str, link: CameraLink) -> None:
+        if link.phase in (*DOWN, CameraPhase.CLOSED):
+            remedy = "connect it" if link.phase is CameraPhase.CLOSED else "it is tried again by itself"
+            reason = link.reason or "it is being opened"
+            raise NotConnected(
+                f"camera {self._role}: asked to {action}, but it is not connected: {reason}; {remedy}"
+            )
+
+    def _require_streaming(self, action: str, link: CameraLink) -> None:
+        self._require_open(action, link)
+        if link.phase is CameraPhase.READY:
+            raise InvalidInput(f"camera {self._role}: asked to {action}, but it is stopped; start it first")
+
+    # The thread -------------------------------------------------------------------------------------------
+
+    def _ask(self, name: str, work: Callable[[CameraWorker], T], *, within_ns: int) -> T:
+        """Let the thread do something; a caller waits no longer than said."""
+        done: concurrent.futures.Future[object] = concurrent.futures.Future()
+        self._inbox.put(Command(name=name, work=work, done=done))
+        try:
+            return done.result(within_ns / 1e9)  # type: ignore[return-value]  # the future of this very work
+        except concurrent.futures.TimeoutError:
+            done.cancel()
+            late = self.link.reason or "its library has not answered yet"
+            raise Timeout(
+                f"camera {self._role}: asked to {name}, and it did not within {within_ns / 1e9:.1f} s: {late}"
+            ) from None
+        except FoveaError as error:
+            raise type(error)(f"camera {self._role}: {error}") from error
+
+    def _heed(self) -> Call | None:
+        """Return the call that is late; a thread that hangs for long is replaced by another."""
+        call, now_ns = self._worker.calls.now, self._clock.now_ns()
+        late = None if call is None else call.overdue(now_ns)
+        if call is None or late is None:
+            return None
+        if now_ns > call.deadline_ns + self._patience.abandon_ns:
+            with self._lock:
+                if self._thread is not None and self._worker.calls.now is call:
+                    self._replace(late, now_ns)
+        return call
+
+    def _replace(self, reason: str, now_ns: int) -> None:
+        """Go on with another thread and another device, as the lost one would have."""
+        before = self._worker
+        self._abandon()
+        self._desk.clear()
+        self._desk.go(CameraPhase.LOST, now_ns=now_ns, reason=reason)
+        self._take_over(before)
+
+    def _take_over(self, before: CameraWorker) -> None:
+        """Begin a thread of its own for what another one left."""
+        self._inbox = queue.SimpleQueue()
+        self._worker = self._new_worker()
+        self._worker.resume_from(before)
+        self._thread = threading.Thread(
+            target=_work, args=(self._worker, self._inbox), name=f"camera-{self._role}", daemon=True
+        )
+        self._thread.start()
+
+    def _abandon(self) -> None:
+        self._worker.calls.abandon()
+
+    def _new_worker(self) -> CameraWorker:
+        return CameraWorker(self._role, self._factory, desk=self._desk, plan=self._plan, clock=self._clock)
+
+
+def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[Command[CameraWorker]]") -> None:
+    """Turn until closed or given up."""
+    while worker.goes_on:
+        try:
+            worker.step(inbox)
+        except Abandoned:
+            worker.give_back()
+            return

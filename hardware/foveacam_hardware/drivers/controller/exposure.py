@@ -1,0 +1,45 @@
+"""One triggered exposure in the controller's words: its times checked, its phases awaited, its report."""
+
+from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
+from foveacam_hardware.drivers.controller.clock import ClockMap
+from foveacam_hardware.drivers.controller.dialogue import Dialogue
+from foveacam_hardware.drivers.controller.session import Reply
+from foveacam_hardware.drivers.controller.volts import is_whole, mirror_volts
+from foveacam_hardware.wire.controller_payloads import FrameReport
+
+STROBE_GRACE_US = 5000
+"""After the pulse, how long the controller lets an exposure last."""
+MAX_U32 = 0xFFFF_FFFF
+
+
+def longest_s(*, settle_us: int, pulse_us: int) -> float:
+    """Return how long an exposure can take before the controller gives up on it."""
+    return (settle_us + pulse_us + STROBE_GRACE_US) * 1e-6
+
+
+def receipt(report: FrameReport, clock_map: ClockMap) -> ExposureReceipt:
+    """Return a report as the contract's, its times on the host's clock."""
+    return ExposureReceipt(
+        frame_id=report.frame_id,
+        t_trigger_ns=clock_map.host_ns(report.t_trigger_us),
+        t_exposure_ns=clock_map.host_ns(report.t_exposure_us),
+        volts=StereoVolts(left=mirror_volts(report.left), right=mirror_volts(report.right)),
+    )
+
+
+def await_frame(dialogue: Dialogue, update: Reply, frame: Reply, *, duration_s: float) -> FrameReport:
+    """Wait for all phases of an exposure, and return its report."""
+    try:
+        dialogue.wait(update)
+        dialogue.wait(frame, last=False)
+        return FrameReport.unpack(dialogue.wait(frame, extra_s=duration_s).packet.payload)
+    finally:
+        dialogue.session.forget(frame)
+
+
+def check_times(*, settle_us: int, pulse_us: int) -> None:
+    """Raise `OutOfRange` for times that the controller cannot keep."""
+    if not is_whole(pulse_us) or not 0 < pulse_us <= MAX_U32:
+        raise OutOfRange(f"a trigger pulse of {pulse_us} µs cannot be made; give 1..{MAX_U32} µs")
+    if not is_whole(settle_us) or not 0 <= settle_us <= MAX_U32:
+        raise OutOfRange(f"a settling time of {settle_us} µs cannot be kept; give 0..{MAX_U32} µs")

@@ -1,0 +1,100 @@
+"""What parks the mirrors when this program fails: a guardian, and the firmware's own watchdog and limits.
+
+Both are optional: a controller in the field has no watchdog, and a script may want no second process.
+"""
+
+import struct
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import DeviceFault, MirrorLimits
+from foveacam_hardware.drivers.controller.dialogue import Dialogue
+from foveacam_hardware.drivers.controller.governor import CEILING_HZ
+from foveacam_hardware.drivers.controller.guardian import Guardian
+from foveacam_hardware.drivers.controller.identity import Controller
+from foveacam_hardware.drivers.controller.targets import Targets
+from foveacam_hardware.wire.controller import SILENT, Method, Packet, Property, encode_packet
+from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_SCALE_V
+from foveacam_hardware.wire.guardian import ParkingPlan
+
+WATCHDOG_MS = 800
+"""The firmware parks after so long without a packet; with its park time, within a second."""
+BEAT_NS = 200_000_000
+"""A quarter of it: three packets may be lost."""
+_WATCHDOG_ITEM, _LARGEST_CODE_ITEM, _LARGEST_DIFFERENCE_ITEM = 2, 5, 6
+_MOST = {_LARGEST_CODE_ITEM: 57_343, _LARGEST_DIFFERENCE_ITEM: 55_705}
+"""What the firmware allows at most, compiled in: narrower can be set, wider not."""
+SETTLE_MS_HZ = 1548
+"""Time that the drive filter takes for the whole stroke, times its cut-off: 13 ms at 120 Hz."""
+_GUARD = struct.Struct("<BI")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Care:
+    """How the link is looked after.
+
+    `answer_s`: for an answer; `probe_s`: for each of the questions that follow silence. With the defaults a
+    controller that has stopped is reported within 0.75 s. `ceiling_hz`: most position updates a second.
+    """
+
+    answer_s: float = 0.25
+    probe_s: float = 0.15
+    ceiling_hz: float = CEILING_HZ
+    guardian: Guardian | None = None
+    """Who parks the mirrors when this process is killed; the driver closes it."""
+
+
+def set_watch(dialogue: Dialogue, limits: MirrorLimits) -> None:
+    """Give a firmware that has them its watchdog time and this rig's limits, and keep it fed; rail off."""
+    half_v = limits.max_v / 2
+    wanted = {
+        _WATCHDOG_ITEM: WATCHDOG_MS,
+        _LARGEST_CODE_ITEM: _code(limits.bias_v + half_v) + 1,
+        _LARGEST_DIFFERENCE_ITEM: _code(limits.max_v) + 1,
+    }
+    for item, value in wanted.items():
+        value = min(value, _MOST.get(item, value))
+        answer = dialogue.ask(Method.SET, Property.GUARD, _GUARD.pack(item, value)).packet.payload
+        if answer != _GUARD.pack(item, value):
+            raise DeviceFault(
+                f"controller: its guard took {answer.hex(' ')} for item {item}, not {value};"
+                " update the firmware"
+            )
+    dialogue.session.beat(BEAT_NS)
+
+
+class Watch:
+    """Who watches over the session in force; without a guardian, the firmware or nobody."""
+
+    def __init__(self, guardian: Guardian | None) -> None:
+        self._guardian = guardian
+
+    def watches(self, controller: Controller) -> bool:
+        """Tell whether the mirrors of this controller are parked when this process is killed."""
+        return controller.has_guard or (self._guardian is not None and self._guardian.watching)
+
+    def keep(self, dialogue: Dialogue, controller: Controller, *, targets: Targets, low_pass_hz: int) -> None:
+        """Have the guardian hold the open port, again when it has died; a link without a port has none."""
+        file = dialogue.session.file
+        if self._guardian is None or self._guardian.watching or file is None:
+            return
+        messages = targets.rest_messages(streaming=controller.has_frames)
+        rest = b"".join(
+            encode_packet(Packet(method, prop, SILENT, payload)) for method, prop, payload in messages
+        )
+        settle_ms = round(SETTLE_MS_HZ / low_pass_hz)
+        plan = ParkingPlan(port=str(dialogue.session.identity), rest=rest, settle_ms=settle_ms)
+        self._guardian.guard(file, plan)
+
+    def release(self) -> None:
+        """Have the port released: before it is closed here, or it stays locked."""
+        if self._guardian is not None:
+            self._guardian.release()
+
+    def close(self) -> None:
+        """End the guardian."""
+        if self._guardian is not None:
+            self._guardian.close()
+
+
+def _code(volts_v: float) -> int:
+    return round(volts_v * DAC_FULL_SCALE / DAC_FULL_SCALE_V)

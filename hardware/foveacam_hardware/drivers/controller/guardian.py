@@ -1,0 +1,122 @@
+"""The host's side of its guardian: starts it, hands the open port over, asks for its release.
+
+The guardian is another process. It parks the mirrors when this one dies by any means; while this one lives
+it only keeps the port open.
+"""
+
+import contextlib
+import logging
+import os
+import socket
+import subprocess
+import sys
+import threading
+
+from foveacam_hardware.wire.guardian import Guarded, ParkingPlan, await_answer, send_guarded, send_released
+
+logger = logging.getLogger(__name__)
+
+MODULE = "foveacam_hardware.drivers.controller.guardian_process"
+START_TIMEOUT_S = 15.0
+RELEASE_TIMEOUT_S = 2.0
+END_TIMEOUT_S = 3.0
+
+
+class Guardian:
+    """A guardian for one port at a time; its process starts with the first hand-over.
+
+    A guardian that cannot be had costs no move: it is logged, and `watching` says so.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: socket.socket | None = None
+        self._holds = False
+
+    @property
+    def watching(self) -> bool:
+        """Whether a port is in its hands now."""
+        process = self._process
+        return self._holds and process is not None and process.poll() is None
+
+    @property
+    def pid(self) -> int | None:
+        """Its process id."""
+        return None if self._process is None else self._process.pid
+
+    def guard(self, file: int, plan: ParkingPlan) -> None:
+        """Hand an open port over, in the place of any before; a guardian that died is replaced."""
+        with self._lock:
+            for _ in range(2):
+                if self._handed_over(Guarded(file=file, plan=plan)):
+                    self._holds = True
+                    return
+                self._end()
+        logger.error("the guardian does not start: nobody parks the mirrors if this program is killed")
+
+    def release(self) -> None:
+        """Make it close the port, so that the next open finds it free; harmless when it holds none."""
+        with self._lock:
+            if not self._holds or self._connection is None:
+                return
+            self._holds = False
+            with contextlib.suppress(OSError):
+                send_released(self._connection)
+                if await_answer(self._connection, timeout_s=RELEASE_TIMEOUT_S):
+                    return
+            logger.warning("the guardian did not give the port back; ending it")
+            self._end(by_force=True)
+
+    def close(self) -> None:
+        """Release the port and end the process; harmless when ended."""
+        self.release()
+        with self._lock:
+            self._end()
+
+    def _handed_over(self, order: Guarded) -> bool:
+        if self._connection is None:
+            self._start()
+        connection = self._connection
+        if connection is None:
+            return False
+        try:
+            send_guarded(connection, order)
+        except OSError as failure:
+            logger.warning("the guardian is gone (%s); starting another", failure)
+            return False
+        return await_answer(connection, timeout_s=START_TIMEOUT_S)
+
+    def _start(self) -> None:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        options = ["--socket", str(theirs.fileno()), "--host", str(os.getpid())]
+        with theirs:
+            try:
+                self._process = subprocess.Popen(  # noqa: S603  # our own module, by our own interpreter
+                    [sys.executable, "-m", MODULE, *options],
+                    pass_fds=(theirs.fileno(),),
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    start_new_session=True,  # Ctrl-C and a closed terminal are the host's
+                )
+            except OSError:
+                logger.exception("the guardian could not be started")
+                ours.close()
+                return
+        self._connection = ours
+
+    def _end(self, *, by_force: bool = False) -> None:
+        connection, self._connection = self._connection, None
+        process, self._process = self._process, None
+        self._holds = False
+        if process is not None and by_force:
+            process.kill()
+        if connection is not None:
+            connection.close()
+        if process is None:
+            return
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

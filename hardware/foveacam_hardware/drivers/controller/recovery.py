@@ -1,0 +1,120 @@
+"""What the mirrors' driver does when the controller falls silent or answers out of turn.
+
+A packet may get lost: then the mirrors are parked and the caller is told to ask again. A controller that
+has stopped, restarted or lost its state is given up, and the session with it.
+"""
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+from foveacam_hardware.contract import FoveaError, NotConnected, Timeout
+from foveacam_hardware.drivers.controller.dialogue import Dialogue
+from foveacam_hardware.drivers.controller.session import Refusal, Session
+from foveacam_hardware.drivers.controller.targets import Targets
+from foveacam_hardware.wire.controller import BadPacket
+
+logger = logging.getLogger(__name__)
+
+_Answer = TypeVar("_Answer")
+
+PROBES = 2
+"""The first may be swallowed by what a lost byte left of the packet before it."""
+
+RAIL_WARNING = (
+    "a controller that has stopped leaves the mirror rail on, and only a power cycle clears it:"
+    " switch its supply off and on, then reconnect"
+)
+MALFORMED = "Invalid packet"
+"""What a request is called that arrived without one of its bytes: every one has a fixed size."""
+_STATE_LOST = frozenset(
+    {"Cannot perform action: system is not enabled", "Unknown stream", "Unknown stream id", "System disabled"}
+)
+
+
+def switched_off(session: Session, *, probe_s: float, tries: int = PROBES) -> bool:
+    """Try to switch the rail off on a session that failed; tell whether the controller says that it is."""
+    probe = Dialogue(session, deadline_s=probe_s)
+    for _ in range(tries):
+        try:
+            probe.switch(on=False)
+            return True
+        except FoveaError as failure:
+            logger.info("controller: not switched off after a failed start: %s", failure)
+    return False
+
+
+class Recovery:
+    """Watches over conversations; `fault` says why the controller was given up."""
+
+    def __init__(self, targets: Targets, *, enabled: Callable[[], bool], probe_s: float) -> None:
+        self.fault: str | None = None
+        self.lost_answers = 0
+        """Answers that did not come from a controller that then answered again, since the connect."""
+        self._probe_s = probe_s
+        self._targets = targets
+        self._enabled = enabled
+        self._lock = threading.Lock()
+
+    def begin(self) -> None:
+        """Start anew with a session that has just been identified."""
+        self.fault = None
+        self.lost_answers = 0
+
+    def guarded(self, dialogue: Dialogue, action: Callable[[], _Answer]) -> _Answer:
+        """Run a conversation; silence is looked into, and a controller that lost its state is given up."""
+        try:
+            return action()
+        except BadPacket as damaged:
+            raise self._lost(
+                dialogue, Timeout(f"controller: an answer came damaged ({damaged})")
+            ) from damaged
+        except Timeout as silence:
+            raise self._lost(dialogue, silence) from silence
+        except Refusal as refusal:
+            self._targets.lose_track()
+            if refusal.text == MALFORMED:
+                raise self._lost(dialogue, Timeout(f"{refusal}: it came damaged")) from refusal
+            if refusal.text in _STATE_LOST:
+                raise self.give_up(
+                    dialogue, f"{refusal}: it restarted, or another program used it"
+                ) from refusal
+            raise
+
+    def give_up(self, dialogue: Dialogue, reason: str) -> NotConnected:
+        """End the session for a reason, and return the error to raise."""
+        failure = NotConnected(reason)
+        self.fault = reason
+        dialogue.session.fail(failure)
+        return failure
+
+    def _lost(self, dialogue: Dialogue, silence: Timeout) -> Timeout:
+        """Return the error to raise for an answer that did not come, from a controller that still answers."""
+        self._targets.lose_track()
+        self._after_silence(dialogue, silence)
+        self.lost_answers += 1
+        return Timeout(
+            f"{silence}; it answers again, so a packet was lost: the mirrors are parked, ask again"
+        )
+
+    def _after_silence(self, dialogue: Dialogue, silence: Timeout) -> None:
+        """Park; return when the controller answers again in the state it should be in, else give it up."""
+        with self._lock:
+            probe = Dialogue(dialogue.session, deadline_s=self._probe_s)
+            for _ in range(PROBES):
+                self._park_if_enabled(dialogue)
+                try:
+                    found_enabled = probe.enabled()
+                except (Timeout, BadPacket):
+                    continue
+                if found_enabled is not self._enabled():
+                    raise self.give_up(dialogue, "controller: it was silent and came back in another state")
+                self._park_if_enabled(dialogue)
+                return
+            found = f"{silence}, nor to {PROBES} more questions: it has stopped or the line is broken"
+            raise Timeout(str(self.give_up(dialogue, f"{found}; {RAIL_WARNING}"))) from silence
+
+    def _park_if_enabled(self, dialogue: Dialogue) -> None:
+        if self._enabled():
+            self._targets.park(dialogue.session)

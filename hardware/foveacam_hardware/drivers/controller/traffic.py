@@ -1,0 +1,134 @@
+"""What went over the controller's link: totals, rates of the last second, round trips. Time is given."""
+
+from collections import deque
+from collections.abc import Sequence
+
+from foveacam_hardware.contract import LinkTelemetry, StereoVolts, StreamTelemetry
+from foveacam_hardware.drivers.controller.volts import mirror_volts
+from foveacam_hardware.wire.controller import TWO_PHASE, Packet, Property
+from foveacam_hardware.wire.controller_payloads import StreamCommand, StreamOperation
+
+BUCKET_NS = 100_000_000
+BUCKETS = 10
+ROUND_TRIPS = 1000
+"""Round trips that the quantiles are made of."""
+RECENT_NS = 1_000_000_000
+"""Round trips that tell how the link is now."""
+_SLOW = frozenset({Property.ENABLE, Property.RESET})
+"""Requests whose acknowledgement waits for the rail or the DACs."""
+
+NO_TRAFFIC = LinkTelemetry(
+    tx_packets=0,
+    rx_packets=0,
+    tx_bytes=0,
+    rx_bytes=0,
+    bad_packets=0,
+    rtt_p50_ms=0.0,
+    rtt_p99_ms=0.0,
+    clock_offset_ns=0,
+)
+
+
+class RateMeter:
+    """How much a second, over the last second."""
+
+    def __init__(self) -> None:
+        self._buckets: deque[tuple[int, float]] = deque(maxlen=BUCKETS + 1)
+
+    def add(self, t_ns: int, amount: float = 1.0) -> None:
+        """Count `amount` at a time; times do not go back by more than a bucket."""
+        index = t_ns // BUCKET_NS
+        if self._buckets and self._buckets[-1][0] >= index:
+            last, sum_so_far = self._buckets[-1]
+            self._buckets[-1] = last, sum_so_far + amount
+        else:
+            self._buckets.append((index, amount))
+
+    def per_s(self, t_ns: int) -> float:
+        """Return the rate over the ten whole tenths of a second before `t_ns`."""
+        now = t_ns // BUCKET_NS
+        return sum(amount for index, amount in self._buckets if now - BUCKETS <= index < now)
+
+
+class Traffic:
+    """Counters of one session; whoever calls holds the session's lock."""
+
+    def __init__(self) -> None:
+        self.tx_packets = self.tx_bytes = 0
+        self.rx_packets = self.rx_bytes = self.bad_packets = 0
+        self._rates = {name: RateMeter() for name in ("tx_bytes", "rx_bytes", "tx_packets", "rx_packets")}
+        self._streams: dict[int, tuple[RateMeter, StreamCommand]] = {}
+        self._round_trips_ms: deque[float] = deque(maxlen=ROUND_TRIPS)
+        self._recent: deque[tuple[int, float]] = deque(maxlen=ROUND_TRIPS)
+
+    def sent(self, packets: Sequence[Packet], *, size: int, t_ns: int) -> None:
+        """Count packets that went out in one write of `size` bytes."""
+        self.tx_packets += len(packets)
+        self.tx_bytes += size
+        self._rates["tx_packets"].add(t_ns, len(packets))
+        self._rates["tx_bytes"].add(t_ns, size)
+        for packet in packets:
+            if packet.prop is Property.STREAM:
+                self._stream(StreamCommand.unpack(packet.payload), t_ns)
+
+    def received(self, size: int, t_ns: int) -> None:
+        """Count bytes that came in."""
+        self.rx_bytes += size
+        self._rates["rx_bytes"].add(t_ns, size)
+
+    def taken(self, t_ns: int) -> None:
+        """Count a packet that was one."""
+        self.rx_packets += 1
+        self._rates["rx_packets"].add(t_ns)
+
+    def acknowledged(self, prop: Property, *, sent_ns: int, t_ns: int) -> None:
+        """Note a round trip."""
+        if prop in _SLOW:
+            return
+        round_trip_ms = (t_ns - sent_ns) / 1e6
+        self._round_trips_ms.append(round_trip_ms)
+        if prop not in TWO_PHASE:
+            self._recent.append((t_ns, round_trip_ms))
+
+    def recent_p95_ms(self, t_ns: int) -> float | None:
+        """Return how slow the link is now; None when nothing was asked in the last second."""
+        while self._recent and self._recent[0][0] < t_ns - RECENT_NS:
+            self._recent.popleft()
+        return _quantile(sorted(ms for _, ms in self._recent), 0.95) if self._recent else None
+
+    def telemetry(self, t_ns: int, *, queued_bytes: int) -> LinkTelemetry:
+        """Return the traffic so far; clock and governor are the driver's to add."""
+        ordered = sorted(self._round_trips_ms)
+        return LinkTelemetry(
+            tx_packets=self.tx_packets,
+            rx_packets=self.rx_packets,
+            tx_bytes=self.tx_bytes,
+            rx_bytes=self.rx_bytes,
+            bad_packets=self.bad_packets,
+            rtt_p50_ms=_quantile(ordered, 0.5),
+            rtt_p95_ms=_quantile(ordered, 0.95),
+            rtt_p99_ms=_quantile(ordered, 0.99),
+            rtt_max_ms=ordered[-1] if ordered else 0.0,
+            clock_offset_ns=0,
+            tx_bytes_per_s=self._rates["tx_bytes"].per_s(t_ns),
+            rx_bytes_per_s=self._rates["rx_bytes"].per_s(t_ns),
+            tx_packets_per_s=self._rates["tx_packets"].per_s(t_ns),
+            rx_packets_per_s=self._rates["rx_packets"].per_s(t_ns),
+            queued_bytes=queued_bytes,
+            streams=tuple(self._of_stream(stream, t_ns) for stream in sorted(self._streams)),
+        )
+
+    def _stream(self, command: StreamCommand, t_ns: int) -> None:
+        meter, _ = self._streams.get(command.stream, (RateMeter(), command))
+        self._streams[command.stream] = meter, command
+        if command.operation == StreamOperation.UPDATE:
+            meter.add(t_ns)
+
+    def _of_stream(self, stream: int, t_ns: int) -> StreamTelemetry:
+        meter, command = self._streams[stream]
+        volts = StereoVolts(left=mirror_volts(command.left), right=mirror_volts(command.right))
+        return StreamTelemetry(stream=stream, updates_per_s=meter.per_s(t_ns), volts=volts)
+
+
+def _quantile(ordered: Sequence[float], fraction: float) -> float:
+    return ordered[min(len(ordered) - 1, int(fraction * len(ordered)))] if ordered else 0.0

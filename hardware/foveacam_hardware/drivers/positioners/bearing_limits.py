@@ -1,0 +1,21 @@
+"""Refuses bearings that a pan-tilt cannot reach, whatever its make."""
+
+import math
+
+from foveacam_hardware.contract import OutOfRange, PanTiltLimits, PanTiltPose
+
+STRAIGHT_AHEAD = PanTiltPose(pan_rad=0.0, tilt_rad=0.0)
+SLACK_RAD = 1e-9
+
+
+def check_bearing(pose: PanTiltPose, limits: PanTiltLimits, *, name: str) -> None:
+    """Raise `OutOfRange` for a bearing beyond the limits, or one that is no number."""
+    for axis, asked, low, high in (
+        ("pan", pose.pan_rad, limits.pan_min_rad, limits.pan_max_rad),
+        ("tilt", pose.tilt_rad, limits.tilt_min_rad, limits.tilt_max_rad),
+    ):
+        if not low - SLACK_RAD <= asked <= high + SLACK_RAD:
+            raise OutOfRange(
+                f"{name}: {axis} {math.degrees(asked):.2f} deg is outside {math.degrees(low):g} to"
+                f" {math.degrees(high):g} deg; choose a bearing inside"
+            )

@@ -1,0 +1,77 @@
+"""A pan-tilt on a Grbl board, as `contract.PanTilt`: X pans, Y tilts, in degrees; see `grbl_board`."""
+
+from foveacam_hardware.contract import Clock, DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState
+from foveacam_hardware.drivers.positioners.bearing_limits import check_bearing
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
+from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
+from foveacam_hardware.wire.link import LinkFactory
+
+USER = "pan-tilt"
+
+
+class GrblPanTilt:
+    """Turns the rig; `hold` and `state` may be called from any thread, the rest from one at a time.
+
+    `board`: one that it shares with a rail, which has X and Y of this mounting; None: it has its own.
+    """
+
+    moves_itself = True
+
+    def __init__(
+        self,
+        link_factory: LinkFactory,
+        clock: Clock,
+        *,
+        limits: PanTiltLimits,
+        name: str = "pan-tilt",
+        mounting: GrblMounting | None = None,
+        board: GrblBoard | None = None,
+    ) -> None:
+        self.limits = limits
+        self._name = name
+        self._mounting = mounting or GrblMounting()
+        self._board = board or GrblBoard(
+            link_factory,
+            clock,
+            axes=self._mounting.axes(limits),
+            name=name,
+            has_switches=self._mounting.has_switches,
+        )
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who it is; with its version once it was connected."""
+        return DeviceInfo(vendor="Grbl", model="pan-tilt", serial=self._name, version=self._board.version)
+
+    @property
+    def state(self) -> PanTiltState:
+        """Ask where it stands; never raises."""
+        found = self._board.state(USER)
+        return PanTiltState(
+            connected=found.connected,
+            moving=found.moving,
+            homed=found.homed,
+            pose=None if found.place is None else self._mounting.bearing(found.place),
+            fault=found.fault,
+        )
+
+    def connect(self) -> None:
+        """Open the link, check who answers and whether it can turn as far as the limits say."""
+        self._board.connect(USER)
+
+    def close(self) -> None:
+        """Stop and release; harmless when closed."""
+        self._board.close(USER)
+
+    def home(self) -> None:
+        """Begin to look for the reference switches; when they are found, the base turns straight ahead."""
+        self._board.home(USER)
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        """Begin to move; a move that is under way is given up for it."""
+        check_bearing(pose, self.limits, name=self._name)
+        self._board.move_to(USER, self._mounting.goals(pose))
+
+    def hold(self) -> None:
+        """Stop moving now; a search for the switches is broken off, and has to be done again."""
+        self._board.hold(USER)

@@ -1,0 +1,84 @@
+"""The first words with a Grbl board: is it one, does it rest, do its settings allow what the file says."""
+
+from collections.abc import Sequence
+
+from foveacam_hardware.contract import DeviceFault, NotConnected
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
+from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, Sent
+from foveacam_hardware.wire.grbl import BUILD_INFO, JOG_CANCEL, RESET, SETTINGS, Remark, Report, Setting
+
+GREETING_TRIES = 12
+"""Reports asked for, 0.3 s each: a board that restarts when its port is opened needs two seconds."""
+RESET_AFTER = 8
+REST_TRIES = 20
+SETTINGS_S = 5.0
+"""Settings come from slow memory, behind whatever else it writes."""
+TRAVEL = 130
+"""The setting of X's travel; Y's and Z's follow."""
+MOVING = frozenset({"Jog", "Run", "Home"})
+READY = frozenset({"Idle", "Alarm"})
+
+
+def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> str:
+    """Bring it to rest, check its settings, and return its version; raise when it will not do."""
+    report = _first_report(session, name)
+    for _ in range(REST_TRIES):
+        if report.state in READY:
+            break
+        session.realtime(JOG_CANCEL if report.state in MOVING else RESET)
+        session.listen(0.1)
+        report = session.report()
+    else:
+        raise DeviceFault(f"{name}: it stays in state {report.state}; release it at the board, connect again")
+    version = _version(session.ask(BUILD_INFO, deadline_s=SETTINGS_S))
+    told = session.ask(SETTINGS, deadline_s=SETTINGS_S).told
+    settings = {setting.number: setting.value for setting in told if isinstance(setting, Setting)}
+    _check(settings, axes, name=name, has_switches=has_switches)
+    places = len(session.place(report))
+    for axis in axes:
+        if axis.index >= places:
+            raise DeviceFault(
+                f"{name}: its board has {places} axes, and {axis.name} is said to be on {axis.letter}; use a"
+                " board with more, or take it out of the rig file"
+            )
+    return version
+
+
+def _first_report(session: GrblSession, name: str) -> Report:
+    for count in range(GREETING_TRIES):
+        if count == RESET_AFTER:  # one that waits for a reset after a limit switch says nothing else
+            session.realtime(RESET)
+        try:
+            return session.report(tries=1)
+        except NotConnected as silence:
+            if count == GREETING_TRIES - 1:
+                raise NotConnected(
+                    f"{name}: nothing that speaks Grbl answers there; check port, cable and supply, then"
+                    " connect again"
+                ) from silence
+    raise AssertionError("the last try returns or raises")
+
+
+def _version(sent: Sent) -> str:
+    for told in sent.told:
+        if isinstance(told, Remark) and told.text.startswith("VER:"):
+            return told.text.removeprefix("VER:").rstrip(":")
+    return "unknown"
+
+
+def _check(settings: dict[int, float], axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> None:
+    """Raise `DeviceFault` for settings with which it would move wrongly, or not at all."""
+    if settings.get(13):
+        raise DeviceFault(f"{name}: it reports in inches; set $13=0 at the board, then connect again")
+    if has_switches and not settings.get(22, 1):
+        raise DeviceFault(
+            f"{name}: homing is switched off at the board ($22=0): nobody knows where it stands; set $22=1,"
+            " or say `has_switches = false` in the rig file"
+        )
+    for axis in axes:
+        travel, number = settings.get(TRAVEL + axis.index), TRAVEL + axis.index
+        if travel is not None and axis.span > travel + 1e-6:
+            raise DeviceFault(
+                f"{name}: the rig file lets {axis.name} {axis.verb} by {axis.span:g} {axis.unit}, the board"
+                f" allows {travel:g}; narrow the rig file's limits, or raise the board's travel (${number})"
+            )

@@ -1,0 +1,83 @@
+"""A rig that the operator turns by hand, as `contract.PanTilt`: it only remembers what is wanted.
+
+Where the base points nobody can say; whoever asks for a bearing watches the wide view until it is reached.
+"""
+
+import math
+from collections.abc import Callable
+
+from foveacam_hardware.contract import (
+    DeviceInfo,
+    NotConnected,
+    OutOfRange,
+    PanTiltLimits,
+    PanTiltPose,
+    PanTiltState,
+)
+
+ANYWHERE = PanTiltLimits(
+    pan_min_rad=-math.pi, pan_max_rad=math.pi, tilt_min_rad=-math.pi / 2, tilt_max_rad=math.pi / 2
+)
+
+
+def _nobody(wanted: PanTiltPose | None) -> None:
+    """Tell nobody: the operator reads what is wanted."""
+
+
+class ManualPanTilt:
+    """A tripod head, or a table; `wanted` is the bearing last asked for, None when none is.
+
+    `on_wanted` is told of every change of it.
+    """
+
+    moves_itself = False
+    limits = ANYWHERE
+
+    def __init__(
+        self, *, name: str = "by hand", on_wanted: Callable[[PanTiltPose | None], None] = _nobody
+    ) -> None:
+        self.info = DeviceInfo(vendor="none", model="turned by hand", serial=name)
+        self.wanted: PanTiltPose | None = None
+        self._on_wanted = on_wanted
+        self._connected = False
+
+    @property
+    def state(self) -> PanTiltState:
+        """Say that it is there, and that nobody knows where it points."""
+        return PanTiltState(connected=self._connected, wanted=self.wanted)
+
+    def connect(self) -> None:
+        """Begin; there is nothing that could fail."""
+        self._connected = True
+
+    def close(self) -> None:
+        """End; harmless when ended."""
+        self._connected = False
+        self.wanted = None
+
+    def home(self) -> None:
+        """Do nothing: there are no switches, and no need of them."""
+        self._check("home")
+
+    def move_to(self, pose: PanTiltPose) -> None:
+        """Remember where the operator is to turn it."""
+        self._check("move")
+        if abs(pose.pan_rad) > ANYWHERE.pan_max_rad or abs(pose.tilt_rad) > ANYWHERE.tilt_max_rad:
+            raise OutOfRange(
+                f"pan-tilt (by hand): pan {math.degrees(pose.pan_rad):.1f}, tilt"
+                f" {math.degrees(pose.tilt_rad):.1f} deg is outside ±180, ±90 deg; choose a bearing inside"
+            )
+        self._want(pose)
+
+    def hold(self) -> None:
+        """Want nothing any more."""
+        self._check("hold")
+        self._want(None)
+
+    def _want(self, pose: PanTiltPose | None) -> None:
+        self.wanted = pose
+        self._on_wanted(pose)
+
+    def _check(self, action: str) -> None:
+        if not self._connected:
+            raise NotConnected(f"pan-tilt (by hand): asked to {action} before it was connected; connect it")

@@ -1,0 +1,51 @@
+"""Bearings of the rig as a FLIR unit's steps: where its zero points, which way it counts, how fast."""
+
+import math
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import PanTiltPose
+from foveacam_hardware.drivers.positioners.bearing_limits import STRAIGHT_AHEAD
+
+Steps = tuple[int, int]
+"""Positions of pan and tilt."""
+ARC_SECOND_RAD = math.radians(1.0 / 3600.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PtuMounting:
+    """How the rig sits on the unit. `zero`: where it points at the unit's 0/0, the middle of both ways."""
+
+    zero: PanTiltPose = STRAIGHT_AHEAD
+    speed_rad_s: float = math.radians(25.0)
+    upside_down: bool = False
+    """The unit hangs from a ceiling: both axes turn the other way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PtuAxes:
+    """Steps of both motors and the rig's bearings."""
+
+    mounting: PtuMounting
+    pan_step_rad: float
+    tilt_step_rad: float
+
+    def steps(self, pose: PanTiltPose) -> Steps:
+        """Return the positions nearest to a bearing."""
+        zero, turn = self.mounting.zero, self._turn
+        return (
+            round(turn * (pose.pan_rad - zero.pan_rad) / self.pan_step_rad),
+            round(turn * (pose.tilt_rad - zero.tilt_rad) / self.tilt_step_rad),
+        )
+
+    def bearing(self, steps: Steps) -> PanTiltPose:
+        """Return where the rig points at the unit's positions."""
+        zero, turn = self.mounting.zero, self._turn
+        return PanTiltPose(
+            pan_rad=zero.pan_rad + turn * steps[0] * self.pan_step_rad,
+            tilt_rad=zero.tilt_rad + turn * steps[1] * self.tilt_step_rad,
+        )
+
+    @property
+    def _turn(self) -> float:
+        """The unit counts to the left and up; the rig's bearings go to the right and down."""
+        return 1.0 if self.mounting.upside_down else -1.0

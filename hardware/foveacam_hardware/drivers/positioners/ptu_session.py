@@ -1,0 +1,177 @@
+"""One conversation with a FLIR pan-tilt unit: which reply belongs to which command, and what came unasked.
+
+No thread of its own: who waits, reads. Replies come in the order of the commands, and do not say which they
+belong to. So when one is missing the version is asked: that reply resembles no other, and what came before it
+is void.
+"""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Clock, DeviceFault, NotConnected, Timeout
+from foveacam_hardware.wire.link import Link
+from foveacam_hardware.wire.ptu import (
+    VERSION,
+    BadReply,
+    Banner,
+    Done,
+    LimitHit,
+    Line,
+    PtuAxis,
+    PtuQuery,
+    Refused,
+    ReplyReader,
+    encode,
+    is_version,
+    parse,
+    query,
+)
+
+logger = logging.getLogger(__name__)
+
+REPLY_S = 0.4
+"""A D-series unit takes some ten commands a second."""
+TRIES = 3
+SLICE_S = 0.05
+
+
+@dataclass(slots=True, eq=False)
+class Sent:
+    """A command on its way: `reply` is None until it comes; `lost` when it never will."""
+
+    command: str
+    reply: Done | Refused | None = None
+    lost: bool = False
+
+
+class CommandRefused(DeviceFault):
+    """A command was understood, or misunderstood, and refused; nothing moved."""
+
+    def __init__(self, name: str, refused: Refused, command: str) -> None:
+        super().__init__(f"{name}: {command!r} was refused ({refused.reason}); nothing moved")
+
+
+class PtuSession:
+    """A link and what is known from it; one thread asks, any thread may send a command."""
+
+    def __init__(self, link: Link, clock: Clock, *, name: str) -> None:
+        self._link = link
+        self._clock = clock
+        self._name = name
+        self._reader = ReplyReader()
+        self._sent: deque[Sent] = deque()
+        self._lock = threading.RLock()
+        self._order = threading.Lock()  # a command's place in the queue is its place on the wire
+        self._out_of_step = True
+        self.quiet = False
+        """Whether its echo is known to be off."""
+        self.limits_hit: list[PtuAxis] = []
+        """Axes that ran into a limit; who acts on it clears it."""
+        self.restarts = 0
+        """How often it has started, or answered as one that has."""
+        self.heard = ""
+        """The last line that was none of such a unit's."""
+
+    def begin(self, command: str) -> Sent:
+        """Send a command without waiting for its reply."""
+        with self._order:
+            sent = Sent(command)
+            self._sent.append(sent)
+            self._link.write(encode(command))
+            return sent
+
+    def ask(self, command: str) -> Done:
+        """Send a command and wait, again when no reply comes; raise `DeviceFault` when it is refused."""
+        with self._lock:
+            for _ in range(TRIES):
+                if self._out_of_step and not self._find_step():
+                    continue
+                sent = self.begin(command)
+                self._wait_for(sent)
+                if isinstance(sent.reply, Done):
+                    return sent.reply
+                if isinstance(sent.reply, Refused):
+                    raise CommandRefused(self._name, sent.reply, command)
+                self._out_of_step = True
+        raise NotConnected(
+            f"{self._name}: {command!r} was sent {TRIES} times and not answered; check its cable and its"
+            " supply, then connect it again"
+        )
+
+    def number(self, axis: PtuAxis, what: PtuQuery) -> float:
+        """Ask for a number of an axis."""
+        for _ in range(TRIES):
+            try:
+                return self.ask(query(axis, what)).number
+            except BadReply:  # a damaged reply, or that of another command
+                self._out_of_step = True
+        raise Timeout(
+            f"{self._name}: {query(axis, what)!r} was answered without a number {TRIES} times; check its"
+            " cable, and that nobody else uses the port"
+        )
+
+    def end_line(self) -> None:
+        """End what the unit may have of a command that somebody else began."""
+        self._link.write(b"\r")
+
+    def listen(self, timeout_s: float = 0.0) -> None:
+        """Take in what has arrived, or arrives within the time."""
+        with self._lock:
+            for text in self._reader.feed(self._link.read(timeout_s)):
+                try:
+                    for line in parse(text):
+                        self._take(line)
+                except BadReply:
+                    self.heard = text[:40]
+                    logger.warning("%s: not a reply: %r", self._name, text[:80])
+
+    def close(self) -> None:
+        """Release the link."""
+        self._link.close()
+
+    def _find_step(self) -> bool:
+        """Ask for the version and forget every reply before that; return whether it came."""
+        sent = self.begin(VERSION)
+        self._wait_for(sent)
+        self._out_of_step = sent.reply is None
+        return not self._out_of_step
+
+    def _wait_for(self, sent: Sent) -> None:
+        self._listen_until(lambda: sent.reply is not None or sent.lost, REPLY_S)
+
+    def _listen_until(self, done: Callable[[], bool], timeout_s: float) -> None:
+        deadline_ns = self._clock.now_ns() + round(timeout_s * 1e9)
+        while not done() and (left_ns := deadline_ns - self._clock.now_ns()) > 0:
+            self.listen(min(SLICE_S, left_ns / 1e9))
+
+    def _take(self, line: Line) -> None:
+        match line:
+            case LimitHit():
+                self.limits_hit.append(line.axis)
+            case Banner():
+                self._note_restart()
+            case Done() | Refused():
+                if line.echo and self.quiet:
+                    self._note_restart()
+                self._answer(line)
+
+    def _note_restart(self) -> None:
+        if self.quiet:  # before, it was not known to be running
+            self.restarts += 1
+        self.quiet = False
+        self._out_of_step = True
+
+    def _answer(self, reply: Done | Refused) -> None:
+        versions = [k for k, sent in enumerate(self._sent) if sent.command == VERSION]
+        if isinstance(reply, Done) and is_version(reply.text):
+            # It answers the last that asked for it: a late one before is as good, and a later one is ignored.
+            for _ in range(versions[-1] + 1 if versions else 0):
+                sent = self._sent.popleft()
+                sent.reply, sent.lost = (reply, False) if sent.command == VERSION else (None, True)
+        elif self._sent and 0 not in versions:
+            self._sent.popleft().reply = reply
+        else:
+            logger.debug("%s: a reply to no command (%s)", self._name, reply)

@@ -1,0 +1,128 @@
+"""Builds the cameras that a rig file names: which library, which device, what it begins with.
+
+With rig.py the only module that names concrete camera drivers.
+"""
+
+from collections.abc import Callable
+
+from foveacam_hardware.camera_config import (
+    AravisCameraConfig,
+    CameraConfig,
+    OpenCvCameraConfig,
+    PylonCameraConfig,
+)
+from foveacam_hardware.contract import (
+    Camera,
+    CameraSettings,
+    Clock,
+    DeviceInfo,
+    PixelFormat,
+    Role,
+    TriggerSource,
+)
+from foveacam_hardware.drivers.cameras.absent import AbsentCamera
+from foveacam_hardware.drivers.cameras.aravis import AravisDevice
+from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
+from foveacam_hardware.drivers.cameras.device import CameraDevice
+from foveacam_hardware.drivers.cameras.opencv import OpenCvDevice, OpenCvOptions
+from foveacam_hardware.drivers.cameras.opencv_source import shown
+from foveacam_hardware.drivers.cameras.pylon import PylonDevice
+from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
+from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
+from foveacam_hardware.drivers.cameras.worker import CameraPlan
+
+NS_PER_MS = 1e6
+
+
+def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
+    """Return the camera of a role, not connected; one that the file does not name says so."""
+    match given:
+        case AravisCameraConfig():
+            return _supervised(role, given, lambda: _aravis(given, clock), clock=clock)
+        case PylonCameraConfig():
+            return _supervised(role, given, lambda: _pylon(given, clock), clock=clock)
+        case OpenCvCameraConfig():
+            return _supervised(role, given, lambda: _opencv(given, clock), clock=clock)
+        case _:
+            return AbsentCamera(role, reason='the rig file names none; give it a kind, such as "aravis"')
+
+
+def first_settings(
+    role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig
+) -> CameraSettings:
+    """Return what a camera begins with; the foveae wait for the mirrors unless the file says otherwise."""
+    if isinstance(given, OpenCvCameraConfig):
+        return _as_it_is(given)
+    trigger = given.trigger or ("none" if role is Role.WIDE else "hardware")
+    return CameraSettings(
+        exposure_ns=round(given.exposure_ms * NS_PER_MS),
+        gain_db=given.gain_db,
+        frame_rate_hz=given.frame_rate_hz,
+        pixel_format=PixelFormat(given.pixel_format),
+        triggered=trigger != "none",
+        trigger_source=TriggerSource.SOFTWARE if trigger == "software" else TriggerSource.HARDWARE,
+        black_level=given.black_level,
+    )
+
+
+def _as_it_is(given: OpenCvCameraConfig) -> CameraSettings:
+    """Return what the file says; zero leaves what it does not say to the source itself."""
+    return CameraSettings(
+        exposure_ns=round((given.exposure_ms or 0.0) * NS_PER_MS),
+        gain_db=given.gain_db or 0.0,
+        frame_rate_hz=given.frame_rate_hz if "frame_rate_hz" in given.model_fields_set else 0.0,
+        pixel_format=PixelFormat(given.pixel_format),
+        triggered=given.trigger == "software",
+        trigger_source=TriggerSource.SOFTWARE,
+    )
+
+
+def _supervised(
+    role: Role,
+    given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig,
+    open_device: Callable[[], CameraDevice],
+    *,
+    clock: Clock,
+) -> Camera:
+    name = shown(given.source) if isinstance(given, OpenCvCameraConfig) else given.serial
+    return SupervisedCamera(
+        role,
+        open_device,
+        clock=clock,
+        plan=CameraPlan(settings=first_settings(role, given), frames=given.buffers),
+        expected=DeviceInfo(vendor="", model=given.kind, serial=name),
+    )
+
+
+def _aravis(given: AravisCameraConfig, clock: Clock) -> CameraDevice:
+    options = AravisOptions(
+        trigger_line=given.trigger_line,
+        falling_edge=given.trigger_edge == "falling",
+        strobe_line=given.strobe_line,
+        width_px=given.width_px,
+        height_px=given.height_px,
+        offset_x_px=given.offset_x_px,
+        offset_y_px=given.offset_y_px,
+        packet_size_bytes=given.packet_size_bytes,
+        packet_delay_ns=given.packet_delay_ns,
+        interface=given.interface,
+    )
+    return AravisDevice(given.serial, clock=clock, options=options)
+
+
+def _pylon(given: PylonCameraConfig, clock: Clock) -> CameraDevice:
+    options = PylonOptions(
+        trigger_line=given.trigger_line,
+        trigger_edge=given.trigger_edge,
+        strobe_line=given.strobe_line,
+        width=given.width_px,
+        height=given.height_px,
+        offset_x=given.offset_x_px,
+        offset_y=given.offset_y_px,
+    )
+    return PylonDevice(given.serial, clock=clock, options=options)
+
+
+def _opencv(given: OpenCvCameraConfig, clock: Clock) -> CameraDevice:
+    options = OpenCvOptions(width=given.width_px, height=given.height_px, loop=given.loop)
+    return OpenCvDevice(given.source, clock=clock, options=options)

@@ -1,0 +1,1 @@
+"""The far ends of the wires: what answers where a real rig has a device."""

@@ -1,0 +1,156 @@
+"""The mirror controller seen from its serial port: a pure state machine, bytes in, bytes out.
+
+A host (pty process or loopback) gives it time. With `strict` it also errs as the controllers in the
+field do (the protocol page's faults 1 to 3), so that a driver can be proven not to trip them.
+"""
+
+from collections import deque
+
+from foveacam_hardware.contract import Clock
+from foveacam_hardware.sim.agenda import Agenda
+from foveacam_hardware.sim.cables import Cables
+from foveacam_hardware.sim.far_ends.controller_firmware import Firmware
+from foveacam_hardware.sim.far_ends.line_faults import LineFaults
+from foveacam_hardware.wire.cobs import CobsDecoder
+from foveacam_hardware.wire.controller import (
+    GUARDED_ONLY,
+    BadChecksum,
+    BadPacket,
+    Packet,
+    decode_packet,
+)
+
+NOISE_REPLY = bytes.fromhex("05 a7 3c 91 44 00")
+"""What a malformed packet draws from a controller in the field: well stuffed, wrong checksum."""
+
+
+class ControllerFarEnd:
+    """A mirror controller; its faults are attributes.
+
+    `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `dead` has stopped for
+    good with its pins as they stood; `unplugged` has no link to the host.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        cables: Cables,
+        *,
+        strict: bool = False,
+        version: tuple[int, int, int] = (2, 1, 0),
+    ) -> None:
+        self._clock = clock
+        self.to_device = LineFaults()
+        self.to_host = LineFaults()
+        self.silent = False
+        self.unplugged = False
+        self.dead = False
+        self.packets_received: deque[Packet] = deque(maxlen=4096)
+        """What the host has asked, for those who check what a driver sends."""
+        self.malformed = 0
+        """Frames that were no packets."""
+        self._out = bytearray()
+        self._decoder = CobsDecoder()
+        self._inbox: deque[bytes | None] = deque()
+        self._agenda = Agenda()
+        self.firmware = Firmware(
+            clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, version=version
+        )
+        self.strict = strict
+
+    @property
+    def strict(self) -> bool:
+        """Whether it errs as the controllers in the field do."""
+        return self.firmware.desk.strict
+
+    @strict.setter
+    def strict(self, strict: bool) -> None:
+        self.firmware.desk.strict = strict
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything but the once-a-second recovery is under way."""
+        return self._agenda.next_ns() is not None
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the host, now."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        if self.silent or self.dead or self.unplugged:
+            return
+        self._inbox.extend(self._decoder.feed(self.to_device.apply(data)))
+        self._drain(t_ns)
+        self.advance(t_ns)
+
+    def take(self) -> bytes:
+        """Return the bytes for the host that have come up since the last call."""
+        data = bytes(self._out)
+        self._out.clear()
+        return data
+
+    def next_event_ns(self) -> int | None:
+        """Return when something will happen by itself; None when nothing will."""
+        planned_ns = self._agenda.next_ns()
+        if self.dead or not self.firmware.enabled:
+            return planned_ns
+        return min(self.firmware.recovery_ns, planned_ns or self.firmware.recovery_ns)
+
+    def advance(self, t_ns: int) -> None:
+        """Do everything that was due up to `t_ns`."""
+        while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
+            self._agenda.run_until(due_ns)
+            self._drain(due_ns)
+        if not self.dead:
+            self.firmware.recover(t_ns)
+
+    def die(self) -> None:
+        """Stop for good, pins as they stand: the rail stays on. Only a power cycle helps."""
+        self.dead = True
+        self._agenda.clear()
+        self._inbox.clear()
+
+    def power_cycle(self) -> None:
+        """Lose the supply and come back as from the factory."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        self.dead = False
+        self._out.clear()
+        self._inbox.clear()
+        self._decoder.reset()
+        self.firmware.boot(t_ns)
+
+    def unplug(self, *, keep_power: bool = False) -> None:
+        """Pull the USB cable; without another supply the controller goes out as well."""
+        self.unplugged = True
+        self._out.clear()
+        if not keep_power:
+            self.power_cycle()
+
+    def plug(self) -> None:
+        """Put the USB cable back."""
+        self.unplugged = False
+
+    def _drain(self, t_ns: int) -> None:
+        while self._inbox and not self.firmware.blocked and not self.dead:
+            self._receive(t_ns, self._inbox.popleft())
+
+    def _receive(self, t_ns: int, frame: bytes | None) -> None:
+        try:
+            request = decode_packet(frame)
+            if request.prop in GUARDED_ONLY:
+                raise BadPacket(f"{request.prop.name} is unknown to this firmware")
+        except BadChecksum:
+            self.malformed += 1
+            if self.strict:
+                self._send(NOISE_REPLY)
+        except BadPacket:
+            self.malformed += 1
+            if self.strict:
+                self.die()
+        else:
+            self.packets_received.append(request)
+            self.firmware.execute(t_ns, request)
+
+    def _send(self, data: bytes) -> None:
+        if not (self.silent or self.dead or self.unplugged):
+            self._out += self.to_host.apply(data)

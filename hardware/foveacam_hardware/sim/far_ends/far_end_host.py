@@ -1,0 +1,126 @@
+"""A far end in a process of its own: a pty for the host, a socket for the world.
+
+What kind of far end it is, and what commands mean to it, is its module's; started by `far_end_process`.
+"""
+
+import argparse
+import os
+import select
+import socket
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+from foveacam_hardware.contract import Clock
+from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind, LineFaults
+from foveacam_hardware.sim.far_ends.pty_port import PtyPort
+from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
+
+ORPHAN_CHECK_S = 1.0
+
+
+class FarEnd(Protocol):
+    """A device behind a serial port as a state machine: bytes in, bytes out, in time."""
+
+    to_device: LineFaults
+    to_host: LineFaults
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the host, now."""
+        ...
+
+    def take(self) -> bytes:
+        """Return the bytes for the host that have come up."""
+        ...
+
+    def next_event_ns(self) -> int | None:
+        """Return when something will happen by itself."""
+        ...
+
+    def advance(self, t_ns: int) -> None:
+        """Do everything that was due up to `t_ns`."""
+        ...
+
+
+Obey: TypeAlias = Callable[[Message], Message]
+"""Does what a command says and returns the device's status."""
+
+
+class FarEndHost:
+    """Gives a far end its bytes, its time and its commands, until the parent is gone.
+
+    `inbox` holds commands that arrived; the far end's cables may add to it.
+    """
+
+    def __init__(
+        self, far_end: FarEnd, channel: SideChannel, port: PtyPort, *, clock: Clock, inbox: deque[Message]
+    ) -> None:
+        self._far_end = far_end
+        self._channel = channel
+        self._port = port
+        self._clock = clock
+        self._inbox = inbox
+        self._parent = os.getppid()
+
+    def run(self, obey: Obey) -> None:
+        """Serve until the socket closes or the parent process ends."""
+        self._port.plug()
+        self._channel.send({"ready": True})
+        try:
+            while os.getppid() == self._parent:
+                self._step(obey)
+        except ChannelClosed:
+            return
+        finally:
+            self._port.unplug()
+
+    def _step(self, obey: Obey) -> None:
+        sources = [self._channel.file] + ([self._port.file] if self._port.file is not None else [])
+        ready, _, _ = select.select(sources, [], [], self._wait_s())
+        self._far_end.advance(self._clock.now_ns())
+        if self._port.file in ready:
+            self._far_end.feed(self._port.read())
+        if self._channel.file in ready:
+            self._inbox.extend(self._channel.receive())
+        self._port.write(self._far_end.take())
+        while self._inbox:
+            self._obey(self._inbox.popleft(), obey)
+
+    def _wait_s(self) -> float:
+        due_ns = self._far_end.next_event_ns()
+        if due_ns is None:
+            return ORPHAN_CHECK_S
+        return min(ORPHAN_CHECK_S, max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
+
+    def _obey(self, message: Message, obey: Obey) -> None:
+        match message["command"]:
+            case "damage":
+                line = self._far_end.to_device if message["to"] == "device" else self._far_end.to_host
+                kind = DamageKind(message["kind"])
+                line.add(
+                    Damage(kind=kind, skip=message["skip"], count=message["count"], value=message["value"])
+                )
+            case "heal":
+                self._far_end.to_device.clear()
+                self._far_end.to_host.clear()
+        status = obey(message)
+        match message["command"]:
+            case "unplug":
+                self._port.unplug()
+            case "plug":
+                self._port.plug()
+        self._channel.send({"done": message["id"], "status": status})
+
+
+def parser(description: str) -> argparse.ArgumentParser:
+    """Return a parser with the options that every far end's process takes."""
+    options = argparse.ArgumentParser(description=description)
+    options.add_argument("--socket", type=int, required=True, help="file number of the side channel")
+    options.add_argument("--port", type=Path, required=True, help="path that shall lead to the pty")
+    return options
+
+
+def connection(options: argparse.Namespace) -> socket.socket:
+    """Return the side channel's socket, as inherited from the parent."""
+    return socket.socket(fileno=options.socket)

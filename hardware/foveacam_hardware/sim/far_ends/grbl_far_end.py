@@ -1,0 +1,123 @@
+"""The pan-tilt's controller seen from its serial port: bytes in, bytes out, in its own good time.
+
+A host (pty process or loopback) gives it time. Answers come late, as a small microcontroller's do; what
+breaks is an attribute or a method.
+"""
+
+from collections import deque
+
+from foveacam_hardware.contract import Clock
+from foveacam_hardware.sim.agenda import Agenda
+from foveacam_hardware.sim.far_ends.grbl_firmware import GrblFirmware
+from foveacam_hardware.sim.far_ends.line_faults import LineFaults
+from foveacam_hardware.sim.pan_tilt import PanTiltCables
+from foveacam_hardware.wire.grbl import REALTIME, LineReader
+
+ANSWER_NS = 1_500_000
+"""From a byte's arrival to its answer's: reading, thinking, 115 200 baud."""
+
+
+class GrblFarEnd:
+    """A Grbl board; its faults are attributes.
+
+    `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `unplugged` has no link to the
+    host; `slow_ns` delays every answer by so much more.
+    """
+
+    def __init__(self, clock: Clock, cables: PanTiltCables, *, has_rail: bool = False) -> None:
+        self._clock = clock
+        self.to_device = LineFaults()
+        self.to_host = LineFaults()
+        self.silent = False
+        self.unplugged = False
+        self.slow_ns = 0
+        self.lines_received: deque[str] = deque(maxlen=4096)
+        """What the host has asked, for those who check what a driver sends."""
+        self._out: deque[tuple[int, bytes]] = deque()
+        self._agenda = Agenda()
+        self._reader = LineReader()
+        self._inbox: deque[str] = deque()
+        self.firmware = GrblFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
+        if has_rail:
+            self.firmware.add_rail()
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the host, now."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        if self.silent or self.unplugged:
+            return
+        for byte in self.to_device.apply(data):
+            self._take_byte(t_ns, bytes((byte,)))
+        self._drain(t_ns)
+
+    def take(self) -> bytes:
+        """Return the bytes for the host that have come up since the last call."""
+        now_ns = self._clock.now_ns()
+        data = bytearray()
+        while self._out and self._out[0][0] <= now_ns:
+            data += self.to_host.apply(self._out.popleft()[1])
+        return bytes(data)
+
+    def next_event_ns(self) -> int | None:
+        """Return when something will happen by itself; None when nothing will."""
+        planned_ns = self._agenda.next_ns()
+        answer_ns = self._out[0][0] if self._out else None
+        return min((t_ns for t_ns in (planned_ns, answer_ns) if t_ns is not None), default=None)
+
+    def advance(self, t_ns: int) -> None:
+        """Do everything that was due up to `t_ns`."""
+        while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
+            self._agenda.run_until(due_ns)
+            self._drain(due_ns)
+
+    def power_cycle(self) -> None:
+        """Lose the supply and come back, wherever the rig stands then."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        self._agenda.clear()
+        self._out.clear()
+        self._inbox.clear()
+        self.firmware.boot(t_ns)
+
+    def hit_a_limit(self) -> None:
+        """Let a limit switch trip, as a cable that has caught does."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        self.firmware.hit_a_limit(t_ns)
+
+    def unplug(self) -> None:
+        """Pull the USB cable: the board goes out as well."""
+        self.power_cycle()
+        self.unplugged = True
+        self._out.clear()
+
+    def plug(self) -> None:
+        """Put the USB cable back."""
+        self.unplugged = False
+        self.power_cycle()
+
+    def _take_byte(self, t_ns: int, byte: bytes) -> None:
+        if byte in REALTIME:
+            if byte == b"\x18":
+                self._inbox.clear()
+                self._reader = LineReader()
+            self.firmware.realtime(t_ns, byte)
+        elif byte == b"\n":
+            self._inbox.extend(self._reader.feed(byte) or [""])
+        else:
+            self._inbox.extend(self._reader.feed(byte))
+
+    def _drain(self, t_ns: int) -> None:
+        while self._inbox and not self.firmware.blocked:
+            line = self._inbox.popleft()
+            self.lines_received.append(line)
+            self.firmware.line(t_ns, line)
+
+    def _send(self, t_ns: int, line: str) -> None:
+        if self.silent or self.unplugged:
+            return
+        ready_ns = t_ns + ANSWER_NS + self.slow_ns
+        if self._out:
+            ready_ns = max(ready_ns, self._out[-1][0])
+        self._out.append((ready_ns, line.encode("ascii") + b"\r\n"))

@@ -1,0 +1,297 @@
+"""Grbl 1.1 on a pan-tilt, as its user's manual describes it: lines and single bytes in, lines out.
+
+Knows X (pan), Y (tilt), Z where there is a rail, jogging, homing, soft limits, alarms and settings: what a
+host of ours uses, and what goes wrong. Bytes, delays and faults of the line are `grbl_far_end`'s.
+"""
+
+import re
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from foveacam_hardware.sim.agenda import Agenda, Entry
+from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, Place
+from foveacam_hardware.sim.pan_tilt import PanTiltCables
+
+VERSION = "1.1h"
+SWITCHES_DEG = (72.0, 32.0)
+"""Where the reference switches trip, as the motors count from where the rig was set up."""
+SETTINGS: dict[int, float] = {
+    10: 1,  # reports tell machine positions
+    13: 0,  # millimetres (here degrees), not inches
+    20: 1,  # soft limits
+    21: 1,  # limit switches
+    22: 1,  # homing
+    24: 300.0,  # homing: slow approach, deg/min
+    25: 1500.0,  # homing: search, deg/min
+    27: 1.0,  # homing: back off, deg
+    100: 100.0,  # steps a degree
+    101: 100.0,
+    110: 1500.0,  # fastest, deg/min
+    111: 1500.0,
+    120: 100.0,  # acceleration, deg/s^2
+    121: 100.0,
+    130: 143.0,  # travel, deg
+    131: 63.0,
+}
+RAIL_SWITCH_MM = 310.0
+"""Where the rail's reference switch trips, from its middle."""
+RAIL_SETTINGS: dict[int, float] = {
+    25: 6000.0,  # homing: search, units/min; each axis at most as fast as it can
+    102: 100.0,  # steps a millimetre
+    112: 6000.0,  # fastest, mm/min
+    122: 400.0,  # acceleration, mm/s^2
+    132: 620.0,  # travel, mm
+}
+SWITCHES = (*SWITCHES_DEG, RAIL_SWITCH_MM)
+AXES = "XYZ"
+EEPROM_NS = 40_000_000
+"""While a setting is written, nothing is answered."""
+MILLIMETRES_AN_INCH = 25.4
+_WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
+_ASSIGNMENT = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
+_JOG_WORDS = {"G20", "G21", "G53", "G90", "G91"}
+
+Send = Callable[[int, str], None]
+"""Called with a moment and a line for the host."""
+
+
+class GrblFirmware:
+    """The state machine. `has_switches` false: the reference switches' cable is off."""
+
+    def __init__(self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send) -> None:
+        self.settings = dict(SETTINGS)
+        self.has_switches = True
+        self._axes = 2
+        self._agenda = agenda
+        self._send = send
+        self._busy_until_ns = t_ns
+        self.motors = Motors(cables, steps_per_unit=SETTINGS[100])
+        self._queue: deque[tuple[Place, Pace]] = deque()
+        self._moving: Entry | None = None
+        self._goal: Place = (0.0, 0.0, 0.0)
+        self._legs: deque[tuple[int, float, float]] = deque()
+        self._locked = False
+        self._acceleration = SETTINGS[120]
+        self.boot(t_ns)
+
+    def boot(self, t_ns: int) -> None:
+        """Start as after switching on: the place is unknown and counted as zero."""
+        self._halt(t_ns)
+        self._offset = self.motors.place(t_ns)
+        self.state = "Alarm" if self.settings[22] else "Idle"
+        self._locked = False
+        self._report_asked = False
+        self._reports = 0
+        self.greet(t_ns)
+
+    def greet(self, t_ns: int) -> None:
+        """Say who it is."""
+        self._say(t_ns, f"Grbl {VERSION} ['$' for help]")
+        if self.state == "Alarm":
+            self._say(t_ns, "[MSG:'$H'|'$X' to unlock]")
+
+    def add_rail(self) -> None:
+        """Be a board with a rail on its third axis."""
+        self._axes = 3
+        self.settings.update(RAIL_SETTINGS)
+
+    @property
+    def blocked(self) -> bool:
+        """Whether lines have to wait."""
+        return self.state == "Home" or self._locked
+
+    def realtime(self, t_ns: int, byte: bytes) -> None:
+        """Take a byte that jumps the queue."""
+        match byte:
+            case b"?":
+                self._report_asked = True
+                self._report(t_ns)
+            case b"\x85" | b"!":
+                self._cancel(t_ns)
+            case b"\x18":
+                self._reset(t_ns)
+
+    def line(self, t_ns: int, text: str) -> None:
+        """Take a line and answer it."""
+        text = text.replace(" ", "").upper()
+        if text == "":
+            answer = "ok"
+        elif text.startswith("$J="):
+            answer = self._jog(t_ns, text[3:])
+        elif text.startswith("$"):
+            answer = self._system(t_ns, text)
+        else:
+            answer = "error:9" if self.state in ("Alarm", "Jog") else "error:20"
+        if answer:
+            self._say(t_ns, answer)
+
+    def hit_a_limit(self, t_ns: int) -> None:
+        """Let a limit switch trip: everything stops, and only a reset is heard."""
+        self._halt(t_ns)
+        self.state, self._locked = "Alarm", True
+        self._say(t_ns, "ALARM:1")
+        self._say(t_ns, "[MSG:Reset to continue]")
+
+    def machine(self, t_ns: int) -> Place:
+        """Return the position that it counts."""
+        pan, tilt, rail = (at - zero for at, zero in zip(self.motors.place(t_ns), self._offset, strict=True))
+        return pan, tilt, rail
+
+    def _say(self, t_ns: int, line: str) -> None:
+        self._send(max(t_ns, self._busy_until_ns), line)
+
+    def _report(self, t_ns: int) -> None:
+        if self.blocked or not self._report_asked:
+            return
+        self._report_asked = False
+        kind = "MPos" if self.settings[10] else "WPos"
+        extra = ("|WCO:0.000,0.000,0.000", "|Ov:100,100,100", "")[min(self._reports % 10, 2)]
+        self._reports += 1
+        feed = self.motors.speed_per_s(t_ns) * 60.0
+        place = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine(t_ns))
+        self._say(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
+
+    def _system(self, t_ns: int, text: str) -> str:
+        if text == "$H":
+            return self._home(t_ns)
+        if text == "$X":
+            if self.state == "Alarm":
+                self.state = "Idle"
+                self._say(t_ns, "[MSG:Caution: Unlocked]")
+            return "ok"
+        if self.state not in ("Idle", "Alarm"):
+            return "error:8"
+        if text == "$$":
+            for number, value in self.settings.items():
+                self._say(t_ns, f"${number}={value:g}" if value == int(value) else f"${number}={value:.3f}")
+            return "ok"
+        if text == "$I":
+            self._say(t_ns, f"[VER:{VERSION}.20190825:]")
+            self._say(t_ns, "[OPT:V,15,128]")
+            return "ok"
+        return self._set(t_ns, text)
+
+    def _set(self, t_ns: int, text: str) -> str:
+        found = _ASSIGNMENT.fullmatch(text)
+        if found is None or int(found[1]) not in self.settings:
+            return "error:3"
+        self.settings[int(found[1])] = float(found[2])
+        self._busy_until_ns = max(self._busy_until_ns, t_ns) + EEPROM_NS
+        return "ok"
+
+    def _jog(self, t_ns: int, text: str) -> str:
+        if self.state not in ("Idle", "Jog"):
+            return "error:9" if self.state == "Alarm" else "error:8"
+        words = _WORD.findall(text)
+        if "".join(letter + number for letter, number in words) != text:
+            return "error:2"
+        modes = {f"G{float(number):g}" for letter, number in words if letter == "G"}
+        values = {letter: float(number) for letter, number in words if letter != "G"}
+        moved = set(values) - {"F"}
+        if not modes <= _JOG_WORDS or not moved or not moved <= set(AXES):
+            return "error:16"
+        if not values.get("F"):
+            return "error:22"
+        return self._queue_jog(t_ns, modes, values)
+
+    def _queue_jog(self, t_ns: int, modes: set[str], values: dict[str, float]) -> str:
+        scale = MILLIMETRES_AN_INCH if "G20" in modes else 1.0
+        planned = [goal for goal, _ in self._queue]
+        here = planned[-1] if planned else self._goal if self._moving else self.machine(t_ns)
+        start = here if "G91" in modes else (0.0, 0.0, 0.0)
+        pan, tilt, rail = (
+            start[k] + values[letter] * scale if letter in values else here[k]
+            for k, letter in enumerate(AXES)
+        )
+        goal = (pan, tilt, rail)
+        moved = [k for k in range(len(AXES)) if AXES[k] in values]
+        if self.settings[20] and not all(-self._travel(k) <= goal[k] <= 0.0 for k in moved):
+            return "error:15"
+        self._queue.append((goal, self._pace(values["F"] * scale, moved)))
+        if self._moving is None:
+            self._next_jog(t_ns)
+        return "ok"
+
+    def _travel(self, axis: int) -> float:
+        return self.settings.get(130 + axis, 0.0)
+
+    def _pace(self, feed_per_min: float, axes: Sequence[int]) -> Pace:
+        fastest = min(self.settings.get(110 + axis, feed_per_min) for axis in axes)
+        self._acceleration = min(self.settings.get(120 + axis, self.settings[120]) for axis in axes)
+        return Pace(speed_per_s=min(feed_per_min, fastest) / 60.0, acceleration_per_s2=self._acceleration)
+
+    def _next_jog(self, t_ns: int) -> None:
+        self._moving = None
+        if not self._queue:
+            self.state = "Idle"
+            return
+        self.state = "Jog"
+        self._goal, pace = self._queue.popleft()
+        pan, tilt, rail = (at + zero for at, zero in zip(self._goal, self._offset, strict=True))
+        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), pace), self._next_jog)
+
+    def _cancel(self, t_ns: int) -> None:
+        if self.state != "Jog" or self._moving is None:
+            return
+        self._moving.cancel()
+        self._queue.clear()
+        stopped_ns = self.motors.slow_down(t_ns, self._acceleration)
+        self._moving = self._agenda.add(stopped_ns, self._next_jog)
+
+    def _reset(self, t_ns: int) -> None:
+        lost = self._moving is not None
+        alarm = "ALARM:6" if self.state == "Home" else "ALARM:3"
+        self._halt(t_ns)
+        self._locked = self._report_asked = False
+        if lost:
+            self.state = "Alarm"
+            self._say(t_ns, alarm)
+        self.greet(t_ns)
+
+    def _halt(self, t_ns: int) -> None:
+        """Stop at once, as a reset does; steps are lost."""
+        if self._moving is not None:
+            self._moving.cancel()
+            self._moving = None
+        self._queue.clear()
+        self.motors.stop(t_ns)
+
+    def _home(self, t_ns: int) -> str:
+        if not self.settings[22]:
+            return "error:5"
+        if self.state not in ("Idle", "Alarm"):
+            return "error:8"
+        self.state = "Home"
+        self._legs = deque(leg for axis in range(self._axes) for leg in self._search(axis))
+        self._next_leg(t_ns)
+        return ""  # its ok comes when it is home
+
+    def _search(self, axis: int) -> list[tuple[int, float, float]]:
+        """Return an axis's way home: (axis, place from the switch, speed in deg/min) one after the other."""
+        off, fast, slow = self.settings[27], self.settings[25], self.settings[24]
+        return [(axis, 0.0, fast), (axis, -off, fast), (axis, 0.0, slow), (axis, -off, slow)]
+
+    def _next_leg(self, t_ns: int) -> None:
+        self._moving = None
+        if not self._legs:
+            self._arrive_home(t_ns)
+            return
+        axis, from_switch, feed_per_min = self._legs.popleft()
+        there = SWITCHES[axis] + from_switch
+        pan, tilt, rail = (there if k == axis else at for k, at in enumerate(self.motors.place(t_ns)))
+        then = self._next_leg if self.has_switches else self._find_no_switch
+        pace = self._pace(feed_per_min, [axis])
+        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), pace), then)
+
+    def _find_no_switch(self, t_ns: int) -> None:
+        self._halt(t_ns)
+        self.state = "Alarm"
+        self._say(t_ns, "ALARM:9")
+        self._report(t_ns)
+
+    def _arrive_home(self, t_ns: int) -> None:
+        rail = SWITCHES[2] if self._axes == 3 else self._offset[2]
+        self._offset = (*SWITCHES_DEG, rail)
+        self.state = "Idle"
+        self._say(t_ns, "ok")
+        self._report(t_ns)

@@ -1,0 +1,66 @@
+"""The simulated pan-tilt's board in a process of its own: a pty for the host, a socket for the world.
+
+`python -m foveacam_hardware.sim.far_ends.grbl_process --socket FD --port PATH` is started by
+`grbl_host.GrblProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages on the socket are JSON lines.
+"""
+
+import dataclasses
+import sys
+from collections import deque
+
+from foveacam_hardware.contract import MonotonicClock
+from foveacam_hardware.sim.far_ends.far_end_host import FarEndHost, connection, parser
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
+from foveacam_hardware.sim.far_ends.pty_port import PtyPort
+from foveacam_hardware.sim.far_ends.side_channel import Message, SideChannel
+from foveacam_hardware.sim.pan_tilt import Turning
+
+
+class _WorldShafts:
+    """Motors whose rig is in the parent process."""
+
+    def __init__(self, channel: SideChannel) -> None:
+        self._channel = channel
+
+    def turn(self, turning: Turning) -> None:
+        self._channel.send({"event": "turn", **dataclasses.asdict(turning)})
+
+
+def obey(far_end: GrblFarEnd, message: Message) -> Message:
+    """Do what a command says, and return the board's status."""
+    match message["command"]:
+        case "set":
+            far_end.silent = message.get("silent", far_end.silent)
+            far_end.slow_ns = message.get("slow_ns", far_end.slow_ns)
+            far_end.firmware.has_switches = message.get("has_switches", far_end.firmware.has_switches)
+            far_end.firmware.settings.update(
+                {int(number): value for number, value in message.get("settings", {}).items()}
+            )
+        case "hit_a_limit":
+            far_end.hit_a_limit()
+        case "power_cycle":
+            far_end.power_cycle()
+        case "unplug":
+            far_end.unplug()
+        case "plug":
+            far_end.plug()
+    return {"state": far_end.firmware.state}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the board until its parent is gone."""
+    options = parser("simulated pan-tilt on a pty")
+    options.add_argument("--rail", action="store_true", help="its third axis moves a rail")
+    given = options.parse_args(arguments)
+    with connection(given) as link:
+        channel, clock = SideChannel(link), MonotonicClock()
+        inbox: deque[Message] = deque()
+        far_end = GrblFarEnd(clock, _WorldShafts(channel), has_rail=given.rail)
+        FarEndHost(far_end, channel, PtyPort(given.port), clock=clock, inbox=inbox).run(
+            lambda message: obey(far_end, message)
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""A FLIR unit seen from its serial port: bytes in, bytes out, in its own good time.
+
+A host (pty process or loopback) gives it time. What breaks is an attribute or a method.
+"""
+
+import re
+from collections import deque
+
+from foveacam_hardware.contract import Clock
+from foveacam_hardware.sim.agenda import Agenda
+from foveacam_hardware.sim.far_ends.line_faults import LineFaults
+from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
+from foveacam_hardware.sim.pan_tilt import PanTiltCables
+
+ANSWER_NS = 9_000_000
+"""From a word's end to its reply: a few bytes at 9600 baud, and thinking."""
+_DELIMITER = re.compile(rb"[ \r\n]")
+
+
+class PtuFarEnd:
+    """A unit; its faults are attributes, as those of `grbl_far_end.GrblFarEnd`."""
+
+    def __init__(self, clock: Clock, cables: PanTiltCables) -> None:
+        self._clock = clock
+        self.to_device = LineFaults()
+        self.to_host = LineFaults()
+        self.silent = False
+        self.unplugged = False
+        self.slow_ns = 0
+        self.words_received: deque[str] = deque(maxlen=4096)
+        """What the host has asked, for those who check what a driver sends."""
+        self._out: deque[tuple[int, bytes]] = deque()
+        self._agenda = Agenda()
+        self._rest = b""
+        self._inbox: deque[str] = deque()
+        self.firmware = PtuFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the host, now."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        if self.silent or self.unplugged:
+            return
+        *words, self._rest = _DELIMITER.split(self._rest + self.to_device.apply(data))
+        self._inbox.extend(word.decode("ascii", "replace") for word in words if word)
+        self._drain(t_ns)
+
+    def take(self) -> bytes:
+        """Return the bytes for the host that have come up since the last call."""
+        now_ns = self._clock.now_ns()
+        data = bytearray()
+        while self._out and self._out[0][0] <= now_ns:
+            data += self.to_host.apply(self._out.popleft()[1])
+        return bytes(data)
+
+    def next_event_ns(self) -> int | None:
+        """Return when something will happen by itself; None when nothing will."""
+        planned_ns = self._agenda.next_ns()
+        answer_ns = self._out[0][0] if self._out else None
+        return min((t_ns for t_ns in (planned_ns, answer_ns) if t_ns is not None), default=None)
+
+    def advance(self, t_ns: int) -> None:
+        """Do everything that was due up to `t_ns`."""
+        while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
+            self._agenda.run_until(due_ns)
+            self._drain(due_ns)
+
+    def power_cycle(self) -> None:
+        """Lose the supply and come back, wherever the rig stands then."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        self._out.clear()
+        self._inbox.clear()
+        self._rest = b""
+        self.firmware.boot(t_ns)
+
+    def hit_a_limit(self) -> None:
+        """Let the pan axis run into its limit, as a cable that has caught lets it."""
+        t_ns = self._clock.now_ns()
+        self.advance(t_ns)
+        self.firmware.hit_a_limit(t_ns)
+
+    def unplug(self) -> None:
+        """Pull the serial cable: the unit has a supply of its own, and goes on."""
+        self.unplugged = True
+        self._out.clear()
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self.unplugged = False
+
+    def _drain(self, t_ns: int) -> None:
+        while self._inbox and not self.firmware.blocked:
+            word = self._inbox.popleft()
+            self.words_received.append(word)
+            self.firmware.word(t_ns, word)
+
+    def _send(self, t_ns: int, line: str) -> None:
+        if self.silent or self.unplugged:
+            return
+        ready_ns = t_ns + ANSWER_NS + self.slow_ns
+        if self._out:
+            ready_ns = max(ready_ns, self._out[-1][0] + ANSWER_NS)
+        self._out.append((ready_ns, line.encode("ascii") + b"\r\n"))

@@ -1,0 +1,143 @@
+"""Serial ports by who stands behind them: USB id, serial number, product; never by a name that may change.
+
+What the system tells of its ports (pyserial's list, /dev/serial/by-id), and a link factory that finds a
+device again by its serial number after it was unplugged and came back under another name.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from serial.tools import list_ports
+
+from foveacam_hardware.contract import NotConnected
+
+AUTO = "auto"
+"""As a port: the only device with the right USB id."""
+BY_SERIAL = "usb:"
+"""As the beginning of a port: the device with the serial number that follows."""
+BY_ID = Path("/dev/serial/by-id")
+_BY_ID_SERIAL = re.compile(r"usb-.*?_?([^_]+)-if\d+.*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PortIdentity:
+    """A serial port and the USB device behind it, as far as the system tells."""
+
+    name: str
+    usb_id: tuple[int, int] | None = None
+    """Vendor and product; None for a port that is no USB device."""
+    serial: str = ""
+    product: str = ""
+
+    def __str__(self) -> str:
+        """Say who it is, for people."""
+        if self.usb_id is None and not self.serial:
+            return self.name
+        vendor_id, product_id = self.usb_id or (0, 0)
+        parts = [f"USB {vendor_id:04x}:{product_id:04x}"] if self.usb_id is not None else []
+        parts += [self.product] if self.product else []
+        parts += [f"serial {self.serial}"] if self.serial else []
+        return f"{self.name} ({', '.join(parts)})"
+
+
+PortList = Callable[[], list[PortIdentity]]
+
+
+def present_ports() -> list[PortIdentity]:
+    """Return the serial ports that the system has now."""
+    found = [
+        PortIdentity(
+            name=port.device,
+            usb_id=None if port.vid is None or port.pid is None else (port.vid, port.pid),
+            serial=port.serial_number or "",
+            product=port.product or "",
+        )
+        for port in list_ports.comports()
+    ]
+    known = {port.name for port in found}
+    return sorted(
+        [*found, *(port for port in _linked_ports() if port.name not in known)], key=lambda port: port.name
+    )
+
+
+def identify(port: str, *, ports: PortList = present_ports) -> PortIdentity:
+    """Return who stands behind a path, a link to a port included."""
+    device = str(Path(port).resolve())
+    return next((found for found in ports() if found.name == device), PortIdentity(name=port))
+
+
+class UsbPort:
+    """A port as a rig file names it (`auto`, `usb:SERIAL` or a path), resolved anew at each opening.
+
+    Once a device with a serial number was opened there, only that device will do, whatever its name is then.
+    """
+
+    def __init__(self, named: str, *, usb_id: tuple[int, int], ports: PortList = present_ports) -> None:
+        self.named = named
+        self._usb_id = usb_id
+        self._ports = ports
+        self._serial = named.removeprefix(BY_SERIAL) if named.startswith(BY_SERIAL) else ""
+
+    def path(self) -> str:
+        """Return the device's path now; raise `NotConnected` in words when it is not there."""
+        by_path = not (self.named == AUTO or self.named.startswith(BY_SERIAL))
+        if by_path and (not self._serial or self._stands_behind(self.named)):
+            return self.named
+        if self._serial:
+            return self._by_serial()
+        return self._only_one()
+
+    def opened(self, identity: PortIdentity) -> None:
+        """Remember which device was opened."""
+        self._serial = identity.serial or self._serial
+
+    def _stands_behind(self, port: str) -> bool:
+        if not Path(port).exists():
+            return False
+        return identify(port, ports=self._ports).serial in ("", self._serial)
+
+    def _by_serial(self) -> str:
+        present = self._ports()
+        for port in present:
+            if port.serial == self._serial:
+                return port.name
+        raise NotConnected(
+            f"serial port {self.named}: no USB device with the serial number {self._serial} is plugged in"
+            f" ({_listed(present)}); plug in the controller and switch it on, or correct the port"
+        )
+
+    def _only_one(self) -> str:
+        present = self._ports()
+        fitting = [port for port in present if port.usb_id == self._usb_id]
+        vendor_id, product_id = self._usb_id
+        if not fitting:
+            raise NotConnected(
+                f"serial port {self.named}: no device with the controller's USB id"
+                f" {vendor_id:04x}:{product_id:04x} is plugged in ({_listed(present)}); plug in the"
+                " controller and switch it on, or name its port"
+            )
+        if len(fitting) > 1:
+            first = next((port.serial for port in fitting if port.serial), "SERIAL")
+            raise NotConnected(
+                f"serial port {self.named}: {len(fitting)} devices have the controller's USB id"
+                f" ({_listed(fitting)}); name the one that is meant, as in port ="
+                f' "{BY_SERIAL}{first}"'
+            )
+        return fitting[0].name
+
+
+def _linked_ports() -> list[PortIdentity]:
+    """Return what udev's links tell, for systems whose device tree is not readable (containers)."""
+    if not BY_ID.is_dir():
+        return []
+    return [
+        PortIdentity(name=str(link.resolve()), serial=named[1], product=link.name)
+        for link in sorted(BY_ID.iterdir())
+        if (named := _BY_ID_SERIAL.fullmatch(link.name)) is not None
+    ]
+
+
+def _listed(ports: Sequence[PortIdentity]) -> str:
+    return "ports present: " + (", ".join(map(str, ports)) or "none")

@@ -1,0 +1,36 @@
+"""How the eyes' mounts drifted while they were calibrated, in a sentence."""
+
+from foveacam_pipeline.calibrate.report.facts import ClosingFacts, MountDriftFacts, SessionFacts
+from foveacam_pipeline.calibrate.report.markup import paragraph
+
+UNSEEN = (
+    "No node was visited again during the sweeps: thermal drift of the mounts stays in, and the standard "
+    "errors hold what is usual."
+)
+
+
+def mount_drift(session: SessionFacts | None) -> str:
+    """Return a line on the drift during the sweeps, and after them."""
+    if session is None or session.fit is None:
+        return ""
+    if not session.fit.drift:
+        return paragraph(UNSEEN)
+    return paragraph(f"{drift_words(session.fit.drift)}{closing_words(session.closing)}")
+
+
+def drift_words(drift: dict[str, MountDriftFacts]) -> str:
+    """Return how fast and how far each mount drifted."""
+    eyes = "; ".join(
+        f"{eye} eye {found.px_per_minute:.2f} fovea px a minute, {found.moved_px:.2f} ± "
+        f"{found.sigma_px:.2f} px in {found.minutes:.1f} min"
+        for eye, found in drift.items()
+    )
+    return f"Thermal drift of the mounts during the sweeps, seen at nodes visited again, taken out: {eyes}."
+
+
+def closing_words(closing: ClosingFacts | None) -> str:
+    """Return what was found, and done, between the sweeps and the check."""
+    if closing is None:
+        return ""
+    done = "taken out too" if closing.corrected else "within its own error, left in"
+    return f" From then to the check the eyes' rows came {closing.rows_px:.2f} px apart: {done}."

@@ -1,0 +1,157 @@
+"""Nodes that a sweep visits again, because the eyes' mounts drift while it lasts.
+
+The middle of the field is measured before, during and after the sweep of a station; after the last station
+the rig returns to some nodes of the first one. What came of it is fitted elsewhere.
+"""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_hardware.contract import Clock, Head, InvalidInput, PanTilt, Station
+from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_course import Course
+from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_pose import PoseMeter
+from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
+from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.models.intrinsics import Intrinsics
+
+OUT = 0.7
+"""Share of the way from the middle to a corner of the field at which the outer nodes lie to return to."""
+CROSS = np.array([(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+
+logger = logging.getLogger(__name__)
+
+
+def middle_node(plan: SweepPlan) -> int:
+    """Return the index of the node nearest to the middle of the field."""
+    return int(np.argmin(np.linalg.norm(plan.nodes_rad(), axis=1)))
+
+
+def nodes_to_return_to(sweep: Sweep) -> list[int]:
+    """Return the indices of about five nodes, one in the middle and four out, that both eyes have centred."""
+    known = [pose for pose in sweep.poses if all(eye and eye.centred for eye in (pose.left, pose.right))]
+    if not known:
+        return []
+    plan = sweep.header.plan
+    wanted = OUT * CROSS * np.array([plan.half_width_rad, plan.half_height_rad])
+    nodes = np.array([pose.node_rad for pose in known])
+    nearest = [int(np.argmin(np.linalg.norm(nodes - place, axis=1))) for place in wanted]
+    return list(dict.fromkeys(known[k].index for k in nearest))
+
+
+def returned(sweeps: Sequence[Sweep]) -> bool:
+    """Return whether after the last run of these sweeps the rig has returned to nodes out in the field."""
+    seen = [(pose, sweep) for sweep in sweeps for pose in (*sweep.poses, *sweep.repeats)]
+    last = max((pose.run for pose, _ in seen), default="")
+    out = [
+        pose
+        for pose, sweep in seen
+        if pose.run == last and pose.repeat > 0 and pose.index != middle_node(sweep.header.plan)
+    ]
+    return len(out) >= len(CROSS) - 1
+
+
+@dataclass(slots=True, kw_only=True)
+class References:
+    """The visits to the middle of the field during the sweep of one station.
+
+    `every`: poses from one visit to the next, 0: none.
+    """
+
+    course: Course
+    plan: SweepPlan
+    target: TargetPose
+    path: Path
+    every: int
+    run: str
+    known: Sweep
+    _since: int = 0
+
+    def visit_when_due(self, measured: int, *, last: bool) -> None:
+        """Measure the middle at the beginning, every so often, and after the last pose."""
+        if self.every == 0 or not (measured == 0 or last or measured - self._since >= self.every):
+            return
+        self._since = measured
+        index = middle_node(self.plan)
+        pose = self.course.measure(index, self.plan.nodes_rad()[index], self.target)
+        self.known = kept(self.known, pose, run=self.run, path=self.path)
+
+
+def kept(sweep: Sweep, pose: SweepPose, *, run: str, path: Path) -> Sweep:
+    """Write a visit down, unless both eyes were refused, and return the sweep with it."""
+    if pose.eyes_measured == 0:
+        logger.info("visit to node %d: %s; %s", pose.index, pose.left_refusal, pose.right_refusal)
+        return sweep
+    again = replace(pose, repeat=sweep.next_repeat(pose.index), run=run)
+    append_pose(path, again)
+    return replace(sweep, repeats=(*sweep.repeats, again))
+
+
+def return_to_nodes(
+    head: Head,
+    pan_tilt: PanTilt,
+    station: Station,
+    wide: Intrinsics,
+    *,
+    clock: Clock,
+    watch: Watcher,
+    folder: Path,
+    settings: SweepSettings,
+) -> tuple[SweepPose, ...]:
+    """Return to about five nodes of a station that was swept, and return what was seen there.
+
+    The visits are added to the sweep's file. Raise InvalidInput where there is no sweep, or it is of another
+    station, Cancelled when the watcher has had enough, and what the devices raise.
+    """
+    path = folder / sweep_filename(station)
+    sweep = load_sweep(path)
+    if sweep.header.station != station:
+        raise InvalidInput(
+            f"sweep {path}: it was made at {sweep.header.station}, the rig's station is {station} now; "
+            "begin anew in another session"
+        )
+    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
+    meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
+    meter.fovea_size = sweep.header.fovea_size
+    for pose in sweep.poses:
+        meter.learn(pose)
+    course = Course(
+        base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
+    )
+    by_hand = HandTurned(
+        head=head,
+        clock=clock,
+        watch=watch,
+        wide=wide,
+        layout=settings.layout,
+        settings=settings.turning,
+        correct=base.correct,
+    )
+    indices, before = nodes_to_return_to(sweep), len(sweep.repeats)
+    try:
+        base.prepare()
+        for done, index in enumerate(indices):
+            check(watch, doing="the sweep")
+            watch.progress(done, total=len(indices), note="back to nodes of the first station: the drift")
+            pose = next(pose for pose in sweep.poses if pose.index == index)
+            node = np.array(pose.node_rad)
+            if base.by_hand:
+                base.ask(node)
+                by_hand.wait_for(node[None], done=done, total=len(indices))
+                again = meter.measure(index, pose.node_rad, None)
+            else:
+                target = locate_target(pose.wide, settings.layout, wide, distance_m=station.distance_m)
+                again = course.measure(index, node, target)
+            sweep = kept(sweep, again, run=settings.run, path=path)
+        watch.progress(len(indices), total=len(indices), note="back to nodes of the first station: the drift")
+        return sweep.repeats[before:]
+    finally:
+        base.hold()

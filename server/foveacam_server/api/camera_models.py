@@ -1,0 +1,119 @@
+"""Cameras as asked for and as answered: settings, ranges, link, counters, trigger tests."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from foveacam_server.api.models import Asked, Told
+
+PixelFormatName = Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]
+Verdict = Literal["untested", "ok", "ok_software_only", "camera", "wiring", "no_probe"]
+
+
+class SpanDocument(Told):
+    """What a camera accepts, both ends included; `low` = `high`: it cannot be set."""
+
+    low: float
+    high: float
+
+
+class CameraRangesDocument(Told):
+    """What a camera accepts; no formats before it was opened."""
+
+    exposure_ms: SpanDocument
+    gain_db: SpanDocument
+    black_level: SpanDocument
+    frame_rate_hz: SpanDocument
+    pixel_formats: list[PixelFormatName]
+
+
+class CameraSettingsDocument(Told):
+    """What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start."""
+
+    exposure_ms: float
+    gain_db: float
+    black_level: float
+    frame_rate_hz: float
+    pixel_format: PixelFormatName
+    trigger: Literal["none", "hardware", "software"]
+    kept: bool
+
+
+class CameraLinkDocument(Told):
+    """Whether a camera delivers and if not, why; `epoch` counts its openings."""
+
+    phase: Literal["closed", "opening", "ready", "streaming", "degraded", "lost", "backoff"]
+    reason: str
+    since_s: float | None
+    """How long it has been so; null when nobody knows."""
+    epoch: int
+
+
+class CameraDocument(Told):
+    """One camera as last seen."""
+
+    role: str
+    vendor: str
+    model: str
+    serial: str
+    version: str
+    """Its firmware; empty where it does not say."""
+    connected: bool
+    width: int | None
+    height: int | None
+    exposure_ms: float
+    frame_rate_hz: float
+    """Measured."""
+    frame_age_ms: float | None
+    delivered: int
+    dropped: int
+    incomplete: int
+    late: int
+    underrun: int
+    settings: CameraSettingsDocument
+    ranges: CameraRangesDocument
+    link: CameraLinkDocument
+
+
+class DifferenceDocument(Told):
+    """A setting in which the foveae differ by more than 0.5 % of its range."""
+
+    setting: Literal["exposure_ms", "gain_db", "black_level", "pixel_format", "trigger"]
+    left: float | str
+    right: float | str
+
+
+class CameraPatch(Asked):
+    """What shall change; what is left out stays. `linked`: both foveae at once."""
+
+    exposure_ms: Annotated[float, Field(ge=0.0)] | None = None
+    gain_db: float | None = None
+    black_level: float | None = None
+    frame_rate_hz: float | None = None
+    pixel_format: PixelFormatName | None = None
+    linked: bool = False
+
+
+class CamerasChangedDocument(Told):
+    """The cameras that changed, with what they took, and in what the foveae differ now."""
+
+    cameras: list[CameraDocument]
+    divergence: list[DifferenceDocument]
+
+
+class EyeTestDocument(Told):
+    """What the trigger test found of one eye; times from trigger to frame."""
+
+    eye: Literal["left", "right"]
+    verdict: Verdict
+    detail: str
+    software_ms: float | None
+    hardware_ms: float | None
+
+
+class TriggerTestDocument(Told):
+    """One trigger test; `id` is empty before the first."""
+
+    id: str
+    created_utc: str
+    eyes: list[EyeTestDocument]

@@ -1,0 +1,121 @@
+"""The server's own hardware thread on a rig, for benches: no HTTP, no pictures; and how a bench waits."""
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.camera_config import CamerasConfig
+from foveacam_hardware.contract import DeviceFault, Frame, Mirrors, MonotonicClock
+from foveacam_hardware.rig import Rig, open_rig
+from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig
+from foveacam_server.runtime.device_watch import MIRRORS
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.live_views import LiveRates
+from foveacam_server.runtime.ports import Rig as RigPort
+from foveacam_server.runtime.store import Store
+
+_Answer = TypeVar("_Answer")
+OPEN_PATIENCE_S = 20.0
+
+
+POLL_S = 0.004
+
+
+def controller_rig(port: str, cameras: CamerasConfig | None = None) -> Rig:
+    """Return a rig of metal on the controller of a port, with some cameras or none."""
+    config = SerialRigConfig(
+        kind="serial",
+        rig_id="bench",
+        mirrors=SerialMirrorsConfig(port=port),
+        cameras=cameras or CamerasConfig(),
+    )
+    return open_rig(config)
+
+
+class BenchHost:
+    """A hardware thread on a rig; a context manager. `rate_hz`: of its looks and wide frames."""
+
+    def __init__(self, rig: Rig, *, rate_hz: float = 1.0, folder: Path | None = None) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="foveacam-bench-")
+        self.store = Store(folder or Path(self._folder.name))
+        self.events = EventLog(self.store)
+        self._rig = rig
+        self.hardware = HardwareThread(
+            lambda: self._rig,
+            sink=_Nowhere(),
+            events=self.events,
+            clock=MonotonicClock(),
+            overlay=lambda _gaze: None,
+            limits=LiveRates(wide_hz=rate_hz, fovea_hz=rate_hz),
+        )
+
+    def __enter__(self) -> "BenchHost":
+        self.hardware.start()
+        if not self.hardware.wait_open(OPEN_PATIENCE_S) or not self.mirrors.state.enabled:
+            raise DeviceFault(f"the bench's rig did not open: {self.hardware.status.problems}")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.hardware.close()
+        self.events.close()
+        self.store.close()
+        self._folder.cleanup()
+
+    @property
+    def mirrors(self) -> Mirrors:
+        """The driver itself: to look at, not to command."""
+        return self._rig.mirrors
+
+    @property
+    def in_trouble(self) -> bool:
+        """Whether an operator would be told that the mirrors are not well."""
+        return not self.mirrors.state.connected or self.has_problem(MIRRORS)
+
+    def has_problem(self, *devices: str) -> bool:
+        """Whether an operator would be told that one of `devices` is not well."""
+        return any(problem.device in devices for problem in self.hardware.status.problems)
+
+    def do(self, work: Callable[[Mirrors], _Answer], *, timeout_s: float) -> _Answer:
+        """Have the hardware thread do something with the mirrors; raise its error, or `TimeoutError`."""
+
+        def with_rig(rig: RigPort) -> _Answer:
+            return work(rig.mirrors)
+
+        return self.hardware.submit(with_rig).result(timeout_s)
+
+
+class _Nowhere:
+    """A place for pictures that nobody looks at."""
+
+    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        """Forget it."""
+
+    def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
+        """Forget it."""
+
+    def watched(self, view: str) -> bool:
+        """Somebody does, at the bench's rate."""
+        return True
+
+
+def seconds_until(condition: Callable[[], bool], *, since_ns: int, within_s: float) -> float | None:
+    """Return when a condition came true, counted from a moment; None when it did not in time."""
+    while not condition():
+        if time.monotonic_ns() - since_ns > within_s * 1e9:
+            return None
+        time.sleep(POLL_S)
+    return (time.monotonic_ns() - since_ns) / 1e9
+
+
+def sleep_until(began_ns: int, pause_s: float) -> None:
+    """Sleep until so long after a moment."""
+    time.sleep(max(0.0, pause_s - (time.monotonic_ns() - began_ns) / 1e9))

@@ -1,0 +1,1 @@
+"""`foveacam calibrate`: its commands, the options they share, and the rig and session they work with."""

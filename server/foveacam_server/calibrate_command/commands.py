@@ -1,0 +1,240 @@
+"""`foveacam calibrate`: the steps of a calibration on the command line, one command a step.
+
+On the simulated rig time is virtual, so that a step takes as long as its computing, unless `--real-time`.
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.calibrate_command.choices import LabelOption, SessionOption, Wish, checked, on_rig, pair
+from foveacam_server.calibrate_command.record_commands import app as records_app
+from foveacam_server.calibrating import options as of_step
+
+app = typer.Typer(
+    name="calibrate",
+    help="Calibrate a rig: wide camera, mirrors, rectification; drift, check, records, report.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ROOM = "calibration"
+"""Scene with boards and markers in which the simulated rig is calibrated."""
+
+BoardOption = Annotated[str | None, typer.Option(help="inner corners of the board, such as 9x6")]
+SquareOption = Annotated[float | None, typer.Option(help="side of a square of the board, mm")]
+MarkerOption = Annotated[float | None, typer.Option(help="side of a marker, mm: a ChArUco board")]
+ModelOption = Annotated[str | None, typer.Option(help="lens model: five or rational")]
+ViewsOption = Annotated[int | None, typer.Option(help="how many views of the board to take")]
+StationOption = Annotated[list[str] | None, typer.Option(help="where to sweep; may be given again")]
+NodesOption = Annotated[str | None, typer.Option(help="poses of the sweep, such as 9x9")]
+OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' polynomial; usually elected")]
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def wide(
+    wish: Wish,
+    *,
+    images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
+    pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
+    station: Annotated[str | None, typer.Option(help="where the board is shown")] = None,
+    board: BoardOption = None,
+    square_mm: SquareOption = None,
+    marker_mm: MarkerOption = None,
+    views: ViewsOption = None,
+    model: ModelOption = None,
+    session: SessionOption = None,
+    label: LabelOption = None,
+) -> None:
+    """Stage 1: measure the wide camera with a board, or from a folder of images."""
+    from foveacam_server.calibrate_command.runs import Place, run_in_session, run_on_images
+    from foveacam_server.calibrating.steps import ImageFolder
+
+    options = checked(
+        of_step.WideOptions,
+        {
+            "station": station,
+            "board": _board(board, square_mm, marker_mm),
+            "views": views,
+            "model": model,
+        },
+    )
+    place = Place(session=session, label=label, begin=True)
+    if images is None:
+        run = of_step.WideRun(step="wide", options=options)
+        run_in_session(wish, run, place)
+        return
+    if options.board is None:
+        raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
+    run_on_images(wish, ImageFolder(folder=images, pattern=pattern), options, place)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def mirrors(
+    wish: Wish,
+    *,
+    station: StationOption = None,
+    nodes: NodesOption = None,
+    extent_ax_deg: Annotated[float | None, typer.Option(help="outermost gaze across, degrees")] = None,
+    extent_ay_deg: Annotated[float | None, typer.Option(help="outermost gaze down, degrees")] = None,
+    spacing: Annotated[str | None, typer.Option(help="rim (denser there) or even")] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="set aside what was swept before")] = False,
+    session: SessionOption = None,
+) -> None:
+    """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
+    from foveacam_server.calibrate_command.runs import Place, run_in_session
+
+    grid = pair(nodes, option="--nodes", example="9x9")
+    options = checked(
+        of_step.MirrorsOptions,
+        {
+            "stations": station or None,
+            "nodes": None if grid is None else list(grid),
+            "extent_ax_deg": extent_ax_deg,
+            "extent_ay_deg": extent_ay_deg,
+            "spacing": spacing,
+            "restart": restart,
+        },
+    )
+    run_in_session(wish, of_step.MirrorsRun(step="mirrors", options=options), Place(session=session))
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def rectify(
+    wish: Wish,
+    *,
+    label: LabelOption = None,
+    order: OrderOption = None,
+    farthest_only: Annotated[
+        bool, typer.Option("--farthest-only", help="fit the sweep over the farthest markers alone")
+    ] = False,
+    activate: Annotated[bool, typer.Option("--activate", help="put the result in force")] = False,
+    session: SessionOption = None,
+) -> None:
+    """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
+    from foveacam_server.calibrate_command.runs import Place, run_fit_in_session
+
+    options = checked(
+        of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
+    )
+    run_fit_in_session(wish, options, Place(session=session), activate=activate)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def check(
+    wish: Wish,
+    *,
+    poses: Annotated[int | None, typer.Option(help="how many poses outside the sweep")] = None,
+    session: SessionOption = None,
+) -> None:
+    """Check the fitted calibration at poses that no sweep visited."""
+    from foveacam_server.calibrate_command.runs import Place, run_in_session
+
+    options = checked(of_step.CheckOptions, {"poses": poses})
+    run_in_session(wish, of_step.CheckRun(step="check", options=options), Place(session=session))
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def settle(
+    wish: Wish,
+    *,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
+    ] = False,
+    session: SessionOption = None,
+) -> None:
+    """Measure how fast each mirror axis comes to rest, and its resonance."""
+    from foveacam_server.calibrate_command.runs import Place, run_in_session
+
+    run = of_step.SettleRun(step="settle", options=of_step.SettleOptions(apply=apply))
+    run_in_session(wish, run, Place(session=session))
+
+
+@app.command(name="all")
+@on_rig(usual_scene=ROOM)
+def everything(
+    wish: Wish,
+    *,
+    nodes: NodesOption = None,
+    station: StationOption = None,
+    views: ViewsOption = None,
+    label: LabelOption = None,
+    order: OrderOption = None,
+    without_settle: Annotated[
+        bool, typer.Option("--without-settle", help="leave out the settle characterisation")
+    ] = False,
+    apply_settle: Annotated[
+        bool,
+        typer.Option(
+            "--apply-settle/--no-apply-settle",
+            help="let the rig wait after every move as long as was measured",
+        ),
+    ] = True,
+    activate: Annotated[
+        bool, typer.Option("--activate/--no-activate", help="put the result in force")
+    ] = True,
+    session: SessionOption = None,
+) -> None:
+    """Calibrate from nothing: every step after the other."""
+    from foveacam_server.calibrate_command.runs import Place, run_in_session
+
+    grid = pair(nodes, option="--nodes", example="9x9")
+    options = checked(
+        of_step.AllOptions,
+        {
+            "wide": checked(of_step.WideOptions, {"views": views}),
+            "mirrors": checked(
+                of_step.MirrorsOptions,
+                {"stations": station or None, "nodes": None if grid is None else list(grid)},
+            ),
+            "fit": checked(of_step.FitOptions, {"label": label, "order": order}),
+            "settle": not without_settle,
+            "apply_settle": apply_settle,
+            "activate": activate,
+        },
+    )
+    run = of_step.AllRun(step="all", options=options)
+    run_in_session(wish, run, Place(session=session, label=label, begin=True))
+
+
+@app.command()
+@on_rig(usual_scene="bench")
+def drift(
+    wish: Wish,
+    *,
+    distance_m: Annotated[
+        float | None,
+        typer.Option(help="distance of what stands in the middle, if known", min=0.5),
+    ] = None,
+    apply: Annotated[bool, typer.Option("--apply", help="correct a drift that is surely there")] = False,
+) -> None:
+    """Look once into the scene: how far have the eyes moved since they were calibrated?"""
+    from foveacam_server.calibrate_command.runs import run_drift
+
+    run_drift(wish, distance_m=distance_m, apply=apply)
+
+
+app.registered_commands.extend(records_app.registered_commands)
+
+
+def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:
+    size = pair(corners, option="--board", example="9x6")
+    if size is None and square_mm is None and marker_mm is None:
+        return None
+    if size is None or square_mm is None:
+        raise InvalidInput("a board needs --board and --square-mm, such as --board 9x6 --square-mm 25")
+    board: dict[str, object] = {
+        "kind": "checkerboard" if marker_mm is None else "charuco",
+        "columns": size[0],
+        "rows": size[1],
+        "square_mm": square_mm,
+    }
+    return board if marker_mm is None else board | {"marker_mm": marker_mm}

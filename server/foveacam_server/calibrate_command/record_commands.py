@@ -1,0 +1,117 @@
+"""`foveacam calibrate list, use, compare, report, export, import`: calibrations as they are kept."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.calibrate_command.choices import DataOption, JsonOption, Wish, on_rig
+from foveacam_server.settings import checked_settings
+
+app = typer.Typer(add_completion=False)
+
+WhichOne = Annotated[str, typer.Argument(help="id of a calibration, or its beginning; `current`: in force")]
+FormatOption = Annotated[str, typer.Option("--format", help="foveacam, or authors (with the poses)")]
+ROOM = "calibration"
+
+
+@app.command(name="list")
+def every(data: DataOption = None, as_json: JsonOption = False) -> None:
+    """List all calibrations, newest first."""
+    from foveacam_server.calibrating.shelves import Shelves
+
+    shelves = Shelves(checked_settings({"data": data}).data)
+    documents = [shelves.document(calibration) for calibration in shelves.every()]
+    if as_json:
+        typer.echo(json.dumps(documents))
+        return
+    table = Table(title=f"calibrations in {shelves.folder}")
+    table.add_column("id", no_wrap=True)
+    for title in ("rig", "label", "origin", "created", "in force"):
+        table.add_column(title, overflow="fold")
+    for found in documents:
+        mark = "yes" if found["current"] else ""
+        row = [str(found[name]) for name in ("id", "rig_id", "label", "origin")]
+        row.append(str(found["created_utc"])[:16].replace("T", " "))
+        table.add_row(*(cell.replace("[", "\\[") for cell in row), mark)
+    Console().print(table)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def use(wish: Wish, *, calibration: WhichOne) -> None:
+    """Put a calibration in force."""
+    from foveacam_server.calibrate_command.rig import RigChoice, opened_shop
+    from foveacam_server.calibrating.shelves import Shelves
+
+    wanted = Shelves(wish.settings.data).find(calibration)
+    with opened_shop(RigChoice.of(wish)) as shop:
+        shop.calibration.activate(wanted.id)
+    typer.echo(json.dumps({"id": wanted.id}) if wish.as_json else f"{wanted.id} ({wanted.label}) is in force")
+
+
+@app.command()
+def report(
+    calibration: WhichOne = "current",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="file to write")] = None,
+    data: DataOption = None,
+) -> None:
+    """Write what is known of a calibration as one HTML page: measured values beside the paper's."""
+    from foveacam_server.calibrating.reports import report_page
+    from foveacam_server.calibrating.shelves import Shelves
+
+    shelves = Shelves(checked_settings({"data": data}).data)
+    found = shelves.find(calibration)
+    path = output or Path(f"calibration-{found.id}.html")
+    path.write_text(report_page(found, sessions=shelves.sessions, drift=shelves.drift), encoding="utf-8")
+    typer.echo(str(path))
+
+
+@app.command()
+def export(
+    calibration: WhichOne,
+    output: Annotated[Path, typer.Argument(help="file to write; it must not exist")],
+    file_format: FormatOption = "foveacam",
+    data: DataOption = None,
+) -> None:
+    """Write a calibration to a file."""
+    from foveacam_pipeline.calibrate.records.new_file import write_new
+    from foveacam_server.calibrating.record_files import exported, known_format
+    from foveacam_server.calibrating.shelves import Shelves
+
+    shelves = Shelves(checked_settings({"data": data}).data)
+    found = shelves.find(calibration)
+    write_new(output, exported(found, known_format(file_format), sessions=shelves.sessions))
+    typer.echo(str(output))
+
+
+@app.command(name="import")
+@on_rig(usual_scene=ROOM)
+def take(
+    wish: Wish,
+    *,
+    file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
+    distance_m: Annotated[
+        float | None, typer.Option(help="distance of the markers, which a bundle does not say", min=0.1)
+    ] = None,
+) -> None:
+    """Keep the calibration of a file; `use` puts it in force."""
+    from foveacam_server.calibrate_command.rig import RigChoice
+    from foveacam_server.calibrating.record_files import ImportFacts, imported
+    from foveacam_server.calibrating.shelves import Shelves
+
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InvalidInput(f"there is no file {file}; give the path of a calibration file") from error
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"{file} cannot be read as JSON ({error}); export it again") from error
+    facts = ImportFacts(rig_id=RigChoice.of(wish).rig_id, distance_m=distance_m)
+    shelves = Shelves(wish.settings.data)
+    found = imported(document, facts)
+    shelves.records.add(found)
+    typer.echo(json.dumps(shelves.document(found)) if wish.as_json else f"{found.id} ({found.label}) is kept")

@@ -1,0 +1,81 @@
+"""Cameras: what each driver's library finds, and whether those that the rig file names are among them."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.drivers.cameras.device import FoundCamera
+from foveacam_server.doctor.findings import Finding, fine, problem, warning
+from foveacam_server.doctor.needs import MACHINE_VISION, Needs
+
+Discover: TypeAlias = Callable[[], list[FoundCamera]]
+"""Looks for cameras without opening any; raises `NotConnected` when its library is missing."""
+
+
+def look_for_cameras(
+    discoveries: Mapping[str, Discover], needs: Needs
+) -> tuple[list[FoundCamera], list[Finding]]:
+    """Let every driver look; return what they found, and a finding for each."""
+    cameras: list[FoundCamera] = []
+    findings = []
+    for kind, discover in discoveries.items():
+        name = f"cameras_{kind}"
+        try:
+            found = discover()
+        except FoveaError as failure:
+            needed = kind in needs.kinds
+            findings.append(
+                problem(name, str(failure), f"install what {kind} needs, or give the camera another kind")
+                if needed
+                else fine(name, f"not usable here, and not needed: {failure}")
+            )
+            continue
+        cameras.extend(found)
+        findings.append(_judge(name, found))
+    return cameras, findings
+
+
+def check_named(cameras: Sequence[FoundCamera], needs: Needs) -> list[Finding]:
+    """Say for each machine vision camera that the rig file names whether it was found."""
+    findings = []
+    for named in needs.cameras:
+        if named.kind not in MACHINE_VISION:
+            continue
+        same = [camera for camera in cameras if camera.kind == named.kind]
+        found = next((camera for camera in same if camera.info.serial == named.wanted), None)
+        name = f"camera_{named.role}"
+        if found is None:
+            others = ", ".join(camera.info.serial for camera in same) or "none"
+            elsewhere = next((camera.kind for camera in cameras if camera.info.serial == named.wanted), None)
+            hint = f"; the {elsewhere} driver sees it: write that as its kind" if elsewhere else ""
+            findings.append(
+                problem(
+                    name,
+                    f"serial {named.wanted} is not there; {named.kind} found {others}{hint}",
+                    "plug it in, check its power and its network address, or correct the serial in the rig"
+                    " file",
+                )
+            )
+        elif found.problem is not None:
+            findings.append(problem(name, f"{_told(found)}: {found.problem}", "free it, then ask again"))
+        else:
+            findings.append(fine(name, _told(found)))
+    return findings
+
+
+def _judge(name: str, found: Sequence[FoundCamera]) -> Finding:
+    told = ", ".join(map(_told, found)) or "none found"
+    twice = [serial for serial, count in Counter(camera.info.serial for camera in found).items() if count > 1]
+    if twice:
+        return warning(
+            name,
+            f"{told}; serial {', '.join(twice)} is there more than once",
+            "give each camera a serial number of its own, or look on one interface alone (`interface = …`)",
+        )
+    return fine(name, told)
+
+
+def _told(camera: FoundCamera) -> str:
+    where = f" at {camera.address}" if camera.address else ""
+    return f"{camera.info.vendor} {camera.info.model} serial {camera.info.serial or '?'}{where}"

@@ -1,0 +1,81 @@
+"""What a check has found, how bad it is, and what to do about it: as a table and as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from rich.table import Table
+
+
+class Level(StrEnum):
+    """How much a finding is in the way."""
+
+    OK = "ok"
+    WARNING = "warning"
+    """It may work, slower or at times."""
+    PROBLEM = "problem"
+    """It will not work."""
+
+
+COLORS = {Level.OK: "green", Level.WARNING: "yellow", Level.PROBLEM: "red"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One thing that was checked. `remedy`: what to do about it, with commands to paste, or nothing."""
+
+    name: str
+    level: Level
+    found: str
+    remedy: str = ""
+
+    def document(self) -> dict[str, object]:
+        """Return it as JSON."""
+        return {"level": self.level.value, "found": self.found, "remedy": self.remedy}
+
+
+def fine(name: str, found: str) -> Finding:
+    """Return a finding of something that is as it should be."""
+    return Finding(name=name, level=Level.OK, found=found)
+
+
+def warning(name: str, found: str, remedy: str) -> Finding:
+    """Return a finding of something that may get in the way."""
+    return Finding(name=name, level=Level.WARNING, found=found, remedy=remedy)
+
+
+def problem(name: str, found: str, remedy: str = "") -> Finding:
+    """Return a finding of something that is in the way."""
+    return Finding(name=name, level=Level.PROBLEM, found=found, remedy=remedy)
+
+
+def healthy(findings: Sequence[Finding]) -> bool:
+    """Return whether nothing is in the way."""
+    return all(finding.level is not Level.PROBLEM for finding in findings)
+
+
+def findings_document(findings: Sequence[Finding]) -> dict[str, object]:
+    """Return all findings as one JSON object, by their names in the order of the checks."""
+    return {
+        "ok": healthy(findings),
+        "problems": sum(finding.level is Level.PROBLEM for finding in findings),
+        "warnings": sum(finding.level is Level.WARNING for finding in findings),
+        "checks": {finding.name: finding.document() for finding in findings},
+    }
+
+
+def findings_table(findings: Sequence[Finding]) -> Table:
+    """Return the findings as a table."""
+    table = Table(title="foveacam doctor")
+    table.add_column("what")
+    table.add_column("")
+    table.add_column("found", overflow="fold")
+    table.add_column("what to do", overflow="fold")
+    for finding in findings:
+        mark = f"[{COLORS[finding.level]}]{finding.level.value}[/]"
+        table.add_row(finding.name.replace("_", " "), mark, _plain(finding.found), _plain(finding.remedy))
+    return table
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", "\\[")

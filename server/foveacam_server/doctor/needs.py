@@ -1,0 +1,63 @@
+"""What a rig needs of its machine: decides whether a finding is in the way or beside the point."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from foveacam_hardware.camera_config import (
+    ROLES,
+    AravisCameraConfig,
+    OpenCvCameraConfig,
+    PylonCameraConfig,
+    device_name,
+)
+from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
+
+MACHINE_VISION = ("aravis", "pylon")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedCamera:
+    """A camera that the rig file names: `wanted` is its serial number, or its source."""
+
+    role: str
+    kind: str
+    wanted: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Needs:
+    """What the rig file names. `ports`: serial ports by what they are for."""
+
+    simulated: bool
+    cameras: tuple[NamedCamera, ...] = ()
+    ports: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def kinds(self) -> set[str]:
+        """The camera drivers that the rig uses."""
+        return {camera.kind for camera in self.cameras}
+
+    @property
+    def machine_vision(self) -> bool:
+        """Whether it has cameras that fill a network or a USB bus."""
+        return not self.kinds.isdisjoint(MACHINE_VISION)
+
+
+def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> Needs:
+    """Return what a rig needs."""
+    if isinstance(config, SimulatedRigConfig):
+        return Needs(simulated=True)
+    cameras = []
+    for role in ROLES:
+        camera = getattr(config.cameras, role)
+        match camera:
+            case AravisCameraConfig() | PylonCameraConfig():
+                cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=camera.serial))
+            case OpenCvCameraConfig():
+                cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=device_name(camera) or ""))
+    ports = {"mirrors": config.mirrors.port}
+    for use, device in (("pan_tilt", config.pan_tilt), ("rail", config.rail)):
+        port = getattr(device, "port", None)  # what is moved by hand has none
+        if port is not None:
+            ports[use] = port
+    return Needs(simulated=False, cameras=tuple(cameras), ports=ports)

@@ -1,0 +1,62 @@
+"""The trigger wiring, on request: one pulse must expose both foveae; if not, is it the camera or the cable.
+
+The mirrors stay parked. A camera that answers a command and no pulse has a wire that is missing; one that
+answers neither is at fault itself.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+
+from foveacam_hardware.contract import PARKED, Camera, CameraSettings, FoveaError, Role, TriggerSource
+from foveacam_hardware.rig import Rig
+from foveacam_server.doctor.findings import Finding, fine, problem
+
+TIMEOUT_MS = 2000.0
+PULSE = "trigger_pulse"
+
+
+def check_trigger(rig: Rig) -> list[Finding]:
+    """Expose both foveae by one pulse; when that fails, each by a command."""
+    try:
+        rig.mirrors.enable()
+        rig.head.look(PARKED)
+    except FoveaError as failure:
+        pulse = problem(PULSE, str(failure), "see the verdict on each camera below")
+        return [pulse, *(_verdict(rig.camera(role)) for role in (Role.LEFT, Role.RIGHT))]
+    finally:
+        _disable(rig)
+    return [fine(PULSE, "one pulse exposed both foveae, and both said so")]
+
+
+def _verdict(camera: Camera) -> Finding:
+    """Say whether a camera exposes on command: then its wires are at fault, else it is."""
+    name, before = f"trigger_{camera.role}", camera.settings
+    try:
+        camera.configure(replace(before, triggered=True, trigger_source=TriggerSource.SOFTWARE))
+        camera.software_trigger()
+        camera.read(timeout_ms=TIMEOUT_MS)
+    except FoveaError as failure:
+        return problem(
+            name,
+            f"camera: it does not expose on command either ({failure})",
+            "look at the camera first, not at the wires",
+        )
+    finally:
+        _restore(camera, before)
+    return problem(
+        name,
+        "wiring: it exposes on command; that a pulse does not expose it, or nobody hears of it, is a wire's"
+        " fault",
+        "check the pulse's wire to its trigger_line, the strobe's from its strobe_line to the controller,"
+        " both grounds, and both names in the rig file",
+    )
+
+
+def _restore(camera: Camera, before: CameraSettings) -> None:
+    with suppress(FoveaError):  # it has been reported already
+        camera.configure(before)
+
+
+def _disable(rig: Rig) -> None:
+    with suppress(FoveaError):
+        rig.mirrors.disable()

@@ -1,0 +1,70 @@
+"""Whether both foveae run alike: one pulse exposes both, and their pictures are compared. Pure."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from foveacam_hardware.contract import CameraRanges, CameraSettings, Span, same_exposure
+
+TOLERANCE = 0.005
+"""Of a setting's range; further apart, somebody must say which side counts."""
+
+
+Setting: TypeAlias = Literal["exposure_ms", "gain_db", "black_level", "pixel_format", "trigger"]
+
+SETTINGS: tuple[Setting, ...] = ("exposure_ms", "gain_db", "black_level", "pixel_format", "trigger")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """One setting in which the foveae differ, in its unit, as the operator reads it."""
+
+    setting: Setting
+    left: float | str
+    right: float | str
+
+
+def differences(
+    left: CameraSettings, right: CameraSettings, *, ranges: CameraRanges
+) -> tuple[Difference, ...]:
+    """Return in what the foveae differ; the frame rate does not count, as the trigger sets it.
+
+    An exposure is compared on the logarithmic scale that its control has, and may be no further apart than
+    one pulse can expose.
+    """
+    far = {
+        "exposure_ms": not same_exposure(left.exposure_ns, right.exposure_ns)
+        or _far_in_log(left.exposure_ns, right.exposure_ns, ranges.exposure_ns),
+        "gain_db": _far(left.gain_db, right.gain_db, ranges.gain_db),
+        "black_level": _far(left.black_level, right.black_level, ranges.black_level),
+        "pixel_format": left.pixel_format is not right.pixel_format,
+        "trigger": _mode(left) != _mode(right),
+    }
+    on_left, on_right = _shown(left), _shown(right)
+    return tuple(
+        Difference(setting=name, left=on_left[name], right=on_right[name]) for name in SETTINGS if far[name]
+    )
+
+
+def _shown(settings: CameraSettings) -> dict[Setting, float | str]:
+    return {
+        "exposure_ms": settings.exposure_ns / 1e6,
+        "gain_db": settings.gain_db,
+        "black_level": settings.black_level,
+        "pixel_format": settings.pixel_format.value,
+        "trigger": _mode(settings),
+    }
+
+
+def _far(left: float, right: float, span: Span) -> bool:
+    return abs(left - right) > TOLERANCE * (span.high - span.low)
+
+
+def _far_in_log(left: float, right: float, span: Span) -> bool:
+    if min(left, right, span.low) <= 0.0 or span.high <= span.low:
+        return left != right
+    return abs(math.log(left / right)) > TOLERANCE * math.log(span.high / span.low)
+
+
+def _mode(settings: CameraSettings) -> str:
+    return settings.trigger_source.value if settings.triggered else "none"

@@ -1,0 +1,149 @@
+"""Trigger tests as jobs: the rig to itself, step by step through its thread, what ran is restored."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from foveacam_hardware.contract import Camera, Role
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime import trigger_test as test
+from foveacam_server.runtime.camera_desk import CameraDesk
+from foveacam_server.runtime.documents import rounded
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.names import new_id, utc_now
+from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.store import Document
+from foveacam_server.whole_file import write_document
+
+KIND = "camera.self_test"
+URL = "/api/v1/cameras/self_tests"
+EYES = (Role.LEFT, Role.RIGHT)
+STEPS = 3
+LONGEST_STEP_S = 60.0
+"""Exposures may be long, and each step waits for two."""
+
+T = TypeVar("T")
+
+
+class TriggerTests:
+    """Queues tests, runs them, keeps what they found."""
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        cameras: CameraDesk,
+        hardware: HardwareThread,
+        jobs: JobRunner,
+        events: EventLog,
+    ) -> None:
+        self._folder = folder
+        self._cameras = cameras
+        self._hardware = hardware
+        self._jobs = jobs
+        self._events = events
+        jobs.handle(KIND, self._work)
+
+    def submit(self, *, idempotency_key: str | None = None) -> Job:
+        """Queue a test of both eyes."""
+        return self._jobs.submit(KIND, {}, idempotency_key=idempotency_key)
+
+    def get(self, test_id: str) -> Document:
+        """Return what one test found or raise `NotFound`."""
+        for document in self.every():
+            if document["id"] == test_id:
+                return document
+        raise NotFound(f"there is no trigger test {test_id}; see {URL}", asked=test_id)
+
+    def at_url(self, url: str) -> Document:
+        """Return the test that a job's result URL names."""
+        return self.get(url.rsplit("/", 1)[1])
+
+    def every(self) -> list[Document]:
+        """Return all tests, newest first."""
+        paths = sorted(self._folder.glob("*.json"), reverse=True)
+        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+    def newest(self) -> Document:
+        """Return what is known of both eyes now: the newest test, or that there was none."""
+        for document in self.every()[:1]:
+            return document
+        untested = [
+            test.EyeFound(role=role, verdict=test.Verdict.UNTESTED, detail="not tested yet") for role in EYES
+        ]
+        return _document("", "", untested)
+
+    def _work(self, context: JobContext) -> str:
+        with self._hardware.session(f"trigger test {context.job.id}", cancelled=context.cancelled):
+            found = self._test(context)
+        document = _document(new_id("trg"), utc_now(), found)
+        self._keep(document)
+        verdicts = ", ".join(f"{eye.role.value}: {eye.verdict.value}" for eye in found)
+        self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=document)
+        return f"{URL}/{document['id']}"
+
+    def _test(self, context: JobContext) -> list[test.EyeFound]:
+        before = self._do(lambda rig: {eye.role: eye.settings for eye in _eyes(rig)}, "the cameras' settings")
+        try:
+            software = {}
+            for step, role in enumerate(EYES):
+                context.check()
+                context.progress(step, total=STEPS, note=f"a command to the {role.value} camera")
+                software[role] = self._do(_by_software(role), f"a command to the {role.value} camera")
+            context.check()
+            context.progress(len(EYES), total=STEPS, note="one pulse of the controller")
+            pulses = self._pulse()
+        finally:
+            owed = self._do(lambda rig: test.put_back(_eyes(rig), before), "the settings of before")
+            self._cameras.owe(owed)
+        context.progress(STEPS, total=STEPS)
+        return [
+            test.verdict_of(role, software[role], None if pulses is None else pulses[role]) for role in EYES
+        ]
+
+    def _pulse(self) -> dict[Role, test.Probe] | None:
+        """Give a pulse where the mirrors may move; where they may not, the lines stay untested."""
+        if self._hardware.halted:
+            return None
+        gaze = self._hardware.gaze
+        return self._do(lambda rig: test.probe_by_pulse(rig, _eyes(rig), gaze=gaze), "a pulse")
+
+    def _do(self, work: Callable[[Rig], T], asked: str) -> T:
+        return answer_of(self._hardware.submit(work), asked=asked, within_s=LONGEST_STEP_S)
+
+    def _keep(self, document: Document) -> None:
+        path = self._folder / f"{document['created_utc'].replace(':', '')}-{document['id']}.json"
+        write_document(path, document)
+
+
+def _eyes(rig: Rig) -> tuple[Camera, Camera]:
+    return rig.left, rig.right
+
+
+def _by_software(role: Role) -> Callable[[Rig], test.Probe]:
+    def probe(rig: Rig) -> test.Probe:
+        return test.probe_by_software(rig, rig.left if role is Role.LEFT else rig.right)
+
+    return probe
+
+
+def _document(test_id: str, created_utc: str, eyes: list[test.EyeFound]) -> Document:
+    return {
+        "id": test_id,
+        "created_utc": created_utc,
+        "eyes": [
+            {
+                "eye": eye.role.value,
+                "verdict": eye.verdict.value,
+                "detail": eye.detail,
+                "software_ms": rounded(eye.software_ms, 2),
+                "hardware_ms": rounded(eye.hardware_ms, 2),
+            }
+            for eye in eyes
+        ],
+    }

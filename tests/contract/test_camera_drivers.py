@@ -1,0 +1,263 @@
+"""The contract of a camera, run on every driver: scripted, emulated by its vendor, or on a real rig.
+
+What only a simulated world can show (light, noise, virtual time) stands in test_cameras.py.
+"""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import (
+    Camera,
+    CameraPhase,
+    CameraRanges,
+    CameraSettings,
+    FoveaError,
+    InvalidInput,
+    NotConnected,
+    OutOfRange,
+    PixelFormat,
+    Timeout,
+    TriggerSource,
+)
+
+from .camera_kinds import NewCamera, kinds_of
+
+PATIENCE_MS = 5000.0
+GREY = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.MONO12P)
+DEEP = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    kinds = kinds_of(metafunc.config.getoption("--rig"))
+    metafunc.parametrize("new_camera", list(kinds.values()), ids=list(kinds), indirect=True, scope="module")
+
+
+@pytest.fixture(scope="module")
+def new_camera(request: pytest.FixtureRequest) -> Iterator[NewCamera]:
+    with ExitStack() as opened:
+        yield opened.enter_context(request.param())
+
+
+@pytest.fixture
+def camera(new_camera: NewCamera) -> Iterator[Camera]:
+    """A connected camera that was not started, free-running where it can be."""
+    fresh = new_camera()
+    fresh.connect()
+    if fresh.settings.triggered:
+        fresh.configure(replace(fresh.settings, triggered=False))
+    yield fresh
+    fresh.close()
+
+
+@pytest.fixture
+def streaming(camera: Camera) -> Camera:
+    camera.start()
+    return camera
+
+
+@pytest.fixture
+def commanded(camera: Camera) -> Camera:
+    """The camera, waiting for commands; skipped where it cannot."""
+    try:
+        camera.configure(replace(camera.settings, triggered=True, trigger_source=TriggerSource.SOFTWARE))
+    except FoveaError as refused:
+        pytest.skip(f"it cannot be triggered by software: {refused}")
+    camera.start()
+    return camera
+
+
+def test_it_says_who_it_is(camera: Camera) -> None:
+    assert camera.info.serial
+    assert camera.info.model
+    assert camera.link.phase is CameraPhase.READY
+    assert camera.link.epoch == 1
+
+
+def test_it_runs_with_settings_inside_of_its_ranges(camera: Camera) -> None:
+    settings, ranges = camera.settings, camera.ranges
+
+    assert ranges.exposure_ns.low <= settings.exposure_ns <= ranges.exposure_ns.high
+    assert ranges.gain_db.low <= settings.gain_db <= ranges.gain_db.high
+    assert settings.pixel_format in ranges.pixel_formats
+
+
+def test_frames_carry_their_time_number_and_format(streaming: Camera) -> None:
+    frames = list(streaming.frames(3, timeout_ms=PATIENCE_MS))
+
+    assert [frame.seq for frame in frames] == sorted({frame.seq for frame in frames})
+    assert frames[0].t_ns < frames[1].t_ns < frames[2].t_ns
+    assert {frame.exposure_ns for frame in frames} == {streaming.settings.exposure_ns}
+    assert {(frame.role, frame.epoch) for frame in frames} == {(streaming.role, 1)}
+    assert len({frame.image.shape for frame in frames}) == 1
+    assert streaming.link.phase in (CameraPhase.STREAMING, CameraPhase.DEGRADED)
+
+
+def test_frames_keep_the_rate(streaming: Camera) -> None:
+    """Neither doubled nor halved; a camera without a clock is timed by arrivals, which come in bursts."""
+    list(streaming.frames(5, timeout_ms=PATIENCE_MS))  # what waited since the start
+    first, *_, last = streaming.frames(12, timeout_ms=PATIENCE_MS)
+    period_ns = (last.t_ns - first.t_ns) / (last.seq - first.seq)
+
+    assert period_ns == pytest.approx(1e9 / streaming.settings.frame_rate_hz, rel=0.45)
+
+
+def test_the_newest_frame_is_repeated_while_it_is_young_enough(streaming: Camera) -> None:
+    streaming.read(timeout_ms=PATIENCE_MS)
+    streaming.stop()
+    streaming.start()
+    first = streaming.latest(max_age_ms=1000.0)
+    again = streaming.latest(max_age_ms=60_000.0)
+
+    assert again.seq >= first.seq
+    assert streaming.counters.delivered >= 1
+
+
+def test_a_start_begins_the_counters_anew_and_the_numbers_go_on(streaming: Camera) -> None:
+    last = list(streaming.frames(3, timeout_ms=PATIENCE_MS))[-1]
+    streaming.stop()
+    streaming.start()
+
+    assert streaming.read(timeout_ms=PATIENCE_MS).seq > last.seq
+    assert streaming.counters.delivered == 1
+
+
+def test_configure_returns_what_the_camera_took(streaming: Camera) -> None:
+    asked = replace(streaming.settings, exposure_ns=7_000_000)
+    if not allows(streaming.ranges, asked):
+        with pytest.raises(OutOfRange, match=f"camera {streaming.role}: exposure 7 ms"):
+            streaming.configure(asked)
+        return
+    taken = streaming.configure(asked)
+
+    assert taken == streaming.settings
+    assert taken.exposure_ns == pytest.approx(7_000_000, rel=0.05)
+    assert streaming.read(timeout_ms=PATIENCE_MS).exposure_ns == taken.exposure_ns
+
+
+def test_settings_that_a_camera_took_are_taken_again_unchanged(camera: Camera) -> None:
+    taken = camera.configure(camera.settings)
+
+    assert camera.configure(taken) == taken
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda settings, ranges: replace(settings, exposure_ns=round(ranges.exposure_ns.low / 2) - 1),
+        lambda settings, ranges: replace(settings, exposure_ns=round(ranges.exposure_ns.high * 2) + 1),
+        lambda settings, ranges: replace(settings, gain_db=ranges.gain_db.high + 1.0),
+        lambda settings, ranges: replace(settings, gain_db=float("nan")),
+        lambda settings, ranges: replace(settings, frame_rate_hz=0.0),
+        lambda settings, ranges: replace(settings, frame_rate_hz=2 * ranges.frame_rate_hz.high + 1.0),
+        lambda settings, ranges: replace(settings, frame_rate_hz=float("inf")),
+        lambda settings, ranges: replace(settings, black_level=ranges.black_level.high + 1.0),
+    ],
+    ids=["dark", "long", "loud", "nan", "no rate", "fast", "inf", "black"],
+)
+def test_settings_out_of_range_are_refused_and_change_nothing(
+    camera: Camera, change: Callable[[CameraSettings, CameraRanges], CameraSettings]
+) -> None:
+    before = camera.settings
+
+    with pytest.raises(OutOfRange, match=f"camera {camera.role}"):
+        camera.configure(change(before, camera.ranges))
+    assert camera.settings == before
+
+
+def test_every_pixel_format_delivers_what_its_name_says(streaming: Camera) -> None:
+    for pixel_format in streaming.ranges.pixel_formats:
+        taken = streaming.configure(replace(streaming.settings, pixel_format=pixel_format))
+        frame = streaming.read(timeout_ms=PATIENCE_MS)
+
+        assert taken.pixel_format is pixel_format
+        assert frame.image.ndim == (2 if pixel_format in GREY else 3)
+        assert frame.image.dtype == (np.uint16 if pixel_format in DEEP else np.uint8)
+        assert frame.bits == (12 if pixel_format in DEEP else 8)
+
+
+def test_a_pixel_format_that_it_lacks_is_refused_with_those_it_has(camera: Camera) -> None:
+    lacking = [known for known in PixelFormat if known not in camera.ranges.pixel_formats]
+    if not lacking:
+        pytest.skip("it has them all")
+
+    with pytest.raises(OutOfRange, match=camera.ranges.pixel_formats[0]):
+        camera.configure(replace(camera.settings, pixel_format=lacking[0]))
+
+
+def test_a_command_exposes_once_and_nothing_else_does(commanded: Camera) -> None:
+    with pytest.raises(Timeout, match=f"camera {commanded.role}"):
+        commanded.read(timeout_ms=200.0)
+    seqs = []
+    for _ in range(3):
+        commanded.software_trigger()
+        seqs.append(commanded.read(timeout_ms=PATIENCE_MS).seq)
+    with pytest.raises(Timeout):
+        commanded.read(timeout_ms=200.0)
+
+    assert seqs == [seqs[0], seqs[0] + 1, seqs[0] + 2]
+
+
+def test_a_silent_camera_that_waits_for_commands_is_not_lost(commanded: Camera) -> None:
+    with pytest.raises(Timeout):
+        commanded.read(timeout_ms=1500.0)
+
+    assert commanded.link.phase is CameraPhase.STREAMING
+    assert commanded.link.epoch == 1
+
+
+def test_a_free_running_camera_takes_no_command(streaming: Camera) -> None:
+    with pytest.raises(InvalidInput, match="configure it as triggered by software"):
+        streaming.software_trigger()
+
+
+def test_two_readers_share_the_frames_and_none_is_given_twice(streaming: Camera) -> None:
+    with ThreadPoolExecutor(2) as readers:
+        reads = [readers.submit(streaming.read, timeout_ms=PATIENCE_MS) for _ in range(8)]
+        numbers = [read.result().seq for read in reads]
+
+    assert len(set(numbers)) == 8
+    assert streaming.counters.delivered == 8
+
+
+def test_a_closed_camera_refuses_and_closes_again(streaming: Camera) -> None:
+    streaming.close()
+    streaming.close()
+
+    for action in (streaming.start, streaming.read, lambda: streaming.latest(max_age_ms=10.0)):
+        with pytest.raises(NotConnected, match=f"camera {streaming.role}"):
+            action()
+    assert streaming.link.phase is CameraPhase.CLOSED
+
+
+def test_a_stopped_camera_says_that_it_must_be_started(camera: Camera) -> None:
+    with pytest.raises(InvalidInput, match="start"):
+        camera.read()
+
+
+def test_a_camera_opens_again_with_its_settings_and_counts_it(streaming: Camera) -> None:
+    settings = streaming.settings
+    last = streaming.read(timeout_ms=PATIENCE_MS)
+    streaming.close()
+    streaming.connect()
+    streaming.start()
+    frame = streaming.read(timeout_ms=PATIENCE_MS)
+
+    assert (frame.epoch, streaming.link.epoch) == (2, 2)
+    assert frame.seq > last.seq
+    assert streaming.settings == settings
+
+
+def test_connecting_twice_opens_once(streaming: Camera) -> None:
+    streaming.connect()
+
+    assert streaming.link.epoch == 1
+    assert streaming.read(timeout_ms=PATIENCE_MS).epoch == 1
+
+
+def allows(ranges: CameraRanges, settings: CameraSettings) -> bool:
+    return ranges.exposure_ns.low <= settings.exposure_ns <= ranges.exposure_ns.high

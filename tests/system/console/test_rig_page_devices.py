@@ -1,0 +1,102 @@
+"""The rig's page below the cameras, on a server that says what a test has put into it."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from . import rig_documents as documents
+from .conftest import OpenConsole
+from .stand_in import StandIn, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+@pytest.fixture
+def stand_in(server: StandIn) -> StandIn:
+    server.be()
+    return server
+
+
+def panel(name: str, stand_in: StandIn, open_console: OpenConsole) -> Locator:
+    """Open the rig's page; return one of its panels."""
+    return open_console(f"{stand_in.url}#/rig").page.get_by_role("region", name=name, exact=True)
+
+
+def test_trigger_budget_says_where_the_settle_time_is_from(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    trigger = panel("Trigger", stand_in, open_console)
+    expect(trigger.locator(".budget")).to_contain_text("44.4 Hz")
+    expect(trigger.locator(".budget")).to_contain_text("every 22.50 ms")
+    expect(trigger).to_contain_text("measured 2026-03-02")
+
+
+def test_self_test_is_followed_and_its_verdicts_are_explained(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    job = {
+        "id": "job-7",
+        "kind": "camera.self_test",
+        "state": "running",
+        "created_utc": "",
+        "started_utc": None,
+    }
+    job |= {"ended_utc": None, "result_url": None, "problem": None}
+    progress = {"done": 1, "total": 3, "eta_s": None, "note": "a command to the right camera"}
+    stand_in.answers["/cameras/self_tests"] = stand_in.answers["/jobs/job-7"] = job | {"progress": progress}
+    trigger = panel("Trigger", stand_in, open_console)
+    expect(trigger.locator(".verdicts .badge")).to_have_text(["Untested", "Untested"])
+    trigger.get_by_role("button", name="Test both triggers").click()
+    expect(trigger.locator(".state.running")).to_contain_text("A command to the right camera. 1 of 3")
+    expect(trigger.get_by_role("button", name="Test both triggers")).to_be_disabled()
+    stand_in.answers["/cameras/self_tests/newest"] = documents.trigger_test("ok", "wiring")
+    stand_in.answers["/jobs/job-7"] = job | {"state": "succeeded", "progress": progress}
+    expect(trigger.locator(".verdicts .badge")).to_have_text(["OK: hardware and software", "Wiring"])
+    expect(trigger.locator(".verdicts")).to_contain_text("command to frame 31 ms, pulse to frame 22 ms")
+    trigger.get_by_text("What each verdict means").click()
+    expect(trigger.locator(".meanings")).to_contain_text("Look at the trigger and strobe cables")
+
+
+def test_controller_shows_its_line_its_clock_and_who_watches(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    controller = panel("Controller", stand_in, open_console)
+    for text in (
+        "Connected, mirrors on",
+        "11820340",
+        "/dev/ttyACM0",
+        "The guardian watches",
+        "0.90 ms median, 2.1 ms p95, 7.5 ms longest",
+        "96 bytes",
+        "−12.25 ppm",
+        "240.0 Hz",
+    ):
+        expect(controller).to_contain_text(text)
+    controller.get_by_role("button", name="Recover mirrors").click()
+    controller.get_by_role("button", name="Switch off").click()
+    expect(controller.page.locator(".toast.good")).to_contain_text("started anew")
+    assert stand_in.orders("/mirrors/recover") and stand_in.orders("/mirrors/disable")
+
+
+def test_rail_moves_to_places_and_positions_once_it_is_homed(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    stand_in.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
+    rail = panel("Rail", stand_in, open_console)
+    expect(rail).to_contain_text("Home it first: nobody knows where it stands.")
+    expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
+    stand_in.answers["/rail"] = documents.rail()
+    rail.get_by_role("button", name="Home the rail").click()
+    rail.get_by_role("button", name="Move to the place far left").click()
+    rail.get_by_label("Position").fill("12.5")
+    rail.get_by_label("Position").press("Enter")
+    rail.get_by_role("button", name="Hold the rail").click()
+    expect(rail.locator(".pose")).to_have_text("0.0 mm")
+    assert stand_in.orders("/rail/moves") == [{"place": "far left"}, {"position_mm": 12.5}]

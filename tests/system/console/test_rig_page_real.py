@@ -1,0 +1,99 @@
+"""The rig's page on the simulated rig: read-back, a pair set apart, a camera that goes and returns."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Locator, expect
+from tests.system.conftest import API, Running, running
+
+from foveacam_hardware.contract import Role
+
+from .conftest import Console, OpenConsole
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+PATIENCE_MS = 60_000
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield found
+
+
+@pytest.fixture
+def console(rig: Running, open_console: OpenConsole) -> Iterator[Console]:
+    """The page, once all three cameras stream."""
+    opened = open_console(f"http://127.0.0.1:{rig.port}/#/rig")
+    expect(opened.page.locator(".camera .phase.good")).to_have_count(3, timeout=PATIENCE_MS)
+    yield opened
+    for role in Role:
+        rig.http.delete(f"{API}/cameras/{role.value}/settings")
+
+
+def camera(console: Console, name: str) -> Locator:
+    return console.page.get_by_role("region", name=name, exact=True)
+
+
+def exposure(console: Console, name: str) -> Locator:
+    return camera(console, name).get_by_label("Exposure", exact=True)
+
+
+def test_exposure_is_changed_and_read_back_as_the_camera_took_it(rig: Running, console: Console) -> None:
+    entry = exposure(console, "Wide camera")
+    expect(entry).to_have_value("7.999")
+    entry.fill("5")
+    entry.press("Enter")
+    expect(entry).not_to_have_value("5")  # whole lines
+    taken_ms = rig.rig.wide.settings.exposure_ns / 1e6
+    assert taken_ms == pytest.approx(5.0, abs=0.002)
+    expect(entry).to_have_value(f"{taken_ms:.4g}")
+    console.until_live("wide")
+
+
+def test_value_that_the_camera_refuses_leaves_the_old_one_and_says_the_range(
+    rig: Running, console: Console
+) -> None:
+    before = rig.rig.wide.settings
+    entry = exposure(console, "Wide camera")
+    entry.fill("5000")
+    entry.press("Enter")
+    expect(camera(console, "Wide camera").locator(".refused:not(:empty)")).to_contain_text("0.03 to 1000 ms")
+    expect(entry).to_have_value("7.999")
+    assert rig.rig.wide.settings == before
+
+
+def test_foveae_that_somebody_set_apart_are_brought_together(rig: Running, console: Console) -> None:
+    rig.http.patch(f"{API}/cameras/left", json={"exposure_ms": 4.0, "gain_db": 2.0})
+    asked = console.page.get_by_role("alertdialog")
+    expect(asked.locator("tbody tr")).to_have_count(2)
+    expect(exposure(console, "Left fovea")).to_be_disabled()
+    asked.get_by_role("button", name="Use left's").click()
+    expect(asked).to_have_count(0)
+    expect(exposure(console, "Right fovea")).to_have_value("3.999")
+    left, right = rig.rig.left.settings, rig.rig.right.settings
+    assert (left.exposure_ns, left.gain_db) == (right.exposure_ns, right.gain_db)
+
+
+def test_camera_that_is_pulled_is_told_and_is_back_by_itself(rig: Running, console: Console) -> None:
+    console.until_live("wide")
+    wide = camera(console, "Wide camera")
+    unplugged = rig.truth.world.faults.unplugged
+    unplugged.add(Role.WIDE)
+    try:
+        expect(wide.locator(".phase.bad")).to_be_visible(timeout=PATIENCE_MS)
+        expect(wide.locator(".link-state .reason")).not_to_be_empty()
+        expect(wide.locator(".notice")).to_contain_text("No wide camera")
+        expect(exposure(console, "Wide camera")).to_be_disabled()
+    finally:
+        unplugged.discard(Role.WIDE)
+    expect(wide.locator(".phase")).to_have_text("Streaming", timeout=PATIENCE_MS)
+    expect(exposure(console, "Wide camera")).to_be_enabled()
+    console.until_live("wide")
+
+
+def test_both_triggers_are_tested_and_found_good(console: Console) -> None:
+    trigger = camera(console, "Trigger")
+    trigger.get_by_role("button", name="Test both triggers").click()
+    verdicts = ["OK: hardware and software", "OK: hardware and software"]
+    expect(trigger.locator(".verdicts .badge")).to_have_text(verdicts, timeout=PATIENCE_MS)

@@ -1,0 +1,59 @@
+"""Calibrating over REST a simulated rig that somebody turns by hand."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from .conftest import running
+from .stored_session import store_session
+from .test_calibration_resumed import Desk
+
+MEASURED = 7
+"""Poses of the nine that were measured before."""
+
+pytestmark = pytest.mark.timeout(300)
+
+RIG_FILE = """
+kind = "simulated"
+scene = "calibration"
+pan_tilt = "manual"
+[operator]
+delay_s = 0.1
+speed_deg_s = 60.0
+"""
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    folder = tmp_path_factory.mktemp("by hand")
+    (folder / "rig.toml").write_text(RIG_FILE)
+    with running(folder / "data", rig=str(folder / "rig.toml")) as room:
+        yield Desk(room, folder / "data")
+
+
+def test_rig_turned_by_hand_says_so(desk: Desk) -> None:
+    seen = desk.room.get("/pan_tilt").json()
+    assert (seen["present"], seen["connected"], seen["moves_itself"]) == (True, True, False)
+    assert (seen["pan_deg"], seen["wanted_pan_deg"]) == (None, None)
+    assert {station["name"] for station in seen["stations"]} >= {"markers", "board"}
+
+
+def test_sweep_by_hand_is_finished_where_the_rig_rests(desk: Desk) -> None:
+    session_id = store_session(desk.data, stations=desk.stations[:1], poses=MEASURED).id
+    before = desk.room.last_event
+    job = desk.begin(session_id, "mirrors", stations=["markers"])
+    told = desk.room.wait_for_event("calibration.progress", after=before)
+    assert told["step"] == "mirrors"
+    ended = desk.ended(job)
+    assert ended["state"] == "succeeded", ended["problem"]
+    sweep = desk.session(session_id)["sweeps"][0]
+    assert (sweep["done"], sweep["nodes"]) == (9, 9)
+    fresh = [pose for pose in sweep["poses"] if pose["index"] >= MEASURED]
+    assert {pose[eye] for pose in fresh for eye in ("left", "right")} <= {"centred", "rim"}
+    notes = [
+        event.data["note"]
+        for event in desk.room.services.events.recent(1000)
+        if event.kind == "calibration.progress"
+    ]
+    assert any("turn the rig" in note for note in notes)
+    assert desk.room.get("/pan_tilt").json()["wanted_pan_deg"] is None

@@ -1,0 +1,208 @@
+"""Cameras by REST on the simulated rig: settings with read-back, the linked pair, trigger tests."""
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foveacam_hardware.contract import CameraSettings, OutOfRange, PixelFormat, Role
+
+from .conftest import API, Running, running
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield found
+
+
+@pytest.fixture(autouse=True)
+def as_the_rig_file_says(request: pytest.FixtureRequest) -> Iterator[None]:
+    yield
+    if "server" in request.fixturenames:
+        server: Running = request.getfixturevalue("server")
+        for role in Role:
+            server.http.delete(f"{API}/cameras/{role.value}/settings")
+
+
+def patch(server: Running, role: str, **body: object) -> dict[str, Any]:  # Any: a JSON document
+    answer = server.http.patch(f"{API}/cameras/{role}", json=body)
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def settings(server: Running, role: str) -> dict[str, Any]:  # Any: a JSON document
+    found: dict[str, Any] = server.get(f"/cameras/{role}").json()["settings"]
+    return found
+
+
+def self_test(server: Running) -> dict[str, dict[str, Any]]:  # Any: a JSON document
+    answer = server.post("/cameras/self_tests", Prefer="wait=60")
+    assert answer.status_code == 200, answer.text
+    return {eye["eye"]: eye for eye in answer.json()["eyes"]}
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    never = threading.Event()
+    for _ in range(600):
+        if holds():
+            return
+        never.wait(0.05)
+    raise AssertionError("it did not come about")
+
+
+def test_a_camera_tells_its_settings_ranges_link_and_counters(server: Running) -> None:
+    camera = server.get("/cameras/left").json()
+
+    assert camera["settings"]["exposure_ms"] == pytest.approx(8.0, abs=0.01)
+    assert camera["settings"]["trigger"] == "hardware"
+    assert camera["settings"]["kept"] is False
+    assert camera["ranges"]["exposure_ms"] == {"low": 0.03, "high": 1000.0}
+    assert camera["ranges"]["pixel_formats"] == ["Mono8", "Mono12", "RGB8"]
+    assert camera["link"]["phase"] == "streaming"
+    assert camera["link"]["epoch"] >= 1
+    assert {camera[name] for name in ("incomplete", "late", "underrun")} == {0}
+
+
+def test_a_camera_takes_what_it_is_told_and_answers_with_what_it_took(server: Running) -> None:
+    changed = patch(server, "wide", exposure_ms=5.0, gain_db=3.14, black_level=2.6, frame_rate_hz=20.0)
+    taken = changed["cameras"][0]["settings"]
+
+    assert taken["exposure_ms"] == pytest.approx(5.0, abs=0.002)  # whole lines
+    assert (taken["gain_db"], taken["black_level"], taken["frame_rate_hz"]) == (3.1, 3.0, 20.0)
+    assert taken["kept"] is True
+    assert settings(server, "wide") == taken
+    assert server.rig.wide.settings.gain_db == pytest.approx(3.1)
+
+
+def test_a_setting_out_of_range_is_refused_with_the_range_and_changes_nothing(server: Running) -> None:
+    before = settings(server, "wide")
+    answer = server.http.patch(f"{API}/cameras/wide", json={"exposure_ms": 5000.0, "gain_db": 6.0})
+
+    assert answer.status_code == 422
+    assert answer.json()["type"] == "/problems/out-of-range"
+    assert "0.03 to 1000 ms" in answer.json()["detail"]
+    assert settings(server, "wide") == before
+
+
+@pytest.mark.parametrize(
+    ("role", "body"),
+    [
+        ("wide", {}),
+        ("wide", {"gain_db": "3"}),
+        ("wide", {"pixel_format": "Mono16"}),
+        ("wide", {"gain_db": 3.0, "linked": True}),
+        ("wide", {"shutter": 3.0}),
+        ("middle", {"gain_db": 3.0}),
+    ],
+)
+def test_a_change_that_makes_no_sense_is_refused(server: Running, role: str, body: dict[str, object]) -> None:
+    assert server.http.patch(f"{API}/cameras/{role}", json=body).status_code == 422
+
+
+def test_linked_settings_reach_both_foveae_and_nothing_diverges(server: Running) -> None:
+    changed = patch(server, "right", exposure_ms=4.0, gain_db=2.0, linked=True)
+
+    assert [camera["role"] for camera in changed["cameras"]] == ["left", "right"]
+    assert settings(server, "left")["exposure_ms"] == settings(server, "right")["exposure_ms"]
+    assert changed["divergence"] == []
+    assert server.fixate()["state"] in ("verged", "no_texture", "lost")  # the pair still looks
+
+
+def test_foveae_that_differ_are_told_until_they_agree_again(server: Running) -> None:
+    patch(server, "left", exposure_ms=4.0, pixel_format="Mono8", linked=False)
+    found = {entry["setting"]: entry for entry in server.get("/rig").json()["divergence"]}
+
+    assert set(found) == {"exposure_ms", "pixel_format"}
+    assert (found["pixel_format"]["left"], found["pixel_format"]["right"]) == ("Mono8", "RGB8")
+    changed = patch(server, "left", exposure_ms=8.0, pixel_format="RGB8", linked=True)
+    assert changed["divergence"] == []
+
+
+def test_a_change_that_one_fovea_refuses_reaches_neither(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(asked: CameraSettings) -> CameraSettings:
+        raise OutOfRange(f"camera right: gain {asked.gain_db:g} dB is too much; choose less")
+
+    before = settings(server, "left")
+    with monkeypatch.context() as patched:
+        patched.setattr(server.rig.right, "configure", refuse)
+        answer = server.http.patch(f"{API}/cameras/left", json={"gain_db": 5.0, "linked": True})
+
+    assert answer.status_code == 422
+    assert settings(server, "left") == before
+
+
+def test_settings_are_back_after_a_restart_and_gone_after_a_reset(tmp_path: Path) -> None:
+    with running(tmp_path) as first:
+        newest = first.get("/cameras/self_tests/newest").json()
+        assert [eye["verdict"] for eye in newest["eyes"]] == ["untested", "untested"]
+        assert first.get("/cameras/self_tests").json() == []
+        patch(first, "left", gain_db=4.0, linked=True)
+        patch(first, "wide", pixel_format="Mono8")
+    with running(tmp_path) as second:
+        assert [settings(second, role)["gain_db"] for role in ("wide", "left", "right")] == [0.0, 4.0, 4.0]
+        assert second.rig.wide.settings.pixel_format is PixelFormat.MONO8
+        answer = second.http.delete(f"{API}/cameras/left/settings").json()
+        assert answer["cameras"][0]["settings"]["gain_db"] == 0.0
+        assert answer["cameras"][0]["settings"]["kept"] is False
+        assert [entry["setting"] for entry in answer["divergence"]] == ["gain_db"]
+
+
+def test_triggers_that_work_are_ok_and_what_ran_is_restored(server: Running) -> None:
+    before = [settings(server, role) for role in ("left", "right")]
+    found = self_test(server)
+
+    assert {eye: test["verdict"] for eye, test in found.items()} == {"left": "ok", "right": "ok"}
+    assert all(test["software_ms"] > 8.0 and test["hardware_ms"] > 8.0 for test in found.values())
+    assert [settings(server, role) for role in ("left", "right")] == before
+    assert server.get("/cameras/self_tests/newest").json()["eyes"][0]["verdict"] == "ok"
+    assert server.get("/cameras/self_tests/trg-none").status_code == 404
+
+
+def test_a_trigger_cable_that_is_off_is_wiring_of_that_eye_alone(server: Running) -> None:
+    server.truth.world.faults.no_trigger.add(Role.LEFT)
+    try:
+        found = self_test(server)
+    finally:
+        server.truth.world.faults.no_trigger.clear()
+
+    assert (found["left"]["verdict"], found["right"]["verdict"]) == ("wiring", "ok")
+    assert "check its trigger and strobe cables" in found["left"]["detail"]
+
+
+def test_a_strobe_that_does_not_arrive_is_wiring(server: Running) -> None:
+    server.truth.world.faults.no_strobe.add(Role.RIGHT)
+    try:
+        found = self_test(server)
+    finally:
+        server.truth.world.faults.no_strobe.clear()
+
+    assert found["right"]["verdict"] == "wiring"
+    assert "strobe did not reach the controller" in found["right"]["detail"]
+
+
+def test_an_unplugged_camera_is_the_camera(server: Running) -> None:
+    server.truth.world.faults.unplugged.add(Role.LEFT)
+    try:
+        found = self_test(server)
+    finally:
+        server.truth.world.faults.unplugged.clear()
+
+    assert (found["left"]["verdict"], found["right"]["verdict"]) == ("camera", "ok")
+    wait_until(lambda: server.get("/cameras/left").json()["link"]["phase"] == "streaming")
+    wait_until(lambda: server.get("/rig").json()["state"] == "ready")
+
+
+def test_while_the_stop_is_engaged_only_commands_are_tested(server: Running) -> None:
+    server.post("/stop")
+    try:
+        found = self_test(server)
+    finally:
+        server.http.delete(f"{API}/stop")
+
+    assert {test["verdict"] for test in found.values()} == {"ok_software_only"}

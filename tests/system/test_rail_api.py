@@ -1,0 +1,83 @@
+"""The rail by REST, on the simulated rig, whose pan-tilt is on the same board."""
+
+import threading
+from typing import Any
+
+import pytest
+
+from .conftest import API, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+PATIENCE_S = 60.0
+
+
+def come_to_rest(server: Running) -> dict[str, Any]:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.1)):
+        seen: dict[str, Any] = server.get("/rail").json()
+        if not seen["moving"]:
+            return seen
+        waiting.wait(0.1)
+    raise AssertionError("the rail did not come to rest")
+
+
+@pytest.fixture(scope="module")
+def homed(server: Running) -> Running:
+    assert server.post("/rail/homings").status_code == 200
+    come_to_rest(server)
+    return server
+
+
+def test_the_rail_tells_its_limits_and_the_papers_places(server: Running) -> None:
+    seen = server.get("/rail").json()
+
+    assert seen["present"]
+    assert seen["moves_itself"]
+    assert seen["limits"]["min_mm"] <= -300.0
+    places = {place["name"]: place["position_mm"] for place in seen["places"]}
+    assert sorted(places.values()) == pytest.approx([-300.0, -100.0, 0.0, 100.0, 300.0])
+
+
+def test_a_homed_rail_stands_in_the_middle_and_its_boards_pan_tilt_is_homed_too(homed: Running) -> None:
+    assert homed.get("/rail").json()["position_mm"] == pytest.approx(0.0, abs=0.02)
+    assert homed.get("/pan_tilt").json()["homed"]
+
+
+def test_it_moves_to_a_place_and_to_a_position(homed: Running) -> None:
+    begun = homed.post("/rail/moves", {"place": "right"}).json()
+    assert begun["moving"]
+    assert come_to_rest(homed)["position_mm"] == pytest.approx(100.0, abs=0.02)
+
+    homed.post("/rail/moves", {"position_mm": 70.0})
+
+    assert come_to_rest(homed)["position_mm"] == pytest.approx(70.0, abs=0.02)
+
+
+def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> None:
+    homed.post("/rail/moves", {"position_mm": -300.0})
+    homed.post("/stop")
+    try:
+        assert come_to_rest(homed)["position_mm"] > -290.0
+        refused = homed.post("/rail/moves", {"place": "centre"})
+        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
+    finally:
+        homed.http.delete(f"{API}/stop")
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ({"place": "attic"}, "'far left'"),
+        ({"position_mm": 500.0}, "500"),
+        ({}, "place or position_mm"),
+        ({"place": "left", "position_mm": 1.0}, "not both"),
+        ({"position_mm": "1"}, "a number"),
+        ({"position": 1.0}, "position"),
+    ],
+)
+def test_a_move_that_cannot_be_is_refused_in_words(homed: Running, body: dict[str, Any], told: str) -> None:
+    refused = homed.post("/rail/moves", body)
+
+    assert refused.status_code == 422
+    assert told in refused.text

@@ -1,0 +1,32 @@
+"""What a sweep is told of the rig: who it is, and what its markers are as the rig file says."""
+
+from contextlib import AbstractContextManager, nullcontext
+
+from foveacam_hardware.contract import MarkerPrint, Role, VirtualClock
+from foveacam_server.calibrating.mirrors_step import sweep_settings
+from foveacam_server.calibrating.workplace import Hands, Workplace
+
+
+def nobody(_name: str) -> AbstractContextManager[Hands]:
+    return nullcontext()  # type: ignore[return-value]  # never used: nothing moves here
+
+
+def test_a_sweep_looks_for_the_markers_of_the_rig_file() -> None:
+    workplace = Workplace(
+        rig_id="lab-1",
+        baseline_m=0.2,
+        stations=(),
+        clock=VirtualClock(),
+        serials={Role.LEFT: "L1"},
+        fovea_settings=None,
+        max_v=170.0,
+        markers=MarkerPrint(side_m=0.04, spacing_m=0.09, left_id=7),
+        use=nobody,
+        wait_after_moves=lambda _time: None,
+    )
+
+    settings = sweep_settings(workplace)
+
+    assert (settings.layout.side_m, settings.layout.spacing_m) == (0.04, 0.09)
+    assert settings.layout.ids == (0, 7, 2)
+    assert (settings.rig_id, settings.left_serial) == ("lab-1", "L1")

@@ -1,0 +1,191 @@
+"""The guardian: whatever ends a host, its mirrors are at rest with the rail off within a second."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import MonotonicClock
+from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guardian import Guardian
+from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.sim.cables import DacCodes, RecordingCables
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+
+REST = (29490,) * 8
+HOST = Path(__file__).parent / "guarded_host.py"
+PATIENCE_S = 30.0
+
+
+class WatchedCables(RecordingCables):
+    """Cables that tell when the rail goes off."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.off = threading.Event()
+
+    def rail(self, t_ns: int, *, on: bool) -> None:
+        super().rail(t_ns, on=on)
+        if not on:
+            self.off.set()
+
+    def codes_at(self, t_ns: int) -> DacCodes:
+        return [codes for at_ns, codes in self.drives if at_ns <= t_ns][-1]
+
+
+@dataclass
+class Host:
+    process: subprocess.Popen[str]
+    guardian_pid: int
+
+    def await_guardians_end(self) -> None:
+        try:
+            handle = os.pidfd_open(self.guardian_pid)
+        except ProcessLookupError:
+            return
+        with os.fdopen(handle):
+            ended, _, _ = select.select([handle], [], [], PATIENCE_S)
+        assert ended
+
+
+@contextmanager
+def hosting(controller: ControllerProcess, ending: str) -> Iterator[Host]:
+    command = [sys.executable, str(HOST), controller.port, ending]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        ready, guardian_pid, guarded = process.stdout.readline().split()
+        assert (ready, guarded) == ("ready", "True")
+        try:
+            yield Host(process, int(guardian_pid))
+        finally:
+            process.kill()
+
+
+@pytest.fixture
+def cables() -> WatchedCables:
+    return WatchedCables()
+
+
+@pytest.fixture
+def controller(cables: WatchedCables) -> Iterator[ControllerProcess]:
+    with ControllerProcess(cables, strict=True) as process:
+        yield process
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGSEGV])
+def test_a_host_that_is_killed_leaves_parked_mirrors_and_a_free_port(
+    number: int, controller: ControllerProcess, cables: WatchedCables
+) -> None:
+    with hosting(controller, "wait") as host:
+        controller.status()
+        assert cables.rail_on
+        assert cables.codes != REST
+        killed_ns = time.monotonic_ns()
+        host.process.send_signal(number)
+        assert cables.off.wait(PATIENCE_S)
+        host.await_guardians_end()
+
+    off_ns = cables.rails[-1][0]
+    assert (off_ns - killed_ns) / 1e9 < 1.0
+    assert cables.codes_at(off_ns) == REST
+    assert controller.status().malformed == 0
+    second = ControllerMirrors(controller.open, MonotonicClock())
+    second.connect()
+    second.close()
+
+
+def test_a_host_that_forgets_to_close_is_relieved_too(
+    controller: ControllerProcess, cables: WatchedCables
+) -> None:
+    with hosting(controller, "leave") as host:
+        assert cables.off.wait(PATIENCE_S)
+        host.await_guardians_end()
+
+    assert cables.codes == REST
+
+
+def test_a_host_that_closes_as_it_should_needs_no_guardian(
+    controller: ControllerProcess, cables: WatchedCables
+) -> None:
+    with hosting(controller, "close") as host:
+        assert host.process.wait(PATIENCE_S) == 0
+        host.await_guardians_end()
+
+    controller.status()
+    assert [on for _, on in cables.rails] == [True, False]
+    assert cables.codes == REST
+
+
+@pytest.fixture
+def guardian() -> Iterator[Guardian]:
+    built = Guardian()
+    yield built
+    built.close()
+
+
+def test_a_port_handed_over_is_free_again_after_each_close(
+    controller: ControllerProcess, guardian: Guardian
+) -> None:
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    for _ in range(3):
+        mirrors.connect()
+        assert mirrors.state.guarded
+        mirrors.close()
+        assert not mirrors.state.guarded
+
+
+def test_the_guardian_holds_the_port_of_a_reconnect(
+    controller: ControllerProcess, guardian: Guardian
+) -> None:
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    mirrors.connect()
+    before = guardian.pid
+    controller.unplug()
+    controller.plug()
+    controller.status()
+
+    mirrors.connect()
+
+    assert mirrors.state.guarded
+    assert guardian.pid == before
+    mirrors.close()
+
+
+def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
+    controller: ControllerProcess, guardian: Guardian
+) -> None:
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    mirrors.connect()
+    first = guardian.pid
+    assert first is not None
+    with os.fdopen(os.pidfd_open(first)) as handle:
+        os.kill(first, signal.SIGKILL)
+        assert select.select([handle], [], [], PATIENCE_S)[0]
+    alone = mirrors.state
+
+    mirrors.ping()
+
+    assert (alone.guarded, mirrors.state.guarded) == (False, True)
+    assert guardian.pid != first
+    mirrors.close()
+
+
+def test_a_byte_lost_while_the_guardian_parks_does_not_stop_it(cables: WatchedCables) -> None:
+    with ControllerProcess(cables) as controller:
+        with hosting(controller, "wait") as host:
+            # The last byte of the packets to rest: without it the first request to switch off is lost.
+            controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=4 * 24 - 1))
+            host.process.kill()
+            assert cables.off.wait(PATIENCE_S)
+            host.await_guardians_end()
+        assert cables.codes == REST

@@ -1,0 +1,176 @@
+// What the operator can order of the rig's devices. A camera's refusal is handed back, to be read where it was asked.
+
+import { Problem, request } from "../api.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").MirrorsDocument} MirrorsDocument
+ * @typedef {import("../types.js").Role} Role
+ * @typedef {import("./documents.js").CameraPatch} CameraPatch
+ * @typedef {import("./documents.js").CamerasChanged} CamerasChanged
+ * @typedef {import("./documents.js").RailDocument} RailDocument
+ * @typedef {import("./reader.js").RigReader} RigReader
+ * @typedef {{changed: CamerasChanged | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
+ */
+
+const CAMERA_MS = 30_000; // a camera that is stopped, set and started again
+const LOOK_MS = 300;
+const OVER = new Set(["cancelled", "failed", "succeeded"]);
+
+/** The orders of one page. */
+export class RigOrders {
+  #store;
+  #commands;
+  #reader;
+  /** @type {Promise<unknown>} */
+  #queue = Promise.resolve();
+
+  /** @param {{store: Store, commands: Commands, reader: RigReader}} context */
+  constructor({ store, commands, reader }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.#reader = reader;
+  }
+
+  /**
+   * Change a camera's settings; `linked`: both foveae, or neither.
+   * @param {Role} role
+   * @param {CameraPatch} patch
+   * @param {boolean} linked
+   * @returns {Promise<Answer>}
+   */
+  change(role, patch, linked) {
+    return this.#inTurn(() => this.#camera("PATCH", `/cameras/${role}`, { ...patch, linked }));
+  }
+
+  /**
+   * Run a camera as the rig file says.
+   * @param {Role} role
+   */
+  async reset(role) {
+    const { refusal } = await this.#inTurn(() => this.#camera("DELETE", `/cameras/${role}/settings`, undefined));
+    if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
+  }
+
+  /**
+   * Change cameras one after the other, so that the last answer is the newest state.
+   * @param {() => Promise<Answer>} act
+   */
+  #inTurn(act) {
+    const order = this.#queue.then(act);
+    this.#queue = order.catch(() => null);
+    return order;
+  }
+
+  /**
+   * @param {"PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object | undefined} body
+   * @returns {Promise<Answer>}
+   */
+  async #camera(method, path, body) {
+    try {
+      const changed = /** @type {CamerasChanged} */ (await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS }));
+      this.#adopt(changed);
+      return { changed, refusal: null };
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
+      void this.#reader.readRig();
+      return { changed: null, refusal: error.message };
+    }
+  }
+
+  /** @param {CamerasChanged} changed */
+  #adopt({ cameras, divergence }) {
+    const { rig } = this.#store.state;
+    if (!rig) return;
+    const now = new Map(cameras.map((camera) => [camera.role, camera]));
+    this.#store.set({ rig: { ...rig, cameras: rig.cameras.map((camera) => now.get(camera.role) ?? camera), divergence } });
+  }
+
+  /** Test both triggers, and follow the test until it is over. */
+  async testTriggers() {
+    const begun = await this.#commands.attempt(() => /** @type {Promise<JobDocument>} */ (
+      request("POST", "/cameras/self_tests", { headers: this.#commands.leaseHeader() })));
+    if (!begun) return;
+    let job = begun;
+    while (!OVER.has(job.state)) {
+      this.#store.set({ running_test: { job_id: job.id, note: job.progress?.note ?? "", done: job.progress?.done ?? 0, total: job.progress?.total ?? null } });
+      await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
+      job = (await this.#lookAt(job.id)) ?? job;
+    }
+    this.#store.set({ running_test: null });
+    if (job.problem) this.#commands.say({ tone: "bad", title: "The trigger test failed", detail: job.problem.detail ?? "", remedy: job.problem.remedy });
+    await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
+  }
+
+  /** @param {string} id */
+  async #lookAt(id) {
+    try {
+      return /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.document.status === 404) return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
+      return null; // the server is away: the banner says so, and the job is looked for again
+    }
+  }
+
+  cancelTest() {
+    const id = this.#store.state.running_test?.job_id;
+    return id ? this.#commands.attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
+  }
+
+  /** Start both DACs anew. */
+  async recover() {
+    const done = await this.#mirrors("/mirrors/recover");
+    if (done) this.#commands.say({ tone: "good", title: "The mirrors' DACs were started anew", detail: "Both stand where they were told to before." });
+  }
+
+  /** @param {boolean} on */
+  async enable(on) {
+    await this.#mirrors(on ? "/mirrors/enable" : "/mirrors/disable");
+  }
+
+  /** @param {string} path */
+  async #mirrors(path) {
+    const mirrors = await this.#commands.attempt(() => /** @type {Promise<MirrorsDocument>} */ (this.#post(path, undefined)));
+    const { rig } = this.#store.state;
+    if (mirrors && rig) this.#store.set({ rig: { ...rig, mirrors } });
+    return mirrors;
+  }
+
+  /** @param {{place: string} | {position_mm: number}} body */
+  slide(body) {
+    return this.#rail("/rail/moves", body);
+  }
+
+  /** Stop the rail, now. */
+  holdRail() {
+    return this.#rail("/rail/holds", undefined);
+  }
+
+  homeRail() {
+    return this.#rail("/rail/homings", undefined);
+  }
+
+  /**
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  async #rail(path, body) {
+    const rail = await this.#commands.attempt(() => /** @type {Promise<RailDocument>} */ (this.#post(path, body)));
+    if (rail) this.#store.set({ rail });
+    await this.#reader.readRail();
+  }
+
+  /**
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  #post(path, body) {
+    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
+  }
+}

@@ -1,0 +1,94 @@
+// The rig's page: the cameras in columns, the trigger, the controller, what moves the rig. The console's live panes come
+// here while it is open, deaf to clicks, and go back after.
+
+import { addressOf } from "../calibration/route.js";
+import { mountPanTilt } from "../calibration/pantilt.js";
+import { panel } from "../calibration/parts.js";
+import { fill, focusOn, h, need, say } from "../dom.js";
+import { icon } from "../icons.js";
+import { makeCamera } from "./camera.js";
+import { mountController } from "./controller.js";
+import { mountPair } from "./pair.js";
+import { mountRail } from "./rail.js";
+import { mountTrigger } from "./trigger.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").Role} Role
+ * @typedef {import("../video/views.js").Views} Views
+ * @typedef {{
+ *   store: Store, views: Views, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders
+ * }} RigContext
+ */
+
+/** @type {Role[]} */
+const ROLES = ["wide", "left", "right"];
+
+/**
+ * @param {HTMLElement} place
+ * @param {RigContext} context
+ */
+export function mountRigPage(place, { store, views, rig_orders, orders }) {
+  const context = { store, orders: rig_orders };
+  const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
+  const [apart, trigger, controller, turner, rail] = [h("div", { class: "panel apart-place", hidden: true }), inside(), inside(), inside(), inside()];
+  mountPair(apart, context);
+  mountTrigger(trigger, context);
+  mountController(controller, context);
+  mountPanTilt(turner, { store, orders });
+  mountRail(rail, context);
+  fill(place, head(store),
+    h("div", { class: "rig-cameras" }, apart, [...cameras.values()].map(({ element }) => element)),
+    h("div", { class: "rig-devices" }, panel("Trigger", trigger), panel("Controller", controller),
+      h("div", { class: "column" }, panel("Pan-tilt", turner), panel("Rail", rail))));
+  store.on(["rig_page"], ({ rig_page, wizard }) => {
+    if (rig_page) lend(views, cameras);
+    else if (wizard === null) takeHome(views);
+    turnPage(place, { open: rig_page, other: wizard !== null });
+  });
+}
+
+function inside() {
+  return h("div", { class: "stack" });
+}
+
+/** @param {Store} store */
+function head(store) {
+  const name = h("span", { class: "lead" });
+  store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
+  return h("div", { class: "wizard-head" },
+    h("h2", { id: "rig-page-title", tabindex: "-1", text: "Rig" }), name,
+    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+}
+
+/**
+ * @param {Views} views
+ * @param {Map<Role, {place: HTMLElement}>} cameras
+ */
+function lend(views, cameras) {
+  for (const [role, { place }] of cameras) {
+    const pane = views.pane(role);
+    place.prepend(pane.element);
+    pane.surface.inert = true; // a click here would look there
+  }
+}
+
+/** @param {Views} views */
+function takeHome(views) {
+  need("wide").prepend(views.pane("wide").element);
+  need("eyes").prepend(views.pane("left").element, views.pane("right").element);
+  for (const role of ROLES) views.pane(role).surface.inert = false;
+}
+
+/**
+ * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * @param {HTMLElement} place
+ * @param {{open: boolean, other: boolean}} now `other`: whether another page is over the console
+ */
+function turnPage(place, { open, other }) {
+  if (open === !place.hidden) return;
+  place.hidden = !open;
+  need("console").hidden = open || other;
+  window.scrollTo(0, 0);
+  if (open || !other) focusOn(need(open ? "rig-page-title" : "console"));
+}

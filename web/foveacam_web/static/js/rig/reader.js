@@ -1,0 +1,68 @@
+// Keeps what the rig's page shows equal to the server's: while it is open, once a second and with each event.
+
+import { request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./documents.js").RailDocument} RailDocument
+ * @typedef {import("./documents.js").TriggerTest} TriggerTest
+ */
+
+const READ_BACK_MS = 1000;
+const MOVING_MS = 350;
+const RESTING_MS = 1500;
+
+/** Reads for one page. */
+export class RigReader {
+  #store;
+  #pan_tilt;
+  #reads = new QuietReads();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_rail;
+  /** Reads the rig's document. */
+  readRig = () => Promise.resolve();
+
+  /** @param {{store: Store, pan_tilt: {readPanTilt(): Promise<void>}}} context */
+  constructor({ store, pan_tilt }) {
+    this.#store = store;
+    this.#pan_tilt = pan_tilt;
+    store.on(["rig_page"], ({ rig_page }) => rig_page && void this.readAll());
+    setInterval(() => this.#shows && store.state.stream === "open" && void this.readRig(), READ_BACK_MS);
+  }
+
+  get #shows() {
+    return this.#store.state.rig_page && !document.hidden;
+  }
+
+  async readAll() {
+    if (!this.#store.state.rig_page) return;
+    await Promise.all([this.readRig(), this.readRail(), this.#pan_tilt.readPanTilt(), this.readTest()]);
+  }
+
+  readTest() {
+    return this.#reads.read("trigger test", async () => {
+      this.#store.set({ trigger_test: /** @type {TriggerTest} */ (await request("GET", "/cameras/self_tests/newest")) });
+    });
+  }
+
+  /** Read the rail now and, while the page is open, again and again: nothing else tells where it is. */
+  readRail() {
+    clearTimeout(this.#next_rail);
+    return this.#reads.read("rail", async () => {
+      if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
+    }).finally(() => {
+      const { rig_page, rail } = this.#store.state;
+      clearTimeout(this.#next_rail);
+      if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
+    });
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    if (!this.#store.state.rig_page) return;
+    if (event.kind === "camera.self_test") void this.readTest();
+    if (event.kind.startsWith("rail.")) void this.readRail();
+  }
+}

@@ -1,0 +1,18 @@
+// The rig's page has an address of its own, so that Back, reload and links work.
+
+/** @typedef {import("../store.js").Store} Store */
+
+export const RIG_ADDRESS = "#/rig";
+
+/**
+ * Keep the state equal to the address.
+ * @param {Store} store
+ */
+export function followRigAddress(store) {
+  const read = () => {
+    const rig_page = location.hash === RIG_ADDRESS;
+    if (rig_page !== store.state.rig_page) store.set({ rig_page });
+  };
+  window.addEventListener("hashchange", read);
+  read();
+}

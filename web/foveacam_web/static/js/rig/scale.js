@@ -1,0 +1,72 @@
+// How a slider's way stands for a setting's values: evenly, or evenly in the logarithm. Nothing here touches the page.
+
+import { number } from "../format.js";
+
+/**
+ * @typedef {import("./documents.js").Span} Span
+ * @typedef {"linear" | "log"} ScaleKind
+ */
+
+/** The slider's whole way, in steps. */
+export const WAY = 1000;
+const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
+
+/**
+ * @param {Span} span
+ * @param {ScaleKind} kind
+ * @param {number} value
+ * @returns {number} where it is, 0 … 1
+ */
+export function shareOf({ low, high }, kind, value) {
+  if (high <= low) return 0;
+  const share = kind === "log" && low > 0 ? Math.log(Math.max(value, low) / low) / Math.log(high / low) : (value - low) / (high - low);
+  return Math.min(1, Math.max(0, share));
+}
+
+/**
+ * @param {Span} span
+ * @param {ScaleKind} kind
+ * @param {number} share 0 … 1
+ * @returns {number} the value there, with as many digits as make sense
+ */
+export function valueAt({ low, high }, kind, share) {
+  if (share <= 0) return low;
+  if (share >= 1) return high;
+  const value = kind === "log" && low > 0 ? low * (high / low) ** share : low + (high - low) * share;
+  return Number(value.toPrecision(3));
+}
+
+/**
+ * The decades inside a span.
+ * @param {Span} span
+ */
+export function decades({ low, high }) {
+  return DECADES.filter((decade) => decade >= low && decade <= high);
+}
+
+/**
+ * A value as it is read: four digits that count, no zeros behind them.
+ * @param {number} value
+ */
+export function plainly(value) {
+  return String(Number(value.toPrecision(4)));
+}
+
+/**
+ * A span as it is read.
+ * @param {Span} span
+ * @param {string} unit
+ */
+export function spanText({ low, high }, unit) {
+  const text = (/** @type {number} */ value) => (Number.isInteger(value) ? number(value, 0) : plainly(value));
+  return `${text(low)} … ${text(high)}${unit && ` ${unit}`}`;
+}
+
+/**
+ * Whether the camera took another value than it was asked for, as far as anybody could see.
+ * @param {number} asked
+ * @param {number} taken
+ */
+export function snapped(asked, taken) {
+  return plainly(asked) !== plainly(taken);
+}

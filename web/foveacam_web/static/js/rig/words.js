@@ -1,0 +1,103 @@
+// States, settings and verdicts in the operator's words. Nothing here touches the page.
+
+import { sentence, span } from "../format.js";
+import { plainly } from "./scale.js";
+
+/**
+ * @typedef {import("../types.js").Role} Role
+ * @typedef {import("../types.js").RigDocument} RigDocument
+ * @typedef {import("./documents.js").CameraDocument} CameraDocument
+ * @typedef {import("./documents.js").CameraLink} CameraLink
+ * @typedef {import("./documents.js").CameraPhase} CameraPhase
+ * @typedef {import("./documents.js").SettingName} SettingName
+ * @typedef {import("./documents.js").Verdict} Verdict
+ */
+
+/** @type {Readonly<Record<Role, string>>} */
+export const CAMERAS = Object.freeze({ wide: "Wide camera", left: "Left fovea", right: "Right fovea" });
+
+/** @type {Readonly<Record<CameraPhase, {text: string, tone: string, usual: string}>>} `usual`: where the server gives no reason */
+const PHASES = Object.freeze({
+  closed: { text: "Closed", tone: "", usual: "Nobody has opened it." },
+  opening: { text: "Opening", tone: "warn", usual: "It is being opened and set up." },
+  ready: { text: "Ready", tone: "good", usual: "Open and set up, not started." },
+  streaming: { text: "Streaming", tone: "good", usual: "" },
+  degraded: { text: "Degraded", tone: "warn", usual: "It delivers, but frames are missing or broken." },
+  lost: { text: "Lost", tone: "bad", usual: "It does not answer." },
+  backoff: { text: "Lost, trying again", tone: "bad", usual: "It is opened again by itself; nothing needs to be restarted." },
+});
+
+/** @type {Readonly<Record<SettingName, {name: string, unit: string}>>} */
+export const SETTINGS = Object.freeze({
+  exposure_ms: { name: "Exposure", unit: "ms" },
+  gain_db: { name: "Gain", unit: "dB" },
+  black_level: { name: "Black level", unit: "" },
+  frame_rate_hz: { name: "Frame rate", unit: "Hz" },
+  pixel_format: { name: "Pixel format", unit: "" },
+  trigger: { name: "Trigger", unit: "" },
+});
+
+/** @type {Readonly<Record<Verdict, {text: string, tone: string, meaning: string}>>} */
+export const VERDICTS = Object.freeze({
+  untested: { text: "Untested", tone: "plain", meaning: "Nobody has tested this eye yet." },
+  ok: { text: "OK: hardware and software", tone: "good", meaning: "The controller's pulse exposes it. Nothing to do." },
+  ok_software_only: { text: "OK: software only", tone: "warn", meaning: "Commands expose it; its trigger line was not tested, because no pulse could be given or it takes none." },
+  camera: { text: "Camera", tone: "bad", meaning: "Not even a command exposes it. Look at the camera itself: its cable, its power, its settings." },
+  wiring: { text: "Wiring", tone: "bad", meaning: "Pulses do not expose it. Look at the trigger and strobe cables between controller and camera." },
+  no_probe: { text: "No probe", tone: "warn", meaning: "It could not be tested: it takes no commands, and no pulse could be given." },
+});
+
+/** @param {CameraDocument | undefined} camera */
+export function linkOf(camera) {
+  return camera?.link ?? /** @type {CameraLink} */ ({ phase: camera?.connected ? "streaming" : "closed", reason: "", since_s: null, epoch: 0 });
+}
+
+/** @param {CameraLink} link */
+export function phaseWords({ phase }) {
+  return PHASES[phase] ?? { text: phase, tone: "", usual: "" };
+}
+
+/**
+ * Since when a link is as it is, and why.
+ * @param {CameraLink} link
+ * @returns {{since: string, reason: string}}
+ */
+export function linkWords(link) {
+  const since = link.since_s === null ? "" : `for ${span(link.since_s)}`;
+  return { since, reason: sentence(link.reason) || phaseWords(link).usual };
+}
+
+/**
+ * Whether a camera takes settings now.
+ * @param {CameraDocument | undefined} camera
+ */
+export function takesOrders(camera) {
+  return Boolean(camera?.connected && camera.settings && camera.ranges?.pixel_formats.length);
+}
+
+/**
+ * What a camera lacks and what to do about it, as the server says.
+ * @param {RigDocument | null} rig
+ * @param {Role} role
+ */
+export function problemOf(rig, role) {
+  return rig?.problems.find(({ device }) => device.includes(role)) ?? null;
+}
+
+/**
+ * A setting's value with its unit.
+ * @param {SettingName} setting
+ * @param {number | string} value
+ */
+export function settingText(setting, value) {
+  if (typeof value === "string") return value === "none" ? "free running" : value;
+  return [plainly(value), SETTINGS[setting].unit].filter(Boolean).join(" ");
+}
+
+/**
+ * In what the foveae differ that can be set from here: their trigger is the rig file's.
+ * @param {RigDocument | null} rig
+ */
+export function settable(rig) {
+  return (rig?.divergence ?? []).filter(({ setting }) => setting !== "trigger");
+}
