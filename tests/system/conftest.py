@@ -28,6 +28,8 @@ PATIENCE_S = 120.0
 """Enough for a renderer that is compiled first, on a busy machine."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = "/api/v1"
+LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 4.0, 3.0
+"""Slow live views: two cores are shared with a browser and another server; `bench console` shows them fast."""
 
 
 @dataclass
@@ -85,12 +87,27 @@ class Running:
         return recent[-1].id if recent else 0
 
 
+def slow_views() -> dict[str, str]:
+    """Return the environment of a server whose live views are slow."""
+    rates = {"FOVEACAM_LIVE_WIDE_HZ": str(LIVE_WIDE_HZ), "FOVEACAM_LIVE_FOVEA_HZ": str(LIVE_FOVEA_HZ)}
+    return {**os.environ, **rates}
+
+
 @contextmanager
 def running(
     data: Path, *, rig: str = "sim", scene: str = "bench", calibration: Path | None = None
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
-    app = create_app(Settings(data=data, rig=rig, scene=scene, calibration=calibration, viewer=False))
+    settings = Settings(
+        data=data,
+        rig=rig,
+        scene=scene,
+        calibration=calibration,
+        viewer=False,
+        live_wide_hz=LIVE_WIDE_HZ,
+        live_fovea_hz=LIVE_FOVEA_HZ,
+    )
+    app = create_app(settings)
     with serving(app) as port:
         services = app.state.services
         assert services.hardware.wait_open(PATIENCE_S)
@@ -158,7 +175,7 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            env={**os.environ, "COLUMNS": "200"},
+            env={**slow_views(), "COLUMNS": "200"},
         )
         started.append(process)
         return Program(process, read_until(process, r"is ready: (\S+)"))

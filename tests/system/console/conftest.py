@@ -23,6 +23,7 @@ from playwright.sync_api import (
     Request,
     sync_playwright,
 )
+from tests.system.conftest import slow_views
 
 CHROMIUM = Path("/usr/bin/chromium")
 ARGUMENTS = [
@@ -107,7 +108,9 @@ def servers(data: Path) -> Iterator[StartServer]:
             log = data.with_suffix(f".{len(started)}.log")
             command = [sys.executable, "-m", "foveacam_server", "serve", "--port", "0", "--data", str(data)]
             with log.open("w") as output:
-                process = subprocess.Popen([*command, *arguments], stdout=output, stderr=subprocess.STDOUT)
+                process = subprocess.Popen(
+                    [*command, *arguments], stdout=output, stderr=subprocess.STDOUT, env=slow_views()
+                )
             server = Server(process, greeting(process, log))
             started.append(server)
             stack.callback(server.end)
