@@ -29,7 +29,7 @@ PATIENCE_S = 120.0
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = "/api/v1"
 LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 4.0, 3.0
-"""Slow live views: two cores are shared with a browser and another server; `bench console` shows them fast."""
+"""Slow live views: two cores are shared with a browser and another server."""
 
 
 @dataclass

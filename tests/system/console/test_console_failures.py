@@ -12,7 +12,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 VIEWERS = 12
 STOP_S = 1.0
 RECOVERY_S = 5.0
-"""On a machine that has nothing else to do (`foveacam bench console`); on a busy one, what comparable work takes."""
+"""On a machine with nothing else to do (`foveacam bench console`); on a busy one, what its like takes."""
 
 
 def test_stop_answers_within_a_second_with_twelve_viewers_open(browser: Browser, server: Server) -> None:
