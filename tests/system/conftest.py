@@ -7,8 +7,10 @@ import re
 import subprocess
 import sys
 import threading
+import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,8 @@ from foveacam_server.settings import Settings
 
 PATIENCE_S = 120.0
 """Enough for a renderer that is compiled first, on a busy machine."""
+EVENT_PATIENCE_S = 90.0
+"""Less than the two minutes that a test has: it says what it missed, instead of ending the whole run."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = "/api/v1"
 LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 4.0, 3.0
@@ -67,19 +71,32 @@ class Running:
         return found
 
     def wait_for_event(
-        self, kind: str, *, after: int, of: str | None = None
+        self, kind: str, *, after: int, of: str | None = None, within_s: float = EVENT_PATIENCE_S
     ) -> dict[str, Any]:  # Any: an event's data
         """Return the data of the first event of `kind` after number `after` (`of`: of that fixation)."""
-        with self.http.stream("GET", API + "/events", headers={"Last-Event-ID": str(after)}) as stream:
-            seen = ""
-            for line in stream.iter_lines():
-                if line.startswith("event: "):
-                    seen = line.removeprefix("event: ")
-                if line.startswith("data: ") and seen == kind:
-                    data: dict[str, Any] = json.loads(line.removeprefix("data: "))["data"]
-                    if of is None or data["fixation_id"] == of:
+        seen: Counter[str] = Counter()
+        end_s = time.monotonic() + within_s
+        with suppress(httpx.ReadTimeout):
+            for event in self._events(after, within_s=within_s):
+                if event is not None:
+                    seen[event["kind"]] += 1
+                    data: dict[str, Any] = event["data"]
+                    if event["kind"] == kind and of in (None, data.get("fixation_id")):
                         return data
-        raise AssertionError(f"the stream ended without {kind}")
+                if time.monotonic() > end_s:
+                    break
+        asked = kind if of is None else f"{kind} of {of}"
+        told = ", ".join(f"{name} ({count})" for name, count in seen.items()) or "none"
+        raise AssertionError(f"no event {asked} within {within_s:g} s after number {after}; seen: {told}")
+
+    def _events(
+        self, after: int, *, within_s: float
+    ) -> Iterator[dict[str, Any] | None]:  # Any: an event's document
+        """Yield the events after number `after` as they come, and None for whatever else the stream says."""
+        headers, patience = {"Last-Event-ID": str(after)}, httpx.Timeout(PATIENCE_S, read=within_s)
+        with self.http.stream("GET", f"{API}/events", headers=headers, timeout=patience) as stream:
+            for line in stream.iter_lines():
+                yield json.loads(line.removeprefix("data: ")) if line.startswith("data: ") else None
 
     @property
     def last_event(self) -> int:

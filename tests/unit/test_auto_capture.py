@@ -15,8 +15,8 @@ def _view(x_m: float = 0.0, *, seed: int = 0, noise_px: float = 0.02) -> BoardVi
     return board_view(BOARD, Pose(place_m=(x_m, 0.0, 1.2)), noise_px=noise_px, seed=seed)
 
 
-def _offer(capture: AutoCapture, view: BoardView | None, *, lacks: bool = True) -> Verdict:
-    return capture.offer(view, exact=lambda: view, lacks=lambda _: lacks)
+def _offer(capture: AutoCapture, view: BoardView | None, *, lacks: bool = True, t_s: float = 0.0) -> Verdict:
+    return capture.offer(view, t_ns=round(t_s * 1e9), exact=lambda: view, lacks=lambda _: lacks)
 
 
 def test_a_board_held_still_is_taken_as_the_mean_of_three_images() -> None:
@@ -27,6 +27,13 @@ def test_a_board_held_still_is_taken_as_the_mean_of_three_images() -> None:
     np.testing.assert_allclose(
         states[-1].view.corners_px, np.mean([v.corners_px for v in views[1:]], axis=0), atol=1e-12
     )
+
+
+def test_of_images_that_come_slowly_as_many_do_as_the_board_was_still_for() -> None:
+    capture, views = AutoCapture(frames=3, held_s=0.5), [_view(seed=seed) for seed in range(3)]
+    states = [_offer(capture, view, t_s=0.3 * k) for k, view in enumerate(views)]
+    assert [verdict.state for verdict in states] == ["moving", "holding", "taken"]
+    assert states[-1].frames == 2
 
 
 def test_a_moving_board_is_never_taken() -> None:

@@ -35,14 +35,23 @@ HOLD_NS = 600_000_000
 
 
 class Shown:
-    """A wide camera before which each picture is held for 0.6 s, over and over."""
+    """A wide camera before which each picture is held for a while, over and over; a look takes `look_ns`."""
 
-    def __init__(self, clock: VirtualClock, pictures: list[NDArray[np.uint8]]) -> None:
+    def __init__(
+        self,
+        clock: VirtualClock,
+        pictures: list[NDArray[np.uint8]],
+        *,
+        hold_ns: int = HOLD_NS,
+        look_ns: int = 0,
+    ) -> None:
         self.clock, self.pictures = clock, pictures
+        self.hold_ns, self.look_ns = hold_ns, look_ns
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
-        image = self.pictures[(t_ns // HOLD_NS) % len(self.pictures)]
+        self.clock.sleep_until_ns(t_ns + self.look_ns)
+        image = self.pictures[(t_ns // self.hold_ns) % len(self.pictures)]
         return Frame(image=image, role=Role.WIDE, seq=0, t_ns=t_ns, exposure_ns=8_000_000)
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
@@ -140,6 +149,18 @@ def test_no_board_in_view_ends_in_time_and_says_so() -> None:
 def test_the_wrong_board_in_view_is_named(pictures: list[NDArray[np.uint8]]) -> None:
     with pytest.raises(Timeout, match="placed as on a ChArUco board of 8 x 6"):
         _run(pictures[:1], Operator(), board=Charuco(columns=8), settings=WideSettings(patience_s=1.0))
+
+
+def test_a_machine_that_takes_a_second_to_look_waits_longer_and_finds_the_same(
+    pictures: list[NDArray[np.uint8]],
+) -> None:
+    clock = VirtualClock()
+    slow = Shown(clock, pictures, hold_ns=1_600_000_000, look_ns=1_000_000_000)
+    samples = calibrate_wide(
+        slow, BOARD, clock=clock, watch=Operator(), settings=WideSettings(patience_s=4.0, views=len(POSES))
+    )
+    assert len(samples) == len(POSES)
+    assert {sample.frames for sample in samples} == {1}
 
 
 def test_too_little_shown_is_refused_with_what_was_taken(pictures: list[NDArray[np.uint8]]) -> None:

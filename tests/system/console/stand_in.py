@@ -10,6 +10,7 @@ import time
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,12 @@ class StandIn:
     def session(self, session: Document) -> None:
         self.answers[f"/calibration_sessions/{session['id']}"] = session
         self.answers["/calibration_sessions"] = [session]
+
+    @property
+    def silent_roles(self) -> set[str]:
+        """Cameras that deliver too little to be shown."""
+        links = {camera["role"]: camera["link"] for camera in self.answers["/rig"]["cameras"]}
+        return {role for role, link in links.items() if link is not None and link["phase"] != "streaming"}
 
     def work(self, job: Document) -> None:
         """Let this job be the one that runs, or that ran, in the session."""
@@ -178,6 +185,7 @@ def problem(status: int, title: str, detail: str, remedy: str | None = None) -> 
     return document if remedy is None else document | {"remedy": remedy}
 
 
+@lru_cache(maxsize=64)
 def picture(name: str, *, width: int = 720, height: int = 540) -> bytes:
     """Return a JPEG that has its name written on it."""
     y, x = np.mgrid[0:height, 0:width]
@@ -216,23 +224,31 @@ def application(stand_in: StandIn) -> FastAPI:
 
 
 async def _serve_views(socket: WebSocket, stand_in: StandIn) -> None:
+    """Send each view that is subscribed at once, and again after it was acknowledged, as the server does."""
     await socket.accept()
     listed = [{"index": index, "name": name, "width": 720, "height": 540} for index, name in enumerate(VIEWS)]
     await socket.send_json({"type": "hello", "views": listed, "server": "stand-in"})
-    told = asyncio.create_task(_tell_stats(socket, stand_in))
+    subscribed: set[str] = set()
+    acknowledged: set[str] = set()
+    told = asyncio.create_task(_tell(socket, stand_in, acknowledged))
     try:
         while True:
             message = await socket.receive_json()
-            for name in message.get("views", {}) if message["type"] == "subscribe" else []:
-                header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 0)
-                await socket.send_bytes(header + picture(name))
+            if message["type"] == "subscribe":
+                subscribed = set(message["views"])
+                acknowledged.clear()
+                for name in subscribed:
+                    await _send_picture(socket, name)
+            elif (name := VIEWS[message["view"]]) in subscribed:
+                acknowledged.add(name)
     except WebSocketDisconnect:
         pass
     finally:
         told.cancel()
 
 
-async def _tell_stats(socket: WebSocket, stand_in: StandIn) -> None:
+async def _tell(socket: WebSocket, stand_in: StandIn, acknowledged: set[str]) -> None:
+    """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
         while True:
             drawn = [name for name in VIEWS if stand_in.annotated or "_" not in name]
@@ -242,7 +258,15 @@ async def _tell_stats(socket: WebSocket, stand_in: StandIn) -> None:
                 for name, age in age_ms.items()
             }
             await socket.send_json({"type": "stats", "views": views})
+            for name in acknowledged - stand_in.silent_roles:
+                acknowledged.discard(name)
+                await _send_picture(socket, name)
             await asyncio.sleep(0.5)
+
+
+async def _send_picture(socket: WebSocket, name: str) -> None:
+    header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 0)
+    await socket.send_bytes(header + picture(name))
 
 
 @contextmanager

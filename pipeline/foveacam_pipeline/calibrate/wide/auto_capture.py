@@ -28,26 +28,35 @@ class Verdict:
 
 
 class AutoCapture:
-    """Watches views go by. A board is still when no corner strays by more than `still_px` meanwhile."""
+    """Watches views go by. A board is still when no corner strays by more than `still_px` meanwhile.
 
-    def __init__(self, *, still_px: float = 0.4, frames: int = 3) -> None:
+    A view is the mean of `frames` images; of fewer when they come so slowly that the board was still for
+    `held_s` already.
+    """
+
+    def __init__(self, *, still_px: float = 0.4, frames: int = 3, held_s: float = 0.5) -> None:
         self._still_px = still_px
         self._frames = frames
+        self._held_ns = round(held_s * 1e9)
         self._quick: BoardView | None = None
+        self._quick_ns = 0
         self._held: list[BoardView] = []
+        self._since_ns = 0
 
     def offer(
         self,
         quick: BoardView | None,
         *,
+        t_ns: int,
         exact: Callable[[], BoardView | None],
         lacks: Callable[[BoardView], bool],
     ) -> Verdict:
-        """Judge the next image by its view as found quickly.
+        """Judge the next image, exposed at `t_ns`, by its view as found quickly.
 
         `exact` finds it again, with all effort; `lacks` tells whether a view would add something.
         """
-        before, self._quick = self._quick, quick
+        before, before_ns = self._quick, self._quick_ns
+        self._quick, self._quick_ns = quick, t_ns
         if quick is None:
             self._held.clear()
             return Verdict(state="no board")
@@ -60,8 +69,10 @@ class AutoCapture:
         if fine is None or (self._held and not _same(self._held[0], fine, within_px=self._still_px)):
             self._held.clear()
             return Verdict(state="moving")
+        if not self._held:
+            self._since_ns = before_ns
         self._held.append(fine)
-        if len(self._held) < self._frames:
+        if len(self._held) < self._frames and t_ns - self._since_ns < self._held_ns:
             return Verdict(state="holding")
         view = mean_view(self._held)
         frames = len(self._held)

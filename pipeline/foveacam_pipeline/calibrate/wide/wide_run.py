@@ -22,6 +22,8 @@ from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, Wide
 
 _CONTENT_VIEWS = 15
 _CONTENT_FRACTION = 0.9
+_LOOK_NS = 250_000_000
+"""As which a look counts at most: who looks slowly waits for as many looks, not for as many seconds."""
 
 logger = logging.getLogger(__name__)
 
@@ -31,10 +33,10 @@ class WideSettings:
     """How many views to take, and how patiently.
 
     `views`: enough, however they cover; fewer do when nothing new has been shown for `patience_s`, or for
-    `content_s` once the image is covered and the board was tilted every way. `every_s`: time between images,
-    twice that while nothing changes. `still_px`: how far a corner may stray of a board that is held still.
-    `frames`: averaged for a view. `folder`: where views are kept as they are taken, and from where a former
-    run is continued.
+    `content_s` once the image is covered and the board was tilted every way; an image that takes longer
+    counts as a quarter of a second. `every_s`: time between images, twice that while nothing changes.
+    `still_px`: how far a corner may stray of a board that is held still. `frames`: averaged for a view.
+    `folder`: where views are kept as they are taken, and from where a former run is continued.
     """
 
     views: int = 40
@@ -65,16 +67,18 @@ def calibrate_wide(
     settings = settings or WideSettings()
     samples = resumed(board, settings.folder)
     run = _Run(head, samples, settings, watch)
-    news_ns = clock.now_ns()
+    now_ns = news_ns = clock.now_ns()
+    waited_ns = 0
     while len(samples) < settings.views:
         check(watch, doing="taking views of the board")
-        before = len(samples)
+        before, before_ns = len(samples), now_ns
         pause_s = run.look()
         now_ns = clock.now_ns()
+        waited_ns += min(now_ns - before_ns, _LOOK_NS)
         if len(samples) > before:
-            news_ns = now_ns
-        elif now_ns - news_ns > run.patience_s * 1e9:
-            run.finish_or_raise()
+            news_ns, waited_ns = now_ns, 0
+        elif waited_ns > run.patience_s * 1e9:
+            run.finish_or_raise(waited_s=1e-9 * (now_ns - news_ns))
             break
         clock.sleep_until_ns(now_ns + int(pause_s * 1e9))
     return samples
@@ -121,6 +125,7 @@ class _Run:
         quick = detect_board(gray, board, effort="live")
         verdict = self._capture.offer(
             quick,
+            t_ns=frame.t_ns,
             exact=lambda: detect_board(gray, board),
             lacks=self._covering.lacks,
         )
@@ -133,22 +138,22 @@ class _Run:
         idle = verdict.state in ("taken", "nothing new")
         return self._settings.every_s * (2.0 if idle else 1.0)
 
-    def finish_or_raise(self) -> None:
+    def finish_or_raise(self, *, waited_s: float) -> None:
         """End with the views there are, or say why that will not do."""
-        taken, patience_s = len(self._samples), self.patience_s
+        taken = len(self._samples)
         if taken >= LEAST_VIEWS:
-            logger.info("nothing new for %.0f s: %d views", patience_s, taken)
+            logger.info("nothing new for %.0f s: %d views", waited_s, taken)
             return
         if not self._seen and self._last is not None:
             found = explain_absence(self._last, self._samples.board)
             raise Timeout(
-                f"wide calibration: no {self._samples.board} was found in {patience_s:.0f} s; {found}",
+                f"wide calibration: no {self._samples.board} was found in {waited_s:.0f} s; {found}",
                 asked=str(self._samples.board),
                 found=found,
                 remedy="show the board to the wide camera, and check its size",
             )
         raise Timeout(
-            f"wide calibration: nothing new was shown for {patience_s:.0f} s; {taken} views were taken, "
+            f"wide calibration: nothing new was shown for {waited_s:.0f} s; {taken} views were taken, "
             f"{LEAST_VIEWS} are the least; show the board in other places and tilts, held still each time"
         )
 
