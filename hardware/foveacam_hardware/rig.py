@@ -25,6 +25,7 @@ from foveacam_hardware.contract import (
     Role,
     Station,
 )
+from foveacam_hardware.drivers.controller.crc_agreement import Crc
 from foveacam_hardware.drivers.controller.guard import Care
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
@@ -193,7 +194,8 @@ def open_rig(
         from foveacam_hardware.sim.rig import simulated_rig
 
         return simulated_rig(config, clock=clock)
-    return _serial_rig(config, clock or MonotonicClock(), Care(guardian=Guardian() if guarded else None))
+    care = Care(guardian=Guardian() if guarded else None, crc=Crc(config.mirrors.crc))
+    return _serial_rig(config, clock or MonotonicClock(), care)
 
 
 def _serial_rig(config: SerialRigConfig, clock: Clock, care: Care) -> Rig:

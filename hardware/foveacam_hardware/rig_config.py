@@ -59,6 +59,8 @@ class SerialMirrorsConfig(_Table):
     pulse_us: Annotated[int, Field(ge=1, le=1_000_000)] = 4_000
     max_v: Annotated[float, Field(gt=0.0, le=180.0)] = 170.0
     bias_v: Annotated[float, Field(gt=0.0, le=100.0)] = 90.0
+    crc: Literal["prefer", "require", "forbid"] = "prefer"
+    """Whether packets carry a CRC, which our own firmware offers and others do not."""
 
     @field_validator("port")
     @classmethod

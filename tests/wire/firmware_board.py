@@ -8,7 +8,7 @@ from operator import xor
 
 from foveacam_hardware.sim.mirror_drive import QuadDac
 from foveacam_hardware.wire.cobs import CobsDecoder, cobs_encode
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import Method, Packet, Property, crc16, decode_packet, encode_packet
 
 from .firmware_build import built
 
@@ -148,6 +148,11 @@ class FirmwareBoard:
         """Whether anything but watchdog and recovery is under way."""
         return bool(self._library.board_busy(self._memory))
 
+    @property
+    def crc(self) -> bool:
+        """Whether packets carry a CRC now."""
+        return bool(self._library.board_crc(self._memory))
+
     def next_event_ns(self) -> int | None:
         idle_us = int(self._library.board_idle_us(self._memory))
         return None if idle_us == 2**32 - 1 else (self.now_us + idle_us) * 1000
@@ -205,12 +210,13 @@ class FirmwareBoard:
         assert reply.method is Method.ACK
 
     def raw(self, method: Method, prop: int, payload: bytes) -> bytes:
-        """Send a request of any property, plainly; return the reply's frame from its method on."""
+        """Send a request of any property, as agreed on; return the reply's frame from its method on."""
         body = bytes((method << 4 | prop, 1, 0)) + payload
-        self.feed(stuffed(body))
+        crc = self.crc
+        self.feed(stuffed(body + crc16(body) if crc else body))
         frames = [frame for frame in self.frames() if frame is not None and frame[1] != 0xFF]
         assert len(frames) == 1, frames
-        return frames[0][1:]
+        return frames[0][1:-2] if crc else frames[0][1:]
 
     def item(self, item: Item) -> int:
         """Read one item of GUARD."""
@@ -259,6 +265,7 @@ def library() -> ctypes.CDLL:
         "board_advance": (None, [pointer, ctypes.c_uint64]),
         "board_idle_us": (ctypes.c_uint32, [pointer]),
         "board_busy": (ctypes.c_bool, [pointer]),
+        "board_crc": (ctypes.c_bool, [pointer]),
         "board_now_us": (ctypes.c_uint64, [pointer]),
         "board_take": (size, [pointer, ctypes.c_char_p, size]),
         "board_events": (size, [pointer, ctypes.POINTER(_Event), size]),

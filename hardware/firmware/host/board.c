@@ -180,6 +180,11 @@ bool board_busy(struct board *board)
            pending_due_us(fovea) != NEVER_US || board_idle_us(board) == 0;
 }
 
+bool board_crc(const struct board *board)
+{
+    return board->fovea.link.crc;
+}
+
 void board_settle(struct board *board)
 {
     do {

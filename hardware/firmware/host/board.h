@@ -67,6 +67,9 @@ uint32_t board_idle_us(struct board *board);
 /* Whether anything is under way but the watchdog and the once-a-second recovery. */
 bool board_busy(struct board *board);
 
+/* Whether packets carry a CRC now. */
+bool board_crc(const struct board *board);
+
 uint64_t board_now_us(const struct board *board);
 size_t board_take(struct board *board, uint8_t *out, size_t size);
 size_t board_events(struct board *board, struct event *events, size_t count);

@@ -140,6 +140,10 @@ class LinkTelemetry:
     rtt_p50_ms: float
     rtt_p99_ms: float
     clock_offset_ns: int
+    crc: bool = False
+    """Whether packets carry a CRC beside their checksum: agreed on at the connect."""
+    crc_errors: int = 0
+    """Of the bad packets, those that only the CRC has found out."""
     rtt_p95_ms: float = 0.0
     rtt_max_ms: float = 0.0
     tx_bytes_per_s: float = 0.0

@@ -1,8 +1,10 @@
 """Packets of the mirror controller: methods, properties, checksum, sequence numbers.
 
-Payloads are in `controller_payloads`. Specification: the controller's protocol page, version 2.1.
+Payloads are in `controller_payloads`. Specification: the controller's protocol page, version 2.1. The CRC is
+an addition of a firmware with a guard (firmware/README.md), and only there once both sides have agreed.
 """
 
+import binascii
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import reduce
@@ -19,6 +21,8 @@ MAX_SEQUENCE = 0xFFFF
 SILENT = 0
 """The sequence number of a request that is acted on without any reply."""
 _HEADER_BYTES = 4
+_CRC_BYTES = 2
+_CRC_START = 0xFFFF
 
 
 class Method(IntEnum):
@@ -68,6 +72,10 @@ class BadChecksum(BadPacket):
     """A packet whose bytes do not add up to zero by XOR."""
 
 
+class BadCrc(BadPacket):
+    """A packet whose bytes add up to zero, and whose CRC is wrong or missing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Packet:
     """One message, either way."""
@@ -78,30 +86,49 @@ class Packet:
     payload: bytes = b""
 
 
-def encode_packet(packet: Packet) -> bytes:
-    """Return the wire bytes of a packet: checksum, header, payload, stuffed and delimited."""
+def encode_packet(packet: Packet, *, crc: bool = False) -> bytes:
+    """Return the wire bytes of a packet: checksum, header, payload, CRC if agreed on; stuffed, delimited."""
     if not 0 <= packet.sequence <= MAX_SEQUENCE:
         raise BadPacket(f"sequence {packet.sequence} is outside 0..{MAX_SEQUENCE}")
     header = bytes((packet.method << 4 | packet.prop,)) + packet.sequence.to_bytes(2, "little")
     body = header + packet.payload
+    if crc:
+        body += crc16(body)
     if len(body) + 1 > MAX_PACKET_BYTES:
         raise BadPacket(f"a packet of {len(body) + 1} bytes exceeds {MAX_PACKET_BYTES}")
     return cobs_encode(bytes((reduce(xor, body),)) + body)
 
 
-def decode_packet(frame: bytes | None) -> Packet:
-    """Return the packet of one unstuffed frame (None = malformed stuffing); raise `BadPacket`."""
+def decode_packet(frame: bytes | None, *, crc: bool = False) -> Packet:
+    """Return the packet of one unstuffed frame (None = malformed stuffing); raise `BadPacket`.
+
+    `crc`: it must carry one; `BadCrc` when that is all that is wrong with it.
+    """
     if frame is None:
         raise BadPacket("malformed stuffing")
     if not _HEADER_BYTES <= len(frame) <= MAX_PACKET_BYTES:
         raise BadPacket(f"a frame of {len(frame)} bytes is no packet (4..{MAX_PACKET_BYTES})")
     if reduce(xor, frame):
         raise BadChecksum(f"checksum of {frame.hex(' ')} is wrong")
+    if crc:
+        frame = _without_crc(frame)
     try:
         method, prop = Method(frame[1] >> 4), Property(frame[1] & 0xF)
     except ValueError as unknown:
         raise BadPacket(f"unknown method or property 0x{frame[1]:02x}") from unknown
     return Packet(method, prop, int.from_bytes(frame[2:4], "little"), frame[4:])
+
+
+def crc16(data: bytes) -> bytes:
+    """Return CRC-16/CCITT-FALSE (polynomial 1021, start FFFF), little endian."""
+    return binascii.crc_hqx(data, _CRC_START).to_bytes(_CRC_BYTES, "little")
+
+
+def _without_crc(frame: bytes) -> bytes:
+    body, found = frame[:-_CRC_BYTES], frame[-_CRC_BYTES:]
+    if len(body) < _HEADER_BYTES or crc16(body[1:]) != found:
+        raise BadCrc(f"CRC of {frame.hex(' ')} is wrong or missing")
+    return body
 
 
 def next_sequence(sequence: int) -> int:

@@ -20,6 +20,7 @@ _STREAM = struct.Struct("<BB8H")
 _ACTUATE = struct.Struct("<8HI")
 _FRAME = struct.Struct("<BBII")
 _FRAME_REPORT = struct.Struct("<BIQQ8H")
+_GUARD = struct.Struct("<BI")
 _U8 = struct.Struct("<B")
 _U16 = struct.Struct("<H")
 _U32 = struct.Struct("<I")
@@ -40,6 +41,16 @@ class ResetType(IntEnum):
     SOFT = 0
     HARD = 1
     MIRROR_DACS = 2
+
+
+class GuardItem(IntEnum):
+    """Settings of a firmware with a guard, those that the host uses (firmware/README.md)."""
+
+    WATCHDOG_MS = 2
+    LARGEST_CODE = 5
+    LARGEST_DIFFERENCE = 6
+    CHECK = 9
+    """0: checksum; 1: checksum and CRC."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,6 +181,14 @@ def pack_u64(value: int) -> bytes:
 def unpack_u64(payload: bytes) -> int:
     """Read eight bytes (TIMESTAMP, µs)."""
     return _unpack(_U64, payload)[0]
+
+
+def pack_guard(item: GuardItem, value: int) -> bytes:
+    """Return the 5 payload bytes of GUARD: what is set, and what is acknowledged or read."""
+    try:
+        return _GUARD.pack(item, value)
+    except struct.error as failure:
+        raise BadPacket(f"{value} does not fit into guard item {item.name}") from failure
 
 
 def pack_version(version: tuple[int, int, int]) -> bytes:

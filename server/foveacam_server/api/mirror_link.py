@@ -22,6 +22,8 @@ def link_document(telemetry: LinkTelemetry) -> ControllerLinkDocument:
         tx_packets=telemetry.tx_packets,
         rx_packets=telemetry.rx_packets,
         bad_packets=telemetry.bad_packets,
+        crc=telemetry.crc,
+        crc_errors=telemetry.crc_errors,
         lost_answers=telemetry.lost_answers,
         tx_bytes_per_s=telemetry.tx_bytes_per_s,
         rx_bytes_per_s=telemetry.rx_bytes_per_s,

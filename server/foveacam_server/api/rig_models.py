@@ -42,6 +42,10 @@ class ControllerLinkDocument(Told):
     tx_packets: int
     rx_packets: int
     bad_packets: int
+    crc: bool
+    """Whether packets carry a CRC: where the firmware has one, and the rig file does not forbid it."""
+    crc_errors: int
+    """Of the bad packets, those that only the CRC has found out."""
     lost_answers: int
     """Requests whose answer was lost: the mirrors were parked, and whoever asked was told."""
     tx_bytes_per_s: float

@@ -40,6 +40,7 @@ class _Reading(Collector):
             packets.add_metric(["sent"], status.telemetry.tx_packets)
             packets.add_metric(["received"], status.telemetry.rx_packets)
             packets.add_metric(["bad"], status.telemetry.bad_packets)
+            packets.add_metric(["bad_crc"], status.telemetry.crc_errors)
             round_trip.add_metric(["0.5"], status.telemetry.rtt_p50_ms)
             round_trip.add_metric(["0.99"], status.telemetry.rtt_p99_ms)
         return [ready, problems, delivered, dropped, packets, round_trip]

@@ -92,6 +92,8 @@ def controller_link() -> Document:
         "tx_packets": 677,
         "rx_packets": 825,
         "bad_packets": 1,
+        "crc": True,
+        "crc_errors": 1,
         "lost_answers": 0,
         "tx_bytes_per_s": 512.0,
         "rx_bytes_per_s": 700.0,

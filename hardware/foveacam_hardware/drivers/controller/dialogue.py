@@ -2,7 +2,8 @@
 
 from foveacam_hardware.contract import DeviceFault, OutOfRange, Timeout
 from foveacam_hardware.drivers.controller.clock import ClockMap
-from foveacam_hardware.drivers.controller.session import Arrival, Message, Reply, Session
+from foveacam_hardware.drivers.controller.replies import Arrival, Reply
+from foveacam_hardware.drivers.controller.session import Message, Session
 from foveacam_hardware.drivers.controller.volts import is_whole
 from foveacam_hardware.wire.controller import BadPacket, Method, Property
 from foveacam_hardware.wire.controller_payloads import (

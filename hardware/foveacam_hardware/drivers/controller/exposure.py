@@ -3,7 +3,7 @@
 from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.session import Reply
+from foveacam_hardware.drivers.controller.replies import Reply
 from foveacam_hardware.drivers.controller.volts import is_whole, mirror_volts
 from foveacam_hardware.wire.controller_payloads import FrameReport
 

@@ -3,29 +3,34 @@
 Both are optional: a controller in the field has no watchdog, and a script may want no second process.
 """
 
-import struct
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import DeviceFault, MirrorLimits
+from foveacam_hardware.drivers.controller.crc_agreement import Crc
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
 from foveacam_hardware.drivers.controller.governor import CEILING_HZ
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.identity import Controller
 from foveacam_hardware.drivers.controller.targets import Targets
 from foveacam_hardware.wire.controller import SILENT, Method, Packet, Property, encode_packet
-from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_SCALE_V
+from foveacam_hardware.wire.controller_payloads import (
+    DAC_FULL_SCALE,
+    DAC_FULL_SCALE_V,
+    GuardItem,
+    pack_guard,
+)
 from foveacam_hardware.wire.guardian import ParkingPlan
 
 WATCHDOG_MS = 800
 """The firmware parks after so long without a packet; with its park time, within a second."""
 BEAT_NS = 200_000_000
 """A quarter of it: three packets may be lost."""
-_WATCHDOG_ITEM, _LARGEST_CODE_ITEM, _LARGEST_DIFFERENCE_ITEM = 2, 5, 6
-_MOST = {_LARGEST_CODE_ITEM: 57_343, _LARGEST_DIFFERENCE_ITEM: 55_705}
+_MOST = {GuardItem.LARGEST_CODE: 57_343, GuardItem.LARGEST_DIFFERENCE: 55_705}
 """What the firmware allows at most, compiled in: narrower can be set, wider not."""
+PLAINLY = 2 * encode_packet(Packet(Method.NOP, Property.NONE, SILENT))
+"""Ends a CRC that was agreed on: a guardian speaks without. Twice: a half packet takes the first along."""
 SETTLE_MS_HZ = 1548
 """Time that the drive filter takes for the whole stroke, times its cut-off: 13 ms at 120 Hz."""
-_GUARD = struct.Struct("<BI")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,22 +46,27 @@ class Care:
     ceiling_hz: float = CEILING_HZ
     guardian: Guardian | None = None
     """Who parks the mirrors when this process is killed; the driver closes it."""
+    crc: Crc = Crc.PREFER
+    """Whether packets shall carry a CRC."""
 
 
-def set_watch(dialogue: Dialogue, limits: MirrorLimits) -> None:
+def set_watch(dialogue: Dialogue, controller: Controller, limits: MirrorLimits) -> None:
     """Give a firmware that has them its watchdog time and this rig's limits, and keep it fed; rail off."""
+    if not controller.has_guard:
+        return
     half_v = limits.max_v / 2
     wanted = {
-        _WATCHDOG_ITEM: WATCHDOG_MS,
-        _LARGEST_CODE_ITEM: _code(limits.bias_v + half_v) + 1,
-        _LARGEST_DIFFERENCE_ITEM: _code(limits.max_v) + 1,
+        GuardItem.WATCHDOG_MS: WATCHDOG_MS,
+        GuardItem.LARGEST_CODE: _code(limits.bias_v + half_v) + 1,
+        GuardItem.LARGEST_DIFFERENCE: _code(limits.max_v) + 1,
     }
     for item, value in wanted.items():
         value = min(value, _MOST.get(item, value))
-        answer = dialogue.ask(Method.SET, Property.GUARD, _GUARD.pack(item, value)).packet.payload
-        if answer != _GUARD.pack(item, value):
+        order = pack_guard(item, value)
+        answer = dialogue.ask(Method.SET, Property.GUARD, order).packet.payload
+        if answer != order:
             raise DeviceFault(
-                f"controller: its guard took {answer.hex(' ')} for item {item}, not {value};"
+                f"controller: its guard took {answer.hex(' ')} for {item.name}, not {value};"
                 " update the firmware"
             )
     dialogue.session.beat(BEAT_NS)
@@ -81,6 +91,8 @@ class Watch:
         rest = b"".join(
             encode_packet(Packet(method, prop, SILENT, payload)) for method, prop, payload in messages
         )
+        if controller.has_guard:
+            rest = PLAINLY + rest
         settle_ms = round(SETTLE_MS_HZ / low_pass_hz)
         plan = ParkingPlan(port=str(dialogue.session.identity), rest=rest, settle_ms=settle_ms)
         self._guardian.guard(file, plan)

@@ -23,6 +23,7 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
+from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
 from foveacam_hardware.drivers.controller.exposure import await_frame, check_times, longest_s, receipt
 from foveacam_hardware.drivers.controller.governor import Governor
@@ -244,13 +245,13 @@ class ControllerMirrors:
         attached = dialogue.session.identity
         self._info = controller.info(serial=attached.serial or self._info.serial, port=attached.name)
         self._watch_over(dialogue)
+        agree_on_crc(dialogue, controller, self._care.crc)
         if dialogue.enabled():
             logger.warning("controller: found with the rail on; switching it off before setting the bias")
             dialogue.switch(on=False)
         dialogue.say_much(LOG_INFO)
         dialogue.set_low_pass(self._low_pass_hz)
-        if controller.has_guard:
-            set_watch(dialogue, self._limits)
+        set_watch(dialogue, controller, self._limits)
         self._clock_map = ClockMap() if controller.has_clock else None
         for _ in range(CLOCK_PINGS):
             dialogue.ping(self._clock_map)
@@ -259,8 +260,7 @@ class ControllerMirrors:
         self._switch_on(dialogue)
 
     def _watch_over(self, dialogue: Dialogue) -> None:
-        if self._controller is not None:
-            self._watch.keep(dialogue, self._controller, targets=self._targets, low_pass_hz=self._low_pass_hz)
+        self._watch.keep(dialogue, self._controller, targets=self._targets, low_pass_hz=self._low_pass_hz)
 
     def _switch_on(self, dialogue: Dialogue) -> None:
         dialogue.configure(Property.BIAS, self._targets.bias_code)

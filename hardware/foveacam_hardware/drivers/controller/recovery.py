@@ -11,7 +11,8 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError, NotConnected, Timeout
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.session import Refusal, Session
+from foveacam_hardware.drivers.controller.replies import MALFORMED, Refusal
+from foveacam_hardware.drivers.controller.session import Session
 from foveacam_hardware.drivers.controller.targets import Targets
 from foveacam_hardware.wire.controller import BadPacket
 
@@ -26,8 +27,6 @@ RAIL_WARNING = (
     "a controller that has stopped leaves the mirror rail on, and only a power cycle clears it:"
     " switch its supply off and on, then reconnect"
 )
-MALFORMED = "Invalid packet"
-"""What a request is called that arrived without one of its bytes: every one has a fixed size."""
 _STATE_LOST = frozenset(
     {"Cannot perform action: system is not enabled", "Unknown stream", "Unknown stream id", "System disabled"}
 )

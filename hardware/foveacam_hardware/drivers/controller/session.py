@@ -7,15 +7,15 @@ import contextlib
 import logging
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
-from queue import Empty, SimpleQueue
 from typing import TypeAlias
 
-from foveacam_hardware.contract import Clock, DeviceFault, LinkTelemetry, NotConnected, Timeout
+from foveacam_hardware.contract import Clock, LinkTelemetry, NotConnected
+from foveacam_hardware.drivers.controller.replies import Reply, says_malformed
 from foveacam_hardware.drivers.controller.traffic import Traffic
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
     SILENT,
+    BadCrc,
     BadPacket,
     Method,
     Packet,
@@ -34,77 +34,11 @@ POLL_S = 0.05
 """How long the reader may stay deaf to `close`."""
 STRANGE_BYTES = 64
 """How much is kept of what a port says that is no packet."""
-STALL_S = 0.05
-"""After a deadline the reader gets this long to hand over what arrived while this process was stalled."""
 Message: TypeAlias = tuple[Method, Property, bytes]
 """A request before it has a sequence number."""
 
 _LOG_LEVELS = {"[ERROR]": logging.ERROR, "[WARN]": logging.WARNING, "[VERBOSE]": logging.DEBUG}
 _REPLIES = frozenset({Method.ACK, Method.REJ, Method.FIN})
-_REMEDIES = {
-    "Strobe timeout": "check the strobe cables and that both cameras wait for triggers;"
-    " the pulse must be shorter than the exposure, and the exposure shorter than pulse + 5 ms",
-    "Cannot perform action: system is not enabled": "enable the mirrors first",
-    "System disabled": "enable the mirrors and ask again",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """A reply, when it came and when its request was sent."""
-
-    packet: Packet
-    sent_ns: int
-    t_ns: int
-
-    @property
-    def round_trip_ms(self) -> float:
-        """Time from the request to this reply."""
-        return (self.t_ns - self.sent_ns) / 1e6
-
-
-class Reply:
-    """What comes back for one request."""
-
-    def __init__(self, request: Packet, sent_ns: int) -> None:
-        self.request = request
-        self.sent_ns = sent_ns
-        self._inbox: SimpleQueue[tuple[Packet, int] | NotConnected] = SimpleQueue()
-
-    def put(self, item: tuple[Packet, int] | NotConnected) -> None:
-        """Hand over a reply, or the reason why none will come (called by the reader)."""
-        self._inbox.put(item)
-
-    def wait(self, *, deadline_s: float) -> Arrival:
-        """Return the next phase's reply; raise `Timeout`, `NotConnected`, or `Refusal` with REJ's text."""
-        request = self.request
-        item = self._next(deadline_s) or self._next(min(STALL_S, deadline_s))
-        if item is None:
-            raise Timeout(
-                f"controller: no answer to {request.method.name} {request.prop.name} within {deadline_s:g} s"
-            )
-        if isinstance(item, NotConnected):
-            raise NotConnected(str(item)) from item
-        packet, t_ns = item
-        if packet.method is Method.REJ:
-            text = unpack_text(packet.payload)
-            remedy = _REMEDIES.get(text, "see the controller's protocol")
-            raise Refusal(f"controller refused {request.prop.name}: '{text}'; {remedy}", text=text)
-        return Arrival(packet, self.sent_ns, t_ns)
-
-    def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
-        try:
-            return self._inbox.get(timeout=timeout_s)
-        except Empty:
-            return None
-
-
-class Refusal(DeviceFault):
-    """The controller answered REJ with `text`."""
-
-    def __init__(self, message: str, *, text: str) -> None:
-        super().__init__(message)
-        self.text = text
 
 
 class Session:
@@ -119,6 +53,8 @@ class Session:
         self._answered = threading.Condition(self._lock)
         self._sequence = 0
         self._decoder = CobsDecoder()
+        self._crc = False
+        self._crc_after: int | None = None  # the request whose acknowledgement brings it into force
         self._traffic = Traffic()
         self._strange = b""
         self._sent_ns = clock.now_ns()
@@ -133,15 +69,24 @@ class Session:
     def begin(self, *messages: Message) -> list[Reply]:
         """Send requests in one write; return their replies to be."""
         with self._lock:
-            replies = []
-            for method, prop, payload in messages:
-                self._sequence = next_sequence(self._sequence)
-                packet = Packet(method, prop, self._sequence, payload)
-                replies.append(Reply(packet, self._clock.now_ns()))
-            self._waiting.update((reply.request.sequence, reply) for reply in replies)
-            self._unanswered |= {reply.request.sequence for reply in replies}
-            self._write([reply.request for reply in replies])
-        return replies
+            return self._begin(messages)
+
+    def begin_crc(self, message: Message) -> Reply:
+        """Send a request from whose acknowledgement on every packet, either way, carries a CRC."""
+        with self._lock:
+            (reply,) = self._begin([message])
+            self._crc_after = reply.request.sequence
+            return reply
+
+    def speak_plainly(self) -> None:
+        """Send and expect packets without a CRC from now on: whether the controller does, ask it."""
+        with self._lock:
+            self._crc, self._crc_after = False, None
+
+    @property
+    def crc(self) -> bool:
+        """Whether packets carry a CRC now."""
+        return self._crc
 
     def post(self, *messages: Message) -> None:
         """Send requests that the controller acts on without a reply."""
@@ -199,7 +144,8 @@ class Session:
             self._fail(failure)
 
     def close(self) -> None:
-        """Stop the reader and release the link; harmless when closed."""
+        """Stop the reader and release the link, its packets plain again; harmless when closed."""
+        self._end_crc()
         self._closing.set()
         if self._reader is not threading.current_thread():
             self._reader.join()
@@ -210,12 +156,29 @@ class Session:
         """Return the traffic so far; clock and governor are the driver's to add."""
         queued_bytes = self._link.backlog().queued_bytes
         with self._lock:
-            return self._traffic.telemetry(self._clock.now_ns(), queued_bytes=queued_bytes)
+            return self._traffic.telemetry(self._clock.now_ns(), queued_bytes=queued_bytes, crc=self._crc)
+
+    def _end_crc(self) -> None:
+        if self._crc and self.failure is None:
+            self.speak_plainly()
+            with contextlib.suppress(NotConnected):
+                self.post((Method.NOP, Property.NONE, b""))
+
+    def _begin(self, messages: Sequence[Message]) -> list[Reply]:
+        replies = []
+        for method, prop, payload in messages:
+            self._sequence = next_sequence(self._sequence)
+            packet = Packet(method, prop, self._sequence, payload)
+            replies.append(Reply(packet, self._clock.now_ns()))
+        self._waiting.update((reply.request.sequence, reply) for reply in replies)
+        self._unanswered |= {reply.request.sequence for reply in replies}
+        self._write([reply.request for reply in replies])
+        return replies
 
     def _write(self, packets: Sequence[Packet]) -> None:
         if self.failure is not None:
             raise NotConnected(str(self.failure)) from self.failure
-        data = b"".join(encode_packet(packet) for packet in packets)
+        data = b"".join(encode_packet(packet, crc=self._crc) for packet in packets)
         try:
             self._link.write(data)
         except NotConnected as lost:
@@ -264,16 +227,25 @@ class Session:
             self._strange = (self._strange + data)[:STRANGE_BYTES]
         for frame in self._decoder.feed(data):
             try:
-                packet = decode_packet(frame)
+                packet = decode_packet(frame, crc=self._crc)
             except BadPacket as bad:
-                # Replies to malformed packets are noise with a wrong checksum (protocol page, fault 2).
-                self._traffic.bad_packets += 1
-                logger.debug("dropped a bad packet: %s", bad)
+                self._drop(frame, bad)
                 continue
             if packet.method not in _REPLIES and packet.prop is not Property.LOG:
                 self.echoes = True
                 continue
             self._dispatch(packet, t_ns)
+
+    def _drop(self, frame: bytes | None, bad: BadPacket) -> None:
+        # Replies to malformed packets are noise with a wrong checksum (protocol page, fault 2).
+        self._traffic.bad_packets += 1
+        logger.debug("dropped a bad packet: %s", bad)
+        if not isinstance(bad, BadCrc):
+            return
+        self._traffic.crc_errors += 1
+        if says_malformed(frame):  # plainly, of a packet with a CRC: it knows of none
+            found = "controller: it restarted, or another program used it (its CRC is off)"
+            self.fail(NotConnected(f"{found}; connect again"))
 
     def _dispatch(self, packet: Packet, t_ns: int) -> None:
         with self._lock:
@@ -293,5 +265,7 @@ class Session:
                 return
             if packet.method is Method.ACK:
                 self._traffic.acknowledged(packet.prop, sent_ns=reply.sent_ns, t_ns=t_ns)
+            if packet.sequence == self._crc_after:
+                self._crc, self._crc_after = packet.method is Method.ACK, None
             self._settle(packet.sequence)
             reply.put((packet, t_ns))

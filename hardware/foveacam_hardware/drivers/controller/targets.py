@@ -8,7 +8,8 @@ import threading
 
 from foveacam_hardware.contract import PARKED, MirrorLimits, StereoVolts
 from foveacam_hardware.drivers.controller.dialogue import stream_message
-from foveacam_hardware.drivers.controller.session import Message, Reply, Session
+from foveacam_hardware.drivers.controller.replies import Reply
+from foveacam_hardware.drivers.controller.session import Message, Session
 from foveacam_hardware.drivers.controller.volts import bias_code, check_limits, mirror_codes, mirror_volts
 from foveacam_hardware.wire.controller import Method, Property
 from foveacam_hardware.wire.controller_payloads import (

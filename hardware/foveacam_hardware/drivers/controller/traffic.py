@@ -55,7 +55,7 @@ class Traffic:
 
     def __init__(self) -> None:
         self.tx_packets = self.tx_bytes = 0
-        self.rx_packets = self.rx_bytes = self.bad_packets = 0
+        self.rx_packets = self.rx_bytes = self.bad_packets = self.crc_errors = 0
         self._rates = {name: RateMeter() for name in ("tx_bytes", "rx_bytes", "tx_packets", "rx_packets")}
         self._streams: dict[int, tuple[RateMeter, StreamCommand]] = {}
         self._round_trips_ms: deque[float] = deque(maxlen=ROUND_TRIPS)
@@ -96,7 +96,7 @@ class Traffic:
             self._recent.popleft()
         return _quantile(sorted(ms for _, ms in self._recent), 0.95) if self._recent else None
 
-    def telemetry(self, t_ns: int, *, queued_bytes: int) -> LinkTelemetry:
+    def telemetry(self, t_ns: int, *, queued_bytes: int, crc: bool) -> LinkTelemetry:
         """Return the traffic so far; clock and governor are the driver's to add."""
         ordered = sorted(self._round_trips_ms)
         return LinkTelemetry(
@@ -105,6 +105,8 @@ class Traffic:
             tx_bytes=self.tx_bytes,
             rx_bytes=self.rx_bytes,
             bad_packets=self.bad_packets,
+            crc=crc,
+            crc_errors=self.crc_errors,
             rtt_p50_ms=_quantile(ordered, 0.5),
             rtt_p95_ms=_quantile(ordered, 0.95),
             rtt_p99_ms=_quantile(ordered, 0.99),

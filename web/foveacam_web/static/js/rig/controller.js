@@ -78,7 +78,7 @@ function lineOf(link) {
     figures([
       ["Queue", `${count(link.queued_bytes)} bytes`],
       ["Round trip", `${millis(link.rtt_p50_ms)} median, ${millis(link.rtt_p95_ms)} p95, ${millis(link.rtt_max_ms)} longest`],
-      ["Broken packets", count(link.bad_packets)], ["Lost answers", count(link.lost_answers)],
+      ["Broken packets", count(link.bad_packets)], ["CRC errors", link.crc ? count(link.crc_errors) : "no CRC in use"], ["Lost answers", count(link.lost_answers)],
       ["Updates given", `${number(link.update_limit_hz, 0)} Hz at most`],
     ]),
     h("h4", { text: "Clock" }),

@@ -58,6 +58,8 @@ export type ControllerLink = {
   tx_packets: number;
   rx_packets: number;
   bad_packets: number;
+  crc: boolean;
+  crc_errors: number;
   lost_answers: number;
   tx_bytes_per_s: number;
   rx_bytes_per_s: number;

@@ -1,0 +1,87 @@
+"""What comes back for a request: its phases as they arrive, a refusal with its remedy, or silence."""
+
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+from foveacam_hardware.contract import DeviceFault, NotConnected, Timeout
+from foveacam_hardware.wire.controller import BadPacket, Method, Packet, decode_packet
+from foveacam_hardware.wire.controller_payloads import unpack_text
+
+STALL_S = 0.05
+"""After a deadline the reader gets this long to hand over what arrived while this process was stalled."""
+MALFORMED = "Invalid packet"
+"""What a request is called that arrived without one of its bytes: every one has a fixed size."""
+
+_REMEDIES = {
+    "Strobe timeout": "check the strobe cables and that both cameras wait for triggers;"
+    " the pulse must be shorter than the exposure, and the exposure shorter than pulse + 5 ms",
+    "Cannot perform action: system is not enabled": "enable the mirrors first",
+    "System disabled": "enable the mirrors and ask again",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A reply, when it came and when its request was sent."""
+
+    packet: Packet
+    sent_ns: int
+    t_ns: int
+
+    @property
+    def round_trip_ms(self) -> float:
+        """Time from the request to this reply."""
+        return (self.t_ns - self.sent_ns) / 1e6
+
+
+class Reply:
+    """What comes back for one request."""
+
+    def __init__(self, request: Packet, sent_ns: int) -> None:
+        self.request = request
+        self.sent_ns = sent_ns
+        self._inbox: SimpleQueue[tuple[Packet, int] | NotConnected] = SimpleQueue()
+
+    def put(self, item: tuple[Packet, int] | NotConnected) -> None:
+        """Hand over a reply, or the reason why none will come (called by the reader)."""
+        self._inbox.put(item)
+
+    def wait(self, *, deadline_s: float) -> Arrival:
+        """Return the next phase's reply; raise `Timeout`, `NotConnected`, or `Refusal` with REJ's text."""
+        request = self.request
+        item = self._next(deadline_s) or self._next(min(STALL_S, deadline_s))
+        if item is None:
+            raise Timeout(
+                f"controller: no answer to {request.method.name} {request.prop.name} within {deadline_s:g} s"
+            )
+        if isinstance(item, NotConnected):
+            raise NotConnected(str(item)) from item
+        packet, t_ns = item
+        if packet.method is Method.REJ:
+            text = unpack_text(packet.payload)
+            remedy = _REMEDIES.get(text, "see the controller's protocol")
+            raise Refusal(f"controller refused {request.prop.name}: '{text}'; {remedy}", text=text)
+        return Arrival(packet, self.sent_ns, t_ns)
+
+    def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
+        try:
+            return self._inbox.get(timeout=timeout_s)
+        except Empty:
+            return None
+
+
+class Refusal(DeviceFault):
+    """The controller answered REJ with `text`."""
+
+    def __init__(self, message: str, *, text: str) -> None:
+        super().__init__(message)
+        self.text = text
+
+
+def says_malformed(frame: bytes | None) -> bool:
+    """Tell whether a frame without a CRC refuses a request for its size."""
+    try:
+        packet = decode_packet(frame)
+    except BadPacket:
+        return False
+    return packet.method is Method.REJ and unpack_text(packet.payload) == MALFORMED
