@@ -19,6 +19,7 @@ ROLES = ("wide", "left", "right")
 LINKED = (
     "kind",
     "exposure_ms",
+    "exposure_auto",
     "gain_db",
     "black_level",
     "pixel_format",
@@ -44,6 +45,10 @@ class AbsentCameraConfig(_Table):
 class _PresentCamera(_Table):
     frame_rate_hz: Annotated[float, Field(gt=0.0, le=10_000.0)] = 30.0
     """Of a free-running camera; a triggered one is at most as fast."""
+    frame_rate_auto: bool = False
+    """The camera chooses its rate itself: as fast as exposure and readout allow."""
+    readout_us: Annotated[float, Field(ge=0.0, le=1_000_000.0)] = 0.0
+    """How long a frame is read out of the sensor; it places exposures where no clock can be read."""
     buffers: Annotated[int, Field(ge=2, le=256)] = 8
     """Frames that wait for who reads; more are dropped, and counted."""
 
@@ -52,6 +57,8 @@ class _MachineVisionCamera(_PresentCamera):
     serial: Serial
     """As on its label; the camera is found by it."""
     exposure_ms: ExposureMs = 8.0
+    exposure_auto: Literal["off", "once", "continuous"] = "off"
+    """Whether the camera sets its exposure itself, beginning with `exposure_ms`; not of an eye on a pulse."""
     gain_db: GainDb = 0.0
     black_level: Annotated[float, Field(ge=0.0, le=65_535.0)] = 0.0
     """In the camera's own units."""
@@ -98,7 +105,9 @@ class OpenCvCameraConfig(_PresentCamera):
     source: Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=0, le=63)]
     """`0`, `/dev/v4l/by-id/…`, `rtsp://…`, or beside this file a video, or images as `shots/%04d.png`."""
     exposure_ms: ExposureMs | None = None
-    """None leaves it to the camera."""
+    """None leaves it to the camera: a UVC camera then sets it itself."""
+    exposure_auto: Literal["off", "continuous"] | None = None
+    """None: off when there is an `exposure_ms`."""
     gain_db: GainDb | None = None
     pixel_format: Literal["Mono8", "RGB8"] = "RGB8"
     trigger: Literal["software", "none"] | None = None
@@ -131,6 +140,19 @@ class CamerasConfig(_Table):
                 raise ValueError(
                     f"{name} is claimed by {claimed[name]} and by {role}; one camera is one eye: give"
                     f' {role} the serial number on its own label, or `kind = "absent"`'
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _keep_the_exposures_alike(self) -> "CamerasConfig":
+        for role in ("left", "right"):
+            eye = getattr(self, role)
+            pulsed = getattr(eye, "trigger", "none") in (None, "hardware")
+            if isinstance(eye, _MachineVisionCamera) and pulsed and eye.exposure_auto != "off":
+                raise ValueError(
+                    f'{role}: exposure_auto = "{eye.exposure_auto}", but one pulse exposes both foveae, whose'
+                    " exposures must stay alike; leave it out here, and let the console find one exposure for"
+                    " both"
                 )
         return self
 

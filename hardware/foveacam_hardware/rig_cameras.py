@@ -12,6 +12,7 @@ from foveacam_hardware.camera_config import (
     PylonCameraConfig,
 )
 from foveacam_hardware.contract import (
+    AutoMode,
     Camera,
     CameraSettings,
     Clock,
@@ -25,13 +26,14 @@ from foveacam_hardware.drivers.cameras.aravis import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
 from foveacam_hardware.drivers.cameras.device import CameraDevice
 from foveacam_hardware.drivers.cameras.opencv import OpenCvDevice, OpenCvOptions
-from foveacam_hardware.drivers.cameras.opencv_source import shown
+from foveacam_hardware.drivers.cameras.opencv_source import SourceKind, kind_of, shown
+from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.pylon import PylonDevice
 from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.drivers.cameras.worker import CameraPlan
 
 NS_PER_MS = 1e6
+NS_PER_US = 1e3
 
 
 def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
@@ -47,6 +49,15 @@ def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
             return AbsentCamera(role, reason='the rig file names none; give it a kind, such as "aravis"')
 
 
+def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig) -> CameraPlan:
+    """Return what a camera is opened with."""
+    return CameraPlan(
+        settings=first_settings(role, given),
+        readout_ns=round(given.readout_us * NS_PER_US),
+        frames=given.buffers,
+    )
+
+
 def first_settings(
     role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig
 ) -> CameraSettings:
@@ -56,8 +67,10 @@ def first_settings(
     trigger = given.trigger or ("none" if role is Role.WIDE else "hardware")
     return CameraSettings(
         exposure_ns=round(given.exposure_ms * NS_PER_MS),
+        exposure_auto=AutoMode(given.exposure_auto),
         gain_db=given.gain_db,
         frame_rate_hz=given.frame_rate_hz,
+        frame_rate_auto=given.frame_rate_auto,
         pixel_format=PixelFormat(given.pixel_format),
         triggered=trigger != "none",
         trigger_source=TriggerSource.SOFTWARE if trigger == "software" else TriggerSource.HARDWARE,
@@ -66,11 +79,17 @@ def first_settings(
 
 
 def _as_it_is(given: OpenCvCameraConfig) -> CameraSettings:
-    """Return what the file says; zero leaves what it does not say to the source itself."""
+    """Return what the file says; what it does not say is left to the source itself."""
+    said = given.model_fields_set
+    own_pace = given.frame_rate_auto if "frame_rate_auto" in said else "frame_rate_hz" not in said
+    leaves_it = given.exposure_ms is None and kind_of(given.source) is SourceKind.DEVICE
+    itself = AutoMode.CONTINUOUS if leaves_it else AutoMode.OFF
     return CameraSettings(
         exposure_ns=round((given.exposure_ms or 0.0) * NS_PER_MS),
+        exposure_auto=AutoMode(given.exposure_auto or itself),
         gain_db=given.gain_db or 0.0,
-        frame_rate_hz=given.frame_rate_hz if "frame_rate_hz" in given.model_fields_set else 0.0,
+        frame_rate_hz=0.0 if own_pace else given.frame_rate_hz,
+        frame_rate_auto=own_pace,
         pixel_format=PixelFormat(given.pixel_format),
         triggered=given.trigger == "software",
         trigger_source=TriggerSource.SOFTWARE,
@@ -89,7 +108,7 @@ def _supervised(
         role,
         open_device,
         clock=clock,
-        plan=CameraPlan(settings=first_settings(role, given), frames=given.buffers),
+        plan=plan_of(role, given),
         expected=DeviceInfo(vendor="", model=given.kind, serial=name),
     )
 

@@ -19,8 +19,8 @@ from foveacam_hardware.contract import CameraSettings, Clock, DeviceInfo, Monoto
 from foveacam_hardware.drivers.cameras.aravis import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary, discover
 from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
+from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.drivers.cameras.worker import CameraPlan
 
 LOOPBACK = "127.0.0.1"
 PROGRAM = "arv-fake-gv-camera-0.8"
@@ -49,10 +49,11 @@ def alone_on_loopback() -> Iterator[None]:
 class FakeProgram:
     """The fake camera in its own process, which can be stopped and killed."""
 
-    def __init__(self, serial: str) -> None:
+    def __init__(self, serial: str, *, description: Path | None = None) -> None:
         if shutil.which(PROGRAM) is None:
             pytest.skip(f"{PROGRAM} is not installed; Debian and Ubuntu: apt-get install aravis-tools")
         self.serial = serial
+        self._described = [] if description is None else ["-g", str(description)]
         self._process = self._launch()
 
     def signal(self, number: int) -> None:
@@ -70,7 +71,7 @@ class FakeProgram:
 
     def _launch(self) -> "subprocess.Popen[bytes]":
         return subprocess.Popen(
-            [PROGRAM, "-i", LOOPBACK, "-s", self.serial],
+            [PROGRAM, "-i", LOOPBACK, "-s", self.serial, *self._described],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -85,10 +86,10 @@ def await_on_network(serial: str, *, within_s: float = 20.0) -> None:
 
 
 @contextmanager
-def fake_program(serial: str) -> Iterator[FakeProgram]:
-    """Run the fake camera, alone on the loopback."""
+def fake_program(serial: str, *, description: Path | None = None) -> Iterator[FakeProgram]:
+    """Run the fake camera, alone on the loopback; `description`: a GenICam file in place of its own."""
     with alone_on_loopback():
-        program = FakeProgram(serial)
+        program = FakeProgram(serial, description=description)
         try:
             await_on_network(serial)
             yield program

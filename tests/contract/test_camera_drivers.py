@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import (
+    AutoMode,
     Camera,
     CameraPhase,
     CameraRanges,
@@ -152,9 +153,11 @@ def test_settings_that_a_camera_took_are_taken_again_unchanged(camera: Camera) -
         lambda settings, ranges: replace(settings, exposure_ns=round(ranges.exposure_ns.high * 2) + 1),
         lambda settings, ranges: replace(settings, gain_db=ranges.gain_db.high + 1.0),
         lambda settings, ranges: replace(settings, gain_db=float("nan")),
-        lambda settings, ranges: replace(settings, frame_rate_hz=0.0),
-        lambda settings, ranges: replace(settings, frame_rate_hz=2 * ranges.frame_rate_hz.high + 1.0),
-        lambda settings, ranges: replace(settings, frame_rate_hz=float("inf")),
+        lambda settings, ranges: replace(settings, frame_rate_auto=False, frame_rate_hz=0.0),
+        lambda settings, ranges: replace(
+            settings, frame_rate_auto=False, frame_rate_hz=2 * ranges.frame_rate_hz.high + 1.0
+        ),
+        lambda settings, ranges: replace(settings, frame_rate_auto=False, frame_rate_hz=float("inf")),
         lambda settings, ranges: replace(settings, black_level=ranges.black_level.high + 1.0),
     ],
     ids=["dark", "long", "loud", "nan", "no rate", "fast", "inf", "black"],
@@ -187,6 +190,42 @@ def test_a_pixel_format_that_it_lacks_is_refused_with_those_it_has(camera: Camer
 
     with pytest.raises(OutOfRange, match=camera.ranges.pixel_formats[0]):
         camera.configure(replace(camera.settings, pixel_format=lacking[0]))
+
+
+def test_every_mode_of_its_exposure_is_taken_and_can_be_left(streaming: Camera) -> None:
+    by_hand = streaming.settings
+    for mode in streaming.ranges.exposure_autos:
+        taken = streaming.configure(replace(by_hand, exposure_auto=mode))
+        frame = streaming.read(timeout_ms=PATIENCE_MS)
+
+        assert taken.exposure_auto in (mode, AutoMode.OFF if mode is AutoMode.ONCE else mode)
+        assert frame.exposure_ns == pytest.approx(taken.exposure_ns, rel=1.0)
+    assert streaming.configure(by_hand) == by_hand
+
+
+def test_an_automatic_mode_that_it_lacks_is_refused_in_a_sentence_and_changes_nothing(camera: Camera) -> None:
+    before = camera.settings
+    lacking = [
+        replace(before, exposure_auto=mode) for mode in AutoMode if mode not in camera.ranges.exposure_autos
+    ]
+    if not camera.ranges.frame_rate_auto:
+        lacking.append(replace(before, frame_rate_auto=True))
+    for asked in lacking:
+        with pytest.raises(OutOfRange, match=rf"camera {camera.role}: .*; (it has none|use off|give one)"):
+            camera.configure(asked)
+    assert camera.settings == before
+
+
+def test_a_rate_of_its_own_is_told_and_can_be_left(streaming: Camera) -> None:
+    if not streaming.ranges.frame_rate_auto:
+        pytest.skip("its rate is never its own")
+    by_hand = streaming.configure(replace(streaming.settings, frame_rate_auto=False, frame_rate_hz=20.0))
+    taken = streaming.configure(replace(by_hand, frame_rate_auto=True))
+
+    assert (by_hand.frame_rate_auto, taken.frame_rate_auto) == (False, True)
+    assert taken.frame_rate_hz >= by_hand.frame_rate_hz
+    assert streaming.read(timeout_ms=PATIENCE_MS).image.size > 0
+    assert streaming.configure(by_hand) == by_hand
 
 
 def test_a_command_exposes_once_and_nothing_else_does(commanded: Camera) -> None:

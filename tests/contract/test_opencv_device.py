@@ -1,6 +1,5 @@
 """The driver of UVC cameras, streams and files: on files, on a fake UVC camera, on MJPEG over loopback."""
 
-import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -9,9 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraSettings,
     Clock,
     MonotonicClock,
@@ -28,6 +27,7 @@ from foveacam_hardware.drivers.cameras.opencv_source import Source, SourceKind, 
 from .mjpeg_server import MjpegServer
 
 AS_IT_IS = CameraSettings(exposure_ns=0, frame_rate_hz=0.0)
+AUTOMATIC = replace(AS_IT_IS, exposure_auto=AutoMode.CONTINUOUS, frame_rate_auto=True)
 SOFTWARE = replace(AS_IT_IS, triggered=True, trigger_source=TriggerSource.SOFTWARE)
 PICTURES = 5
 
@@ -309,86 +309,4 @@ def test_a_software_trigger_on_a_stream_gives_one_picture_that_came_after_it(sen
 
     assert found.t_host_ns >= asked_ns
     assert device.grab(timeout_ms=60.0) is None
-    device.close()
-
-
-# A UVC camera, as far as there is none --------------------------------------------------------------------
-
-
-class FakeUvc:
-    """A UVC camera as OpenCV shows it: it rounds, keeps to its sizes, and blocks until a picture is there."""
-
-    def __init__(self) -> None:
-        self.props = {
-            cv2.CAP_PROP_FPS: 30.0,
-            cv2.CAP_PROP_EXPOSURE: 156.0,
-            cv2.CAP_PROP_AUTO_EXPOSURE: 3.0,
-            cv2.CAP_PROP_FRAME_WIDTH: 640.0,
-            cv2.CAP_PROP_FRAME_HEIGHT: 480.0,
-        }
-        self.pictures = threading.Semaphore(0)
-        self.unplugged = False
-        self.released = False
-
-    def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
-        return not self.released
-
-    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        self.pictures.acquire(timeout=10.0)
-        return (False, None) if self.unplugged else (True, np.full((480, 640, 3), 50, dtype=np.uint8))
-
-    def get(self, prop: int, /) -> float:
-        return self.props.get(prop, -1.0)
-
-    def set(self, prop: int, value: float, /) -> bool:
-        if prop == cv2.CAP_PROP_FPS:
-            value = 15.0 if value < 20.0 else 30.0
-        self.props[prop] = value
-        return True
-
-    def release(self) -> None:
-        self.released = True
-
-
-def uvc() -> tuple[FakeUvc, OpenCvDevice]:
-    camera = FakeUvc()
-    device = OpenCvDevice(0, clock=MonotonicClock(), opener=lambda _: camera)
-    device.open()
-    return camera, device
-
-
-def test_a_uvc_camera_takes_exposure_and_rate_in_its_own_steps() -> None:
-    camera, device = uvc()
-    taken = device.configure(replace(AS_IT_IS, exposure_ns=8_040_000, frame_rate_hz=18.0))
-
-    assert (taken.exposure_ns, taken.frame_rate_hz) == (8_000_000, 15.0)
-    assert camera.props[cv2.CAP_PROP_AUTO_EXPOSURE] == 1.0
-    assert device.configure(AS_IT_IS).exposure_ns == 8_000_000
-    assert camera.props[cv2.CAP_PROP_AUTO_EXPOSURE] == 3.0
-    device.close()
-    assert camera.released
-
-
-def test_pictures_of_a_uvc_camera_that_nobody_took_are_counted() -> None:
-    camera, device = uvc()
-    device.configure(AS_IT_IS)
-    device.start()
-    camera.pictures.release(3)
-    while device.underruns() < 2:
-        pass
-
-    assert frame(device).status is GrabStatus.OK
-    assert device.grab(timeout_ms=10.0) is None
-    camera.pictures.release(1)
-    device.close()
-
-
-def test_an_unplugged_uvc_camera_is_lost_in_words() -> None:
-    camera, device = uvc()
-    device.configure(AS_IT_IS)
-    device.start()
-    camera.unplugged = True
-    camera.pictures.release(1)
-    with pytest.raises(NotConnected, match="no pictures any more; plug it in"):
-        device.grab(timeout_ms=2000.0)
     device.close()

@@ -100,6 +100,7 @@ def test_frames_are_numbered_without_a_gap_and_carry_the_host_s_time(device: Pyl
     assert [later.number for later in grabs[1:]] == [(first.number or 0) + 1 for first in grabs[:-1]]
     assert all(first.t_host_ns < later.t_host_ns for first, later in pairwise(grabs))
     assert {grab.t_device_ns for grab in grabs} == {None}  # the emulator's clock stands at 0
+    assert device.read_clock() is None
     assert picture(device).shape == (270, 360)
 
 

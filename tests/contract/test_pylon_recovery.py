@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings, DeviceInfo, MonotonicClock, Role
+from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.pylon import PylonDevice
 from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.drivers.cameras.worker import CameraPlan
 
 SERIAL = "0815-0001"
 SETTINGS = CameraSettings(exposure_ns=1_000_000, gain_db=6.0, frame_rate_hz=50.0)

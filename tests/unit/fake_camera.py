@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraRanges,
     CameraSettings,
     Clock,
@@ -21,9 +22,9 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
+from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.drivers.cameras.watchdog import Patience
-from foveacam_hardware.drivers.cameras.worker import CameraPlan
 
 SIZE = (6, 8)
 READOUT_NS = 4_000_000
@@ -36,6 +37,8 @@ RANGES = CameraRanges(
     frame_rate_hz=Span(low=0.5, high=200.0),
     black_level=Span(low=0.0, high=64.0),
     pixel_formats=(PixelFormat.MONO8, PixelFormat.MONO12P, PixelFormat.BAYER_RG8),
+    exposure_autos=tuple(AutoMode),
+    frame_rate_auto=True,
 )
 SETTINGS = CameraSettings(exposure_ns=5_000_000, frame_rate_hz=50.0)
 
@@ -64,6 +67,8 @@ class FakeCamera:
     exposing_ns: deque[int] = field(default_factory=deque)
     calls: Counter[str] = field(default_factory=Counter)
     taken: list[CameraSettings] = field(default_factory=list)
+    sets_itself: dict[str, object] = field(default_factory=dict)
+    """What it has set itself to, by the names of the settings."""
 
     def call(self, name: str) -> None:
         """Count a call, and do to it what the faults say."""
@@ -108,8 +113,18 @@ class FakeDevice:
         self._camera.call("configure")
         if settings.gain_db > 20.0:
             raise OutOfRange("gain above 20 dB needs another sensor mode")
-        self._settings = replace(settings, exposure_ns=settings.exposure_ns // 1000 * 1000)
+        exposure_ns = settings.exposure_ns // 1000 * 1000
+        own_hz = min(RANGES.frame_rate_hz.high, 1e9 / exposure_ns)
+        rate_hz = own_hz if settings.frame_rate_auto else settings.frame_rate_hz
+        self._settings = replace(settings, exposure_ns=exposure_ns, frame_rate_hz=rate_hz)
+        self._camera.sets_itself.clear()
         self._camera.taken.append(self._settings)
+        return self._settings
+
+    def read_settings(self) -> CameraSettings:
+        self._camera.call("read_settings")
+        changes = self._camera.sets_itself
+        self._settings = replace(self._settings, **changes)  # type: ignore[arg-type]  # one of several types
         return self._settings
 
     def start(self) -> None:

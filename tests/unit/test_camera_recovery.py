@@ -1,8 +1,6 @@
 """A camera that is lost comes back by itself: every fault is played to its turns, in virtual time."""
 
-import queue
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import replace
 from typing import TypeVar
 
@@ -12,103 +10,23 @@ from foveacam_hardware.contract import (
     CameraPhase,
     CameraSettings,
     FoveaError,
-    Frame,
     NotConnected,
     OutOfRange,
     PixelFormat,
-    Role,
     Timeout,
     TriggerSource,
-    VirtualClock,
 )
-from foveacam_hardware.drivers.cameras.commands import Command
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.worker import CameraPlan, CameraWorker
+from foveacam_hardware.drivers.cameras.worker import CameraWorker
 
-from .fake_camera import READOUT_NS, SETTINGS, FakeCamera, FakeDevice
+from .fake_camera import SETTINGS
+from .turned_camera import Bench
 
 T = TypeVar("T")
 MS = 1_000_000
 S = 1_000_000_000
 TRIGGERED = replace(SETTINGS, triggered=True)
 COMMANDED = replace(TRIGGERED, trigger_source=TriggerSource.SOFTWARE)
-
-
-class VirtualInbox:
-    """Commands of a test; waiting for one moves the clock on."""
-
-    def __init__(self, clock: VirtualClock) -> None:
-        self._clock = clock
-        self._commands: list[Command[CameraWorker]] = []
-
-    def put(self, command: Command[CameraWorker]) -> None:
-        self._commands.append(command)
-
-    def get(self, block: bool = True, timeout: float | None = None) -> Command[CameraWorker]:
-        if self._commands:
-            return self._commands.pop(0)
-        if block:
-            self._clock.sleep_until_ns(self._clock.now_ns() + round((timeout or 0.0) * S))
-        raise queue.Empty
-
-
-class Bench:
-    """A worker, turned by hand."""
-
-    def __init__(self, *, settings: CameraSettings = SETTINGS, frames: int = 8) -> None:
-        self.clock = VirtualClock(100 * S)
-        self.camera = FakeCamera(self.clock)
-        self.desk = CameraDesk(frames=frames)
-        self.inbox = VirtualInbox(self.clock)
-        self.worker = CameraWorker(
-            Role.LEFT,
-            lambda: FakeDevice(self.camera),
-            desk=self.desk,
-            plan=CameraPlan(settings=settings, readout_ns=READOUT_NS, frames=frames),
-            clock=self.clock,
-        )
-
-    def do(self, work: Callable[[CameraWorker], T]) -> T:
-        """Let the worker do a command in its next turn."""
-        done: Future[object] = Future()
-        self.inbox.put(Command(name="test", work=work, done=done))
-        self.worker.step(self.inbox)
-        return done.result(0.0)  # type: ignore[return-value]  # the future of this very work
-
-    def streaming(self) -> "Bench":
-        self.do(CameraWorker.connect)
-        self.do(CameraWorker.start)
-        return self
-
-    def turn_until(self, reached: Callable[[], bool], *, within_s: float) -> float:
-        """Turn until something is so; return how long that took, s."""
-        began_ns = self.clock.now_ns()
-        while not reached():
-            self.worker.step(self.inbox)
-            assert self.clock.now_ns() - began_ns <= within_s * S, f"not within {within_s} s: {self.phase}"
-        return (self.clock.now_ns() - began_ns) / S
-
-    def turn_for(self, seconds: float) -> None:
-        until_ns = self.clock.now_ns() + round(seconds * S)
-        while self.clock.now_ns() < until_ns:
-            self.worker.step(self.inbox)
-
-    def frame(self, *, within_s: float = 1.0) -> Frame:
-        self.turn_until(lambda: self.desk.waiting > 0, within_s=within_s)
-        frame = self.desk.take()
-        assert frame is not None
-        return frame
-
-    @property
-    def phase(self) -> CameraPhase:
-        return self.desk.state.link.phase
-
-    def is_down(self) -> bool:
-        return self.phase in (CameraPhase.LOST, CameraPhase.BACKOFF)
-
-    def is_up(self) -> bool:
-        return self.phase is CameraPhase.STREAMING
 
 
 # Delivering ------------------------------------------------------------------------------------------------

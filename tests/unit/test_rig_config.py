@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 import foveacam_hardware
-from foveacam_hardware.camera_config import ROLES, OpenCvCameraConfig
-from foveacam_hardware.contract import InvalidInput, NotConnected
+from foveacam_hardware.camera_config import ROLES, AravisCameraConfig, CamerasConfig, OpenCvCameraConfig
+from foveacam_hardware.contract import AutoMode, CameraSettings, InvalidInput, NotConnected, Role
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig
 from foveacam_hardware.rail_config import PAPER_PLACES, GrblRailConfig
 from foveacam_hardware.rig import load_rig_config, open_rig
+from foveacam_hardware.rig_cameras import first_settings, plan_of
 from foveacam_hardware.rig_config import FORMAT, VERSION, MarkersConfig, SerialRigConfig, SimulatedRigConfig
 
 EXAMPLES = Path(foveacam_hardware.__file__).parent / "examples"
@@ -190,6 +191,47 @@ def test_a_serial_rig_without_its_devices_opens_and_says_what_is_missing(tmp_pat
     assert "/dev/does-not-exist" in found["mirrors"]
     assert not rig.simulated
     assert rig.truth is None
+
+
+def settings_of(role: Role, table: str) -> CameraSettings:
+    found = tomllib.loads(table)
+    config = CamerasConfig.model_validate({role.value: found})
+    settings: CameraSettings = first_settings(role, getattr(config, role.value))
+    return settings
+
+
+def test_what_a_camera_sets_itself_is_said_in_the_file() -> None:
+    wide = settings_of(
+        Role.WIDE, 'kind = "pylon"\nserial = "1"\nexposure_auto = "once"\nframe_rate_auto = true'
+    )
+
+    assert (wide.exposure_auto, wide.frame_rate_auto, wide.exposure_ns) == (AutoMode.ONCE, True, 8_000_000)
+
+
+def test_what_is_not_said_of_a_uvc_camera_is_left_to_it() -> None:
+    left_out = settings_of(Role.WIDE, 'kind = "opencv"\nsource = 0')
+    said = settings_of(Role.WIDE, 'kind = "opencv"\nsource = 0\nexposure_ms = 5.0\nframe_rate_hz = 10.0')
+    movie = settings_of(Role.WIDE, 'kind = "opencv"\nsource = "a.avi"')
+
+    assert (left_out.exposure_auto, left_out.frame_rate_auto) == (AutoMode.CONTINUOUS, True)
+    assert (said.exposure_auto, said.frame_rate_auto, said.exposure_ns) == (AutoMode.OFF, False, 5_000_000)
+    assert (movie.exposure_auto, movie.frame_rate_auto) == (AutoMode.OFF, True)
+
+
+def test_an_eye_that_waits_for_pulses_may_not_set_its_exposure_itself() -> None:
+    table = 'kind = "aravis"\nserial = "1"\nexposure_auto = "continuous"\n'
+    with pytest.raises(ValueError, match=r"left: exposure_auto = \"continuous\", but one pulse exposes both"):
+        settings_of(Role.LEFT, table)
+
+    assert settings_of(Role.LEFT, table + 'trigger = "none"').exposure_auto is AutoMode.CONTINUOUS
+
+
+def test_the_readout_of_a_sensor_is_told_in_microseconds() -> None:
+    table = 'kind = "aravis"\nserial = "1"\nreadout_us = 4380.0'
+    given = CamerasConfig.model_validate({"wide": tomllib.loads(table)}).wide
+    assert isinstance(given, AravisCameraConfig)
+
+    assert plan_of(Role.WIDE, given).readout_ns == 4_380_000
 
 
 def test_markers_as_printed_reach_the_rig_in_metres(tmp_path: Path) -> None:

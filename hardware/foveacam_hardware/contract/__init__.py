@@ -1,6 +1,7 @@
 """Protocols, value types, errors and the clock: all that procedures know of hardware. numpy only."""
 
 from foveacam_hardware.contract.camera_values import (
+    AutoMode,
     CameraCounters,
     CameraLink,
     CameraPhase,
@@ -52,6 +53,7 @@ from foveacam_hardware.contract.values import (
 
 __all__ = [
     "PARKED",
+    "AutoMode",
     "Busy",
     "Camera",
     "CameraCounters",

@@ -24,19 +24,40 @@ class TriggerSource(StrEnum):
     """A command: `Camera.software_trigger`."""
 
 
+class AutoMode(StrEnum):
+    """Whether a camera sets its exposure itself."""
+
+    OFF = "off"
+    ONCE = "once"
+    """Until it has found one; then it is off."""
+    CONTINUOUS = "continuous"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraSettings:
-    """What a camera is asked for, and, as returned by `configure`, what it took."""
+    """What a camera is asked for, and, as returned by `configure`, what it took.
+
+    While a camera sets its exposure or its rate itself, `exposure_ns` and `frame_rate_hz` ask where it
+    begins, and tell what is in force, as it said within the last second.
+    """
 
     exposure_ns: int
+    exposure_auto: AutoMode = AutoMode.OFF
     gain_db: float = 0.0
     frame_rate_hz: float = 30.0
+    frame_rate_auto: bool = False
+    """Its rate is its own: as fast as exposure and readout allow, or that of the file it plays."""
     pixel_format: PixelFormat = PixelFormat.MONO8
     triggered: bool = False
     trigger_source: TriggerSource = TriggerSource.HARDWARE
     """Of a triggered camera; without a meaning for a free-running one."""
     black_level: float = 0.0
     """Offset of black, in the camera's own units."""
+
+    @property
+    def automatic(self) -> bool:
+        """Whether the camera may change any of them by itself."""
+        return self.frame_rate_auto or self.exposure_auto is not AutoMode.OFF
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +77,10 @@ class CameraRanges:
     frame_rate_hz: Span
     black_level: Span
     pixel_formats: tuple[PixelFormat, ...]
+    exposure_autos: tuple[AutoMode, ...] = (AutoMode.OFF,)
+    """The modes that it has."""
+    frame_rate_auto: bool = False
+    """Whether it can choose its rate itself."""
 
 
 class CameraPhase(StrEnum):

@@ -75,6 +75,13 @@ class AravisDevice:
         self._taken = self._open_features.apply(settings, self._options)
         return self._taken
 
+    def read_settings(self) -> CameraSettings:
+        """Return what is in force."""
+        if self._taken is None:
+            raise DeviceFault(f"{self._who}: it was not configured; configure it first")
+        self._taken = self._open_features.read_back(self._taken)
+        return self._taken
+
     def start(self) -> None:
         """Begin to acquire."""
         if self._library is None or self._taken is None:

@@ -61,6 +61,12 @@ _FAILING: dict[str, tuple[Any, tuple[Any, ...]]] = {  # the same; each has a las
     "arv_camera_is_feature_available": (c_int, (c_void_p, c_char_p)),
     "arv_camera_get_string": (c_char_p, (c_void_p, c_char_p)),
     "arv_camera_set_string": (None, (c_void_p, c_char_p, c_char_p)),
+    "arv_camera_dup_available_enumerations_as_strings": (
+        POINTER(c_char_p),
+        (c_void_p, c_char_p, POINTER(c_uint)),
+    ),
+    "arv_camera_set_boolean": (None, (c_void_p, c_char_p, c_int)),
+    "arv_camera_get_float": (c_double, (c_void_p, c_char_p)),
     "arv_camera_get_integer": (ctypes.c_int64, (c_void_p, c_char_p)),
     "arv_camera_execute_command": (None, (c_void_p, c_char_p)),
     "arv_camera_get_sensor_size": (None, (c_void_p, POINTER(c_int), POINTER(c_int))),

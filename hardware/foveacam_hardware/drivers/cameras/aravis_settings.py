@@ -6,6 +6,7 @@ from ctypes import byref, c_int, c_uint, c_uint32
 from dataclasses import dataclass, replace
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraRanges,
     CameraSettings,
     DeviceFault,
@@ -14,14 +15,14 @@ from foveacam_hardware.contract import (
     Span,
     TriggerSource,
 )
+from foveacam_hardware.drivers.cameras.aravis_automatic import AravisAutomatic
 from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
+from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 logger = logging.getLogger(__name__)
 
 CONTINUOUS = 0
 FIXED = Span(low=0.0, high=0.0)
-AUTOMATICS = ("ExposureAuto", "GainAuto")
-"""What a camera may adjust by itself, unless told not to."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +48,7 @@ class AravisFeatures:
         self._library = library
         self._camera = camera
         self._who = who
+        self._automatic = AravisAutomatic(self)
 
     def ranges(self) -> CameraRanges:
         """Return what it accepts."""
@@ -57,22 +59,24 @@ class AravisFeatures:
             frame_rate_hz=self._span("frame_rate"),
             black_level=self._span("black_level"),
             pixel_formats=self._pixel_formats(),
+            exposure_autos=self._automatic.exposure_modes,
+            frame_rate_auto=self._automatic.has_rate,
         )
 
     def prepare(self, options: AravisOptions) -> None:
         """Bring an opened camera into a known state: continuous, nothing automatic, the whole sensor."""
         self.call("set_acquisition_mode", CONTINUOUS)
-        for automatic in AUTOMATICS:
-            if self.has(automatic):
-                self.call("set_string", automatic.encode(), b"Off")
+        self._automatic.all_off()
         self._packets(options)
         if options.strobe_line is not None:
             self._strobe(options.strobe_line)
 
     def apply(self, settings: CameraSettings, options: AravisOptions) -> CameraSettings:
         """Ask for the settings; return what it took."""
+        self._check_modes(settings)
         self.call("set_pixel_format_from_string", settings.pixel_format.encode())
         self._region(options)
+        self._automatic.expose(AutoMode.OFF)
         self.call("set_exposure_time", settings.exposure_ns / 1e3)
         if self.call("is_gain_available"):
             self.call("set_gain", settings.gain_db)
@@ -82,11 +86,10 @@ class AravisFeatures:
             self._trigger(settings, options)
         else:
             self.call("clear_triggers")
-            # A camera exposes no faster than its exposures last; not every one says so by itself.
-            fastest_hz = min(settings.frame_rate_hz, 1e9 / settings.exposure_ns)
-            if self.call("is_frame_rate_available"):
-                self.call("set_frame_rate", fastest_hz)
-        return self._read_back(settings)
+            self._pace(settings)
+        if settings.exposure_auto is not AutoMode.OFF:  # last: it begins where the exposure was put
+            self._automatic.expose(settings.exposure_auto)
+        return self.read_back(settings)
 
     def has(self, feature: str) -> bool:
         """Tell whether the camera has a feature now."""
@@ -96,6 +99,30 @@ class AravisFeatures:
     def has_registers(self) -> bool:
         """Whether it is a GigE Vision camera."""
         return bool(self._library.plain("arv_camera_is_gv_device")(self._camera))
+
+    def text(self, feature: str) -> str:
+        """Return the word that is chosen of a feature."""
+        word = self.call("get_string", feature.encode())
+        return word.decode(errors="replace") if isinstance(word, bytes) else ""
+
+    def choices(self, feature: str) -> frozenset[str]:
+        """Return the words of a feature."""
+        count = c_uint()
+        names = self.call("dup_available_enumerations_as_strings", feature.encode(), byref(count))
+        return self._words(names, count.value)
+
+    def choose(self, feature: str, word: str) -> None:
+        """Choose one of a feature's words."""
+        self.call("set_string", feature.encode(), word.encode())
+
+    def switch(self, feature: str, *, on: bool) -> None:
+        """Set a yes-or-no feature."""
+        self.call("set_boolean", feature.encode(), int(on))
+
+    def number(self, feature: str) -> float:
+        """Return the value of a feature."""
+        value = self.call("get_float", feature.encode())
+        return value if isinstance(value, float) else 0.0
 
     def execute(self, command: str) -> None:
         """Execute a command."""
@@ -122,17 +149,36 @@ class AravisFeatures:
         """Call a function of the camera."""
         return self._library.call(f"arv_camera_{name}", self._camera, *arguments, who=self._who)
 
-    def _read_back(self, asked: CameraSettings) -> CameraSettings:
-        rate_hz = self._number("frame_rate") if self.call("is_frame_rate_available") else asked.frame_rate_hz
+    def read_back(self, asked: CameraSettings) -> CameraSettings:
+        """Return what is in force of what was asked for."""
         name = self.call("get_pixel_format_as_string")
         return replace(
             asked,
             exposure_ns=round(self._number("exposure_time") * 1e3),
+            exposure_auto=self._automatic.exposure_mode(),
             gain_db=self._number("gain") if self.call("is_gain_available") else 0.0,
-            frame_rate_hz=asked.frame_rate_hz if asked.triggered else rate_hz,
+            frame_rate_hz=asked.frame_rate_hz if asked.triggered else self._rate_hz(asked),
             pixel_format=PixelFormat(name.decode() if isinstance(name, bytes) else ""),
             black_level=self._number("black_level") if self.call("is_black_level_available") else 0.0,
         )
+
+    def _check_modes(self, settings: CameraSettings) -> None:
+        try:
+            refuse_modes(settings, self.ranges())
+        except OutOfRange as refused:
+            raise OutOfRange(f"{self._who}: {refused}") from None
+
+    def _pace(self, settings: CameraSettings) -> None:
+        """Set the frame rate, or leave it to the camera."""
+        self._automatic.run_freely(on=settings.frame_rate_auto)
+        if not settings.frame_rate_auto and self.call("is_frame_rate_available"):
+            # A camera exposes no faster than its exposures last; not every one says so by itself.
+            self.call("set_frame_rate", min(settings.frame_rate_hz, 1e9 / settings.exposure_ns))
+
+    def _rate_hz(self, asked: CameraSettings) -> float:
+        if asked.frame_rate_auto and (resulting_hz := self._automatic.resulting_hz()) is not None:
+            return resulting_hz
+        return self._number("frame_rate") if self.call("is_frame_rate_available") else asked.frame_rate_hz
 
     def _trigger(self, settings: CameraSettings, options: AravisOptions) -> None:
         if settings.trigger_source is TriggerSource.SOFTWARE:
@@ -195,11 +241,16 @@ class AravisFeatures:
     def _pixel_formats(self) -> tuple[PixelFormat, ...]:
         count = c_uint()
         names = self.call("dup_available_pixel_formats_as_strings", byref(count))
-        if not isinstance(names, ctypes.POINTER(ctypes.c_char_p)) or not names:
-            return ()
-        own = {names[index].decode(errors="replace") for index in range(count.value)}
-        self._library.plain("g_free")(names)
+        own = self._words(names, count.value)
         return tuple(known for known in PixelFormat if known in own)
+
+    def _words(self, names: object, count: int) -> frozenset[str]:
+        """Return a list of the library's, which is freed."""
+        if not isinstance(names, ctypes.POINTER(ctypes.c_char_p)) or not names:
+            return frozenset()
+        words = frozenset(names[index].decode(errors="replace") for index in range(count))
+        self._library.plain("g_free")(names)
+        return words
 
     def _span(self, name: str) -> Span:
         if not self.call(f"is_{name}_available"):

@@ -101,6 +101,15 @@ class ReadsItsClock(Protocol):
         ...
 
 
+@runtime_checkable
+class TellsItsSettings(Protocol):
+    """A device with automatic modes: it can tell what it runs with now."""
+
+    def read_settings(self) -> CameraSettings:
+        """Return what is in force, read from the camera while it streams; a mode that ended is off."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundCamera:
     """A camera that a library sees, not opened."""

@@ -23,7 +23,14 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.opencv_pump import FramePump
-from foveacam_hardware.drivers.cameras.opencv_settings import Abilities, abilities_of, check, ranges_of, write
+from foveacam_hardware.drivers.cameras.opencv_settings import (
+    Abilities,
+    abilities_of,
+    check,
+    ranges_of,
+    read_back,
+    write,
+)
 from foveacam_hardware.drivers.cameras.opencv_source import (
     Capture,
     Source,
@@ -108,6 +115,13 @@ class OpenCvDevice:
         check(settings, self._can, who=self._who)
         self._taken = write(capture, settings, self._can)
         return self._taken
+
+    def read_settings(self) -> CameraSettings:
+        """Return what is in force; V4L2 tells it past the pictures that another thread reads."""
+        if self._taken is not None:
+            self._taken = read_back(self._opened(), self._taken, self._can)
+            return self._taken
+        raise NotConnected(f"{self._who}: it was not configured; configure it first")
 
     def start(self) -> None:
         """Begin to deliver: live sources from now on, files from where they were."""

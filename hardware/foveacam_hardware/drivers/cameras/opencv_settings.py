@@ -1,4 +1,4 @@
-"""Settings of an OpenCV source: what can be set at all, and what it took. Zero means: as it is."""
+"""Settings of an OpenCV source: what can be set at all, and what it took. Zero means: as it stands."""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import cv2
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraRanges,
     CameraSettings,
     OutOfRange,
@@ -14,6 +15,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.drivers.cameras.opencv_source import Capture, SourceKind
+from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 UVC_EXPOSURE_NS = 100_000
 """Unit of a UVC camera's exposure; OpenCV does not tell the camera's own limits."""
@@ -22,8 +24,9 @@ PACES_HZ = Span(low=0.1, high=240.0)
 """A file is played as fast as asked."""
 NOMINAL_HZ = 30.0
 """Of what does not tell its rate."""
-BY_HAND, BY_ITSELF = 1.0, 3.0
-"""V4L2's exposure modes."""
+BY_HAND = 1.0
+BY_ITSELF = (3.0, 0.0)
+"""V4L2's exposure modes: nearly every UVC camera has the first, which leaves its aperture alone."""
 FORMATS = (PixelFormat.MONO8, PixelFormat.RGB8)
 NOTHING = Span(low=0.0, high=0.0)
 
@@ -38,16 +41,24 @@ class Abilities:
     kind: SourceKind
     own_rate_hz: float
     sets_exposure: bool
+    exposes_itself: bool = False
+
+    @property
+    def paces_itself(self) -> bool:
+        """Whether its own rate is one that can be chosen, beside others."""
+        return self.kind is not SourceKind.STREAM
 
 
 def abilities_of(capture: Capture, kind: SourceKind) -> Abilities:
     """Find out what a source can do."""
     told_hz = capture.get(cv2.CAP_PROP_FPS)
     known = math.isfinite(told_hz) and PACES_HZ.low <= told_hz <= PACES_HZ.high
+    sets_exposure = kind is SourceKind.DEVICE and capture.get(cv2.CAP_PROP_EXPOSURE) > 0.0
     return Abilities(
         kind=kind,
         own_rate_hz=told_hz if known else NOMINAL_HZ,
-        sets_exposure=kind is SourceKind.DEVICE and capture.get(cv2.CAP_PROP_EXPOSURE) > 0.0,
+        sets_exposure=sets_exposure,
+        exposes_itself=sets_exposure and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) >= 0.0,
     )
 
 
@@ -58,9 +69,11 @@ def ranges_of(can: Abilities) -> CameraRanges:
     return CameraRanges(
         exposure_ns=exposure_ns if can.sets_exposure else NOTHING,
         gain_db=NOTHING,
-        frame_rate_hz=own if can.kind is SourceKind.STREAM else PACES_HZ,
+        frame_rate_hz=PACES_HZ if can.paces_itself else own,
         black_level=NOTHING,
         pixel_formats=FORMATS,
+        exposure_autos=(AutoMode.OFF, AutoMode.CONTINUOUS) if can.exposes_itself else (AutoMode.OFF,),
+        frame_rate_auto=can.paces_itself,
     )
 
 
@@ -85,7 +98,7 @@ def check(asked: CameraSettings, can: Abilities, *, who: str) -> None:
         ("black level", asked.black_level, ranges.black_level.low, ranges.black_level.high, ""),
     )
     for what, value, low, high, unit in wished:
-        if value == 0.0 or low <= value <= high:
+        if value == 0.0 or low <= value <= high or (what == "frame rate" and asked.frame_rate_auto):
             continue
         found = f"it is {low:g} {unit} to {high:g} {unit}" if low < high else f"this {can.kind} cannot set it"
         raise OutOfRange(
@@ -95,18 +108,34 @@ def check(asked: CameraSettings, can: Abilities, *, who: str) -> None:
         raise OutOfRange(
             f"{who}: pixel format {asked.pixel_format} is not one of its own; use {', '.join(FORMATS)}"
         )
+    try:
+        refuse_modes(asked, ranges, first=True)
+    except OutOfRange as refused:
+        raise OutOfRange(f"{who}: {refused}") from None
 
 
 def write(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSettings:
     """Write settings that were checked; return what the source took."""
-    rate_hz = asked.frame_rate_hz or can.own_rate_hz
-    if can.kind is SourceKind.DEVICE and asked.frame_rate_hz:
-        capture.set(cv2.CAP_PROP_FPS, asked.frame_rate_hz)
+    rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz
+    if can.kind is SourceKind.DEVICE and rate_hz:
+        capture.set(cv2.CAP_PROP_FPS, rate_hz)
+    if can.sets_exposure:
+        _expose(capture, asked, can)
+    return read_back(capture, asked, can)
+
+
+def read_back(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSettings:
+    """Return what is in force of what was asked for."""
+    rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz or can.own_rate_hz
+    if can.kind is SourceKind.DEVICE:
         rate_hz = abilities_of(capture, can.kind).own_rate_hz
+    exposure_units = capture.get(cv2.CAP_PROP_EXPOSURE) if can.sets_exposure else 0.0
     return CameraSettings(
-        exposure_ns=_expose(capture, asked.exposure_ns) if can.sets_exposure else 0,
+        exposure_ns=round(exposure_units * UVC_EXPOSURE_NS),
+        exposure_auto=_mode(capture, can),
         gain_db=0.0,
         frame_rate_hz=rate_hz,
+        frame_rate_auto=asked.frame_rate_auto and can.paces_itself,
         pixel_format=asked.pixel_format,
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,
@@ -114,10 +143,17 @@ def write(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSett
     )
 
 
-def _expose(capture: Capture, exposure_ns: int) -> int:
-    if exposure_ns == 0:
-        capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, BY_ITSELF)
-    else:
+def _expose(capture: Capture, asked: CameraSettings, can: Abilities) -> None:
+    """Set the exposure, or leave it to the camera, which begins wherever it wants to."""
+    if asked.exposure_auto is not AutoMode.OFF:
+        any(capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, mode) for mode in BY_ITSELF)
+        return
+    if can.exposes_itself:
         capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, BY_HAND)
-        capture.set(cv2.CAP_PROP_EXPOSURE, round(exposure_ns / UVC_EXPOSURE_NS))
-    return round(capture.get(cv2.CAP_PROP_EXPOSURE) * UVC_EXPOSURE_NS)
+    if asked.exposure_ns:
+        capture.set(cv2.CAP_PROP_EXPOSURE, round(asked.exposure_ns / UVC_EXPOSURE_NS))
+
+
+def _mode(capture: Capture, can: Abilities) -> AutoMode:
+    itself = can.exposes_itself and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) in BY_ITSELF
+    return AutoMode.CONTINUOUS if itself else AutoMode.OFF

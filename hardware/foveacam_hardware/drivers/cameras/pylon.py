@@ -23,8 +23,9 @@ from foveacam_hardware.contract import (
     PixelFormat,
 )
 from foveacam_hardware.drivers.cameras import pylon_nodes as nodes
-from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
+from foveacam_hardware.drivers.cameras.device import ClockReading, Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.pixel_layout import BITS, PACKED, picture_of
+from foveacam_hardware.drivers.cameras.pylon_clock import PylonClock
 from foveacam_hardware.drivers.cameras.pylon_library import find_serial, load_library
 from foveacam_hardware.drivers.cameras.pylon_settings import (
     PylonOptions,
@@ -52,8 +53,10 @@ class PylonDevice:
         self._who = f"pylon camera {serial}"
         self._pylon: nodes.Vendor = None
         self._camera: nodes.Vendor = None
+        self._taken: CameraSettings | None = None
         self._format = PixelFormat.MONO8
         self._tick_ns = 1.0
+        self._own_clock: PylonClock | None = None
         self._period_ns = 0
         self._triggered_ns = 0
         self._asked_ns = 0
@@ -82,6 +85,7 @@ class PylonDevice:
     def close(self) -> None:
         """Release it; harmless when closed or gone."""
         camera, self._camera = self._camera, None
+        self._own_clock = self._taken = None
         if camera is None:
             return
         for release in (camera.StopGrabbing, camera.Close, camera.DestroyDevice):
@@ -101,9 +105,15 @@ class PylonDevice:
             check(self._map, settings, who=self._who)
             write(self._map, settings, self._options, who=self._who)
             taken = read_back(self._map, settings, who=self._who)
-        self._format = taken.pixel_format
-        self._period_ns = round(1e9 / taken.frame_rate_hz) + taken.exposure_ns
-        return taken
+        return self._runs_with(taken)
+
+    def read_settings(self) -> CameraSettings:
+        """Return what is in force, past the library's memory of it."""
+        if self._taken is None:
+            raise DeviceFault(f"{self._who}: it was not configured; configure it first")
+        with self._vendor("read its settings"):
+            self._map.InvalidateNodes()
+            return self._runs_with(read_back(self._map, self._taken, who=self._who))
 
     def start(self) -> None:
         """Begin to acquire; a camera that waits for triggers is ready for the first one."""
@@ -168,6 +178,13 @@ class PylonDevice:
             lost = nodes.read_number(statistics, ("Statistic_Buffer_Underrun_Count",))
             return round(lost + nodes.read_number(statistics, ("Statistic_Missed_Frame_Count",)))
 
+    def read_clock(self) -> ClockReading | None:
+        """Latch the camera's clock and read it; None where it has none."""
+        if self._own_clock is None:
+            return None
+        with self._vendor("read its clock"):
+            return self._own_clock.read()
+
     # What the vendor's library is asked ------------------------------------------------------------------
 
     @property
@@ -179,6 +196,12 @@ class PylonDevice:
             raise NotConnected(f"{self._who}: it is not open; connect it first")
         return self._camera
 
+    def _runs_with(self, taken: CameraSettings) -> CameraSettings:
+        self._taken = taken
+        self._format = taken.pixel_format
+        self._period_ns = round(1e9 / taken.frame_rate_hz) + taken.exposure_ns
+        return taken
+
     def _settle_in(self) -> DeviceInfo:
         """Bring the camera into a known state after it was opened."""
         with self._vendor("set it up"):
@@ -186,6 +209,7 @@ class PylonDevice:
             settle_in(map_, self._options, who=self._who)
             ticks_hz = nodes.read_number(map_, nodes.TICKS_HZ)
             self._tick_ns = 1e9 / ticks_hz if ticks_hz > 0 else 1.0
+            self._own_clock = PylonClock(map_, clock=self._clock, tick_ns=self._tick_ns)
             who = self._opened().GetDeviceInfo()
             version = map_.GetNode("DeviceFirmwareVersion") or map_.GetNode("DeviceVersion")
             return DeviceInfo(

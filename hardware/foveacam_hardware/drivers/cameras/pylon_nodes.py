@@ -6,7 +6,7 @@ Older cameras say `ExposureTimeAbs`, newer ones `ExposureTime`; the first that a
 import math
 from typing import Any, TypeAlias
 
-from foveacam_hardware.contract import DeviceFault, OutOfRange, PixelFormat, Span
+from foveacam_hardware.contract import AutoMode, DeviceFault, OutOfRange, PixelFormat, Span
 
 Vendor: TypeAlias = Any  # what the vendor's library hands out: it ships no types
 Nodes: TypeAlias = Vendor
@@ -20,6 +20,14 @@ FRAME_RATE_HZ = ("AcquisitionFrameRateAbs", "AcquisitionFrameRate")
 RESULTING_RATE_HZ = ("ResultingFrameRateAbs", "ResultingFrameRate", "BslResultingAcquisitionFrameRate")
 TICKS_HZ = ("GevTimestampTickFrequency",)
 """Cameras without it count nanoseconds."""
+RATE_BY_HAND = "AcquisitionFrameRateEnable"
+"""Off: as fast as exposure and readout allow."""
+EXPOSURE_AUTO = "ExposureAuto"
+AUTO_NAMES: dict[AutoMode, str] = {
+    AutoMode.OFF: "Off",
+    AutoMode.ONCE: "Once",
+    AutoMode.CONTINUOUS: "Continuous",
+}
 
 FORMAT_NAMES: dict[PixelFormat, tuple[str, ...]] = {
     PixelFormat.MONO8: ("Mono8",),
@@ -43,12 +51,15 @@ def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:
     return None
 
 
-def span_of(nodes: Nodes, names: tuple[str, ...]) -> Span:
-    """Return what a feature accepts; one that cannot be written, or is not there, has one value."""
+def span_of(nodes: Nodes, names: tuple[str, ...], *, locked: bool = False) -> Span:
+    """Return what a feature accepts; one that cannot be written, or is not there, has one value.
+
+    `locked`: it cannot be written just now, as the camera sets it itself, and its limits count all the same.
+    """
     node = find(nodes, names)
     if node is None:
         return Span(low=0.0, high=0.0)
-    if _access(node) != READ_WRITE:
+    if _access(node) != READ_WRITE and not locked:
         return Span(low=float(node.GetValue()), high=float(node.GetValue()))
     return Span(low=float(node.GetMin()), high=float(node.GetMax()))
 
@@ -88,11 +99,41 @@ def write_choice_if_there(nodes: Nodes, name: str, value: str) -> None:
         node.SetValue(value)
 
 
+def can_switch(nodes: Nodes, name: str) -> bool:
+    """Tell whether the camera has a yes-or-no feature that can be set now."""
+    node = nodes.GetNode(name)
+    return node is not None and _access(node) == READ_WRITE
+
+
+def can_execute(nodes: Nodes, name: str) -> bool:
+    """Tell whether the camera has a command that can be given now."""
+    node = nodes.GetNode(name)
+    return node is not None and _access(node) in (WRITE_ONLY, READ_WRITE)
+
+
+def exposure_autos(nodes: Nodes) -> tuple[AutoMode, ...]:
+    """Return the automatic modes of the exposure; off is always one."""
+    has = choices(nodes, EXPOSURE_AUTO)
+    return tuple(mode for mode, name in AUTO_NAMES.items() if mode is AutoMode.OFF or name in has)
+
+
+def rate_is_free(nodes: Nodes) -> bool:
+    """Tell whether the camera chooses its rate itself."""
+    return can_switch(nodes, RATE_BY_HAND) and not nodes.GetNode(RATE_BY_HAND).GetValue()
+
+
+def read_exposure_auto(nodes: Nodes) -> AutoMode:
+    """Return the automatic mode that is on; one of another name is on for good."""
+    if not choices(nodes, EXPOSURE_AUTO):
+        return AutoMode.OFF
+    now = str(nodes.GetNode(EXPOSURE_AUTO).GetValue())
+    return next((mode for mode, name in AUTO_NAMES.items() if name == now), AutoMode.CONTINUOUS)
+
+
 def switch_if_there(nodes: Nodes, name: str, *, on: bool) -> None:
     """Set a yes-or-no feature on cameras that have it."""
-    node = nodes.GetNode(name)
-    if node is not None and _access(node) == READ_WRITE:
-        node.SetValue(on)
+    if can_switch(nodes, name):
+        nodes.GetNode(name).SetValue(on)
 
 
 def write_whole(nodes: Nodes, name: str, value: int, *, who: str) -> None:

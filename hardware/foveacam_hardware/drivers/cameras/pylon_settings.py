@@ -2,8 +2,16 @@
 
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import CameraRanges, CameraSettings, Span, TriggerSource
+from foveacam_hardware.contract import (
+    AutoMode,
+    CameraRanges,
+    CameraSettings,
+    OutOfRange,
+    Span,
+    TriggerSource,
+)
 from foveacam_hardware.drivers.cameras import pylon_nodes as nodes
+from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 NS_PER_US = 1000.0
 
@@ -24,7 +32,7 @@ class PylonOptions:
 
 def settle_in(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
     """Bring a camera that was just opened into a known state: nothing automatic, nothing awaited."""
-    for automatic in ("ExposureAuto", "GainAuto"):
+    for automatic in (nodes.EXPOSURE_AUTO, "GainAuto"):
         nodes.write_choice_if_there(map_, automatic, "Off")
     nodes.write_choice_if_there(map_, "AcquisitionMode", "Continuous")
     nodes.write_choice_if_there(map_, "TriggerMode", "Off")
@@ -42,13 +50,16 @@ def settle_in(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
 
 def ranges_of(map_: nodes.Nodes) -> CameraRanges:
     """Return what a camera accepts."""
-    exposure_us = nodes.span_of(map_, nodes.EXPOSURE_US)
+    automatic = nodes.read_exposure_auto(map_) is not AutoMode.OFF
+    exposure_us = nodes.span_of(map_, nodes.EXPOSURE_US, locked=automatic)
     return CameraRanges(
         exposure_ns=Span(low=exposure_us.low * NS_PER_US, high=exposure_us.high * NS_PER_US),
         gain_db=nodes.span_of(map_, nodes.GAIN_DB),
-        frame_rate_hz=nodes.span_of(map_, nodes.FRAME_RATE_HZ),
+        frame_rate_hz=nodes.span_of(map_, nodes.FRAME_RATE_HZ, locked=nodes.rate_is_free(map_)),
         black_level=nodes.span_of(map_, nodes.BLACK_LEVEL),
         pixel_formats=nodes.pixel_formats(map_),
+        exposure_autos=nodes.exposure_autos(map_),
+        frame_rate_auto=nodes.can_switch(map_, nodes.RATE_BY_HAND),
     )
 
 
@@ -58,9 +69,14 @@ def check(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
     ms = Span(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
     nodes.require_inside(who, "exposure", asked.exposure_ns / 1e6, ms, "ms")
     nodes.require_inside(who, "gain", asked.gain_db, ranges.gain_db, "dB")
-    nodes.require_inside(who, "frame rate", asked.frame_rate_hz, ranges.frame_rate_hz, "Hz")
+    if not asked.frame_rate_auto:
+        nodes.require_inside(who, "frame rate", asked.frame_rate_hz, ranges.frame_rate_hz, "Hz")
     nodes.require_inside(who, "black level", asked.black_level, ranges.black_level, "of its units")
     nodes.format_name(map_, asked.pixel_format, who=who)
+    try:
+        refuse_modes(asked, ranges)
+    except OutOfRange as refused:
+        raise OutOfRange(f"{who}: {refused}") from None
 
 
 def write(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
@@ -68,22 +84,27 @@ def write(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *,
     name = nodes.format_name(map_, settings.pixel_format, who=who)
     nodes.write_choice(map_, "PixelFormat", name, who=who)
     _wire(map_, settings, options, who=who)
+    nodes.write_choice_if_there(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[AutoMode.OFF])
     nodes.write_number(map_, nodes.EXPOSURE_US, settings.exposure_ns / NS_PER_US)
     nodes.write_number(map_, nodes.GAIN_DB, settings.gain_db)
     nodes.write_number(map_, nodes.BLACK_LEVEL, settings.black_level)
-    nodes.switch_if_there(map_, "AcquisitionFrameRateEnable", on=True)
-    nodes.write_number(map_, nodes.FRAME_RATE_HZ, settings.frame_rate_hz)
+    nodes.switch_if_there(map_, nodes.RATE_BY_HAND, on=not settings.frame_rate_auto)
+    if not settings.frame_rate_auto:
+        nodes.write_number(map_, nodes.FRAME_RATE_HZ, settings.frame_rate_hz)
+    if settings.exposure_auto is not AutoMode.OFF:  # last: it begins where the exposure was put
+        nodes.write_choice(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[settings.exposure_auto], who=who)
 
 
 def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSettings:
     """Return what the camera took; a rate that it cannot keep is the one that it can."""
-    rates_hz = [nodes.read_number(map_, nodes.FRAME_RATE_HZ) or asked.frame_rate_hz]
-    if (possible_hz := nodes.read_number(map_, nodes.RESULTING_RATE_HZ)) > 0:
-        rates_hz.append(possible_hz)
+    set_hz = nodes.read_number(map_, nodes.FRAME_RATE_HZ) or asked.frame_rate_hz
+    possible_hz = nodes.read_number(map_, nodes.RESULTING_RATE_HZ) or set_hz
     return CameraSettings(
         exposure_ns=round(nodes.read_number(map_, nodes.EXPOSURE_US) * NS_PER_US),
+        exposure_auto=nodes.read_exposure_auto(map_),
         gain_db=nodes.read_number(map_, nodes.GAIN_DB),
-        frame_rate_hz=min(rates_hz),
+        frame_rate_hz=possible_hz if asked.frame_rate_auto else min(set_hz, possible_hz),
+        frame_rate_auto=asked.frame_rate_auto,
         pixel_format=nodes.read_format(map_, who=who),
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,

@@ -39,7 +39,7 @@ class CameraRun:
         self._by_command = settings.triggered and settings.trigger_source is TriggerSource.SOFTWARE
         self._awaited_until_ns = now_ns
         self._awaited = 0
-        self._late_ns = max(LATE_NS, round(1e9 / settings.frame_rate_hz))
+        self._late_ns = _late_after_ns(settings)
         self._underruns = 0
         self._underruns_ns = now_ns
         self._last_fault = ""
@@ -48,6 +48,12 @@ class CameraRun:
     def next_seq(self) -> int:
         """The number of the next frame; another run goes on with it."""
         return self._checks.next_seq
+
+    def adjust(self, settings: CameraSettings) -> None:
+        """Go on with what the camera has set itself to."""
+        self._settings = settings
+        self._late_ns = _late_after_ns(settings)
+        self.watchdog.adjust(settings)
 
     @property
     def waits_for_command(self) -> bool:
@@ -118,3 +124,7 @@ class CameraRun:
         if self.watchdog.unsound(now_ns):
             return self._last_fault
         return self.watchdog.worry(now_ns)
+
+
+def _late_after_ns(settings: CameraSettings) -> int:
+    return max(LATE_NS, round(1e9 / settings.frame_rate_hz))

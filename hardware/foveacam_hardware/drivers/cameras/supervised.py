@@ -30,9 +30,10 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.cameras.commands import Command
 from foveacam_hardware.drivers.cameras.desk import CameraDesk
 from foveacam_hardware.drivers.cameras.device import CameraDevice
+from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
 from foveacam_hardware.drivers.cameras.vendor_calls import Abandoned, Call
-from foveacam_hardware.drivers.cameras.worker import CameraPlan, CameraWorker
+from foveacam_hardware.drivers.cameras.worker import CameraWorker
 
 T = TypeVar("T")
 

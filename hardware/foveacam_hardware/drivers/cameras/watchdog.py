@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 from enum import StrEnum
 
-from foveacam_hardware.contract import CameraSettings
+from foveacam_hardware.contract import AutoMode, CameraSettings
 
 PERIODS = 5
 """Frames in a row that may be missing before a free-running camera counts as lost."""
@@ -55,10 +55,12 @@ class Watchdog:
         self._patience = patience
         self._heard_ns = self._answered_ns = now_ns
         self._bad: deque[int] = deque(maxlen=BAD_FRAMES)
-        period_ns = round(1e9 / settings.frame_rate_hz)
-        wanted_ns = max(patience.silence_least_ns, min(patience.silence_most_ns, PERIODS * period_ns))
-        self.limit_ns = max(wanted_ns, settings.exposure_ns + 3 * period_ns // 2)
+        self.limit_ns = _limit_ns(settings, patience)
         """A camera slower than the limits is given a frame and a half."""
+
+    def adjust(self, settings: CameraSettings) -> None:
+        """Go on with what the camera has set itself to."""
+        self.limit_ns = _limit_ns(settings, self._patience)
 
     def heard(self, now_ns: int) -> None:
         """A buffer came, good or bad."""
@@ -92,3 +94,12 @@ class Watchdog:
         if self._triggered or 2 * silent_ns < self.limit_ns:
             return None
         return f"no frame for {silent_ns / 1e9:.1f} s"
+
+
+def _limit_ns(settings: CameraSettings, patience: Patience) -> int:
+    """Return how long a free-running camera may be silent; longest where it may choose to expose longer."""
+    period_ns = round(1e9 / settings.frame_rate_hz)
+    by_hand = settings.exposure_auto is AutoMode.OFF
+    least_ns = patience.silence_least_ns if by_hand else patience.silence_most_ns
+    wanted_ns = max(least_ns, min(patience.silence_most_ns, PERIODS * period_ns))
+    return max(wanted_ns, settings.exposure_ns + 3 * period_ns // 2)
