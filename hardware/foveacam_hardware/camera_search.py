@@ -7,7 +7,7 @@ Beside `rig` and `rig_cameras` the module that names camera drivers. A search op
 from collections.abc import Callable
 from typing import TypeAlias
 
-from foveacam_hardware.drivers.cameras import aravis_library, pylon_library
+from foveacam_hardware.drivers.cameras import aravis_library, pylon_library, video_devices
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
@@ -16,4 +16,8 @@ Discover: TypeAlias = Callable[[], list[FoundCamera]]
 
 def camera_searches() -> dict[str, Discover]:
     """Return the searches by kind; none has begun."""
-    return {"aravis": aravis_library.discover, "pylon": pylon_library.found_cameras}
+    return {
+        "aravis": aravis_library.discover,
+        "pylon": pylon_library.found_cameras,
+        "opencv": video_devices.found_cameras,
+    }

@@ -256,6 +256,30 @@ def test_a_camera_that_somebody_else_holds_is_a_problem() -> None:
     assert "controlled from 10.0.0.9" in wide.found
 
 
+def video(source: str) -> Needs:
+    return Needs(simulated=False, cameras=(NamedCamera(role="wide", kind="opencv", wanted=source),))
+
+
+def test_a_video_device_of_the_rig_file_is_looked_for_and_a_stream_is_not() -> None:
+    seen = [camera("/dev/v4l/by-id/usb-C920", kind="opencv", address="/dev/video0")]
+    (there,) = check_named(seen, video("0"))
+    (missing,) = check_named(seen, video("/dev/video7"))
+
+    assert there.level is Level.OK
+    assert "source /dev/v4l/by-id/usb-C920 at /dev/video0" in there.found
+    assert missing.level is Level.PROBLEM
+    assert "source /dev/video7 is not there; the system has /dev/v4l/by-id/usb-C920" in missing.found
+    assert check_named(seen, video("rtsp://10.0.0.2/stream")) == []
+
+
+def test_a_video_device_that_may_not_be_opened_is_a_problem() -> None:
+    closed = camera("/dev/video0", kind="opencv", address="/dev/video0", problem="you may not open it")
+    (found,) = check_named([closed], video("/dev/video0"))
+
+    assert found.level is Level.PROBLEM
+    assert found.found.endswith("you may not open it")
+
+
 def test_versions_are_told_and_what_the_rig_lacks_is_a_problem() -> None:
     told = {"python": lambda: "3.12.1", "libaravis": lambda: None, "pypylon": lambda: "26.9"}
 

@@ -6,8 +6,9 @@ from typing import TypeAlias
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.drivers.cameras.device import FoundCamera
+from foveacam_hardware.drivers.cameras.video_devices import is_device, is_named
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.needs import MACHINE_VISION, Needs
+from foveacam_server.doctor.needs import MACHINE_VISION, NamedCamera, Needs
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
 """Looks for cameras without opening any; raises `NotConnected` when its library is missing."""
@@ -37,10 +38,12 @@ def look_for_cameras(
 
 
 def check_named(cameras: Sequence[FoundCamera], needs: Needs) -> list[Finding]:
-    """Say for each machine vision camera that the rig file names whether it was found."""
+    """Say for each camera that the rig file names whether it was found; streams and files are passed over."""
     findings = []
     for named in needs.cameras:
         if named.kind not in MACHINE_VISION:
+            if is_device(named.wanted):
+                findings.append(_check_video_device(named, cameras))
             continue
         same = [camera for camera in cameras if camera.kind == named.kind]
         found = next((camera for camera in same if camera.info.serial == named.wanted), None)
@@ -64,6 +67,23 @@ def check_named(cameras: Sequence[FoundCamera], needs: Needs) -> list[Finding]:
     return findings
 
 
+def _check_video_device(named: NamedCamera, cameras: Sequence[FoundCamera]) -> Finding:
+    """Say whether the system has the video device that the rig file names."""
+    name = f"camera_{named.role}"
+    same = [camera for camera in cameras if camera.kind == named.kind]
+    found = next((camera for camera in same if is_named(camera, named.wanted)), None)
+    if found is None:
+        others = ", ".join(camera.info.serial for camera in same) or "none"
+        return problem(
+            name,
+            f"source {named.wanted} is not there; the system has {others}",
+            "plug it in, or correct the source in the rig file",
+        )
+    if found.problem is not None:
+        return problem(name, f"{_told(found)}: {found.problem}", "let it be opened, then ask again")
+    return fine(name, _told(found))
+
+
 def _judge(name: str, found: Sequence[FoundCamera]) -> Finding:
     told = ", ".join(map(_told, found)) or "none found"
     twice = [serial for serial, count in Counter(camera.info.serial for camera in found).items() if count > 1]
@@ -78,4 +98,5 @@ def _judge(name: str, found: Sequence[FoundCamera]) -> Finding:
 
 def _told(camera: FoundCamera) -> str:
     where = f" at {camera.address}" if camera.address else ""
-    return f"{camera.info.vendor} {camera.info.model} serial {camera.info.serial or '?'}{where}"
+    word = "serial" if camera.kind in MACHINE_VISION else "source"
+    return f"{camera.info.vendor} {camera.info.model} {word} {camera.info.serial or '?'}{where}"

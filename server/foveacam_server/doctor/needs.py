@@ -8,7 +8,6 @@ from foveacam_hardware.camera_config import (
     AravisCameraConfig,
     OpenCvCameraConfig,
     PylonCameraConfig,
-    device_name,
 )
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
 
@@ -54,7 +53,7 @@ def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> Needs:
             case AravisCameraConfig() | PylonCameraConfig():
                 cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=camera.serial))
             case OpenCvCameraConfig():
-                cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=device_name(camera) or ""))
+                cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=str(camera.source)))
     ports = {"mirrors": config.mirrors.port}
     for use, device in (("pan_tilt", config.pan_tilt), ("rail", config.rail)):
         port = getattr(device, "port", None)  # what is moved by hand has none
