@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from tests.unit.settle_report import REPORT
 from tests.unit.swept_rig import swept
 
 from foveacam_hardware.contract import Station
+from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.content import plain
+from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.calibrating.wide_documents import RESULT
 
 from .calibration_room import true_wide
@@ -49,6 +53,13 @@ def store_session(
         sweep = sweep_at(station, side=side)
         save_sweep(replace(sweep, poses=sweep.poses[:poses]), session.folder / sweep_filename(station))
     return session
+
+
+def store_settle(session: CalibrationSession, *, settle_us: int, low_pass_hz: int = 120) -> None:
+    """Let a session have measured how the mirrors settle, with a drive filter."""
+    report = replace(REPORT, rig_id=RIG, low_pass_hz=low_pass_hz)
+    save_settle(report, session.folder / SETTLE_REPORT)
+    session.write(SETTLE, {"axes": [], "settle_us": settle_us})
 
 
 def sweep_at(station: Station, *, side: int) -> Sweep:

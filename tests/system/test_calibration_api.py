@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from .conftest import API, Running, running
+from .stored_session import store_session, store_settle
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -139,6 +140,43 @@ def test_step_that_cannot_be_is_refused_in_words(room: Running, body: dict[str, 
 
 def test_step_in_no_session_is_not_found(room: Running) -> None:
     assert room.post("/calibration_sessions/ses-0/runs", {"step": "fit"}).status_code == 404
+
+
+def test_measured_settle_time_is_put_in_use_and_the_rig_files_comes_back(room: Running) -> None:
+    session = store_session(room.services.settings.data)
+    store_settle(session, settle_us=11_200)
+    before = room.get("/settle_time").json()
+    assert (before["settle_us"], before["source"], before["measured"]) == (14_000, "rig file", None)
+
+    put = room.http.put(f"{API}/settle_time", json={"session_id": session.id})
+
+    assert put.status_code == 200, put.text
+    assert put.json()["measured"]["session_id"] == session.id
+    assert (put.json()["settle_us"], put.json()["source"]) == (11_200, "measured 2026-02-01")
+    assert room.rig.settle_us == 11_200
+    assert room.get(f"/calibration_sessions/{session.id}").json()["settle"]["applied"]
+    for _ in range(2):
+        assert room.http.delete(f"{API}/settle_time").json() == before
+    assert room.rig.settle_us == 14_000
+    assert not room.get(f"/calibration_sessions/{session.id}").json()["settle"]["applied"]
+
+
+def test_settle_time_that_does_not_hold_for_this_rig_is_not_put_in_use(room: Running) -> None:
+    def refused(session_id: str) -> tuple[int, str]:
+        answer = room.http.put(f"{API}/settle_time", json={"session_id": session_id})
+        return answer.status_code, answer.json()["detail"]
+
+    assert refused("ses-0")[0] == 404
+    session = store_session(room.services.settings.data)
+    assert refused(session.id) == (
+        409,
+        f"session {session.id} has not measured how the mirrors settle; run the step settle first",
+    )
+    store_settle(session, settle_us=3_000, low_pass_hz=600)
+    status, told = refused(session.id)
+    assert status == 409
+    assert "drive filter of 600 Hz, now it is 120 Hz" in told
+    assert room.get("/settle_time").json()["source"] == "rig file"
 
 
 def test_picture_that_was_not_drawn_yet_is_not_found(room: Running) -> None:

@@ -9,11 +9,17 @@ from pathlib import Path
 import pytest
 
 from foveacam_pipeline.calibrate.records.records import RecordStore
+from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
+from foveacam_server.calibrating.documents import SETTLE
+from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.store import Store
+
+from .settle_report import REPORT
 
 RIG = "sim-rig120"
 
@@ -74,6 +80,23 @@ def test_exported_file_is_imported_as_the_same(
     printed = capsys.readouterr().out.splitlines()
     assert json.loads(printed[-1])["id"] == made.id
     assert (tmp_path / "other" / "calibrations" / f"{made.id}.json").is_file()
+
+
+def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    session = SessionShelf(data / "calibrations" / "sessions").create(
+        label="spring", rig_id=RIG, baseline_m=0.2
+    )
+    save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)
+    session.write(SETTLE, {"axes": [], "settle_us": 11_200})
+    told = []
+    for wish in ([], ["--apply"], ["--rig-file"]):
+        assert run(monkeypatch, "settle-time", *wish, "--json") == 0
+        told.append(json.loads(capsys.readouterr().out))
+    assert [found["source"] for found in told] == ["rig file", "measured 2026-02-01", "rig file"]
+    assert [found["settle_us"] for found in told] == [14_000, 11_200, 14_000]
+    assert told[1]["measured"]["session_id"] == session.id
 
 
 def test_report_is_a_page_that_names_the_calibration(

@@ -73,7 +73,7 @@ def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: Sessi
     (session.folder / "sweep-markers.jsonl").write_text("nonsense\n")
     session.write("settle-result.json", {"axes": []})
     document = session_document(session, url="/s", running=None)
-    assert document["settle"] == {"axes": []}
+    assert document["settle"] == {"axes": [], "applied": False}
     assert document["fit"] is None
     assert document["sweeps"] == []
     assert len(document["problems"]) == 2

@@ -60,6 +60,16 @@ def test_settle_time_of_another_drive_filter_is_passed_over(times: SettleTimes, 
     assert desk.source == "rig file"
 
 
+def test_what_is_forgotten_is_not_restored_at_the_next_start(times: SettleTimes, tmp_path: Path) -> None:
+    times.keep(MEASURED)
+    times.forget("another")
+    assert times.of("fake") == MEASURED
+    times.forget("fake")
+    times.forget("fake")
+    rig, desk = restored(times, tmp_path)
+    assert (rig.settle_us, desk.source) == (FakeRig.settle_us, "rig file")
+
+
 @pytest.mark.parametrize(
     "content",
     [

@@ -5,36 +5,11 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, Resonance, SettleReport, Trace
+from foveacam_pipeline.calibrate.settle.settle_values import Resonance
 from foveacam_pipeline.calibrate.settle.settle_wait import largest_move_us, wait_us
 
-PX_PER_DEG = 502.0
-STEP_DEG, LARGEST_DEG = 2.23, 20.0
-STEP_V = 38.0
-MEASURED_US = 9_858.0
-TRACE = Trace(times_us=(0.0, MEASURED_US), left_px=(STEP_DEG * PX_PER_DEG, 1.0))
-AXIS = AxisSettle(
-    role=Role.LEFT,
-    axis="x",
-    step_v=STEP_V,
-    step_px=STEP_DEG * PX_PER_DEG,
-    noise_px=0.01,
-    settle_us=MEASURED_US,
-    settle_share_us=5_700.0,
-    resonance=None,
-    ringing="not resolvable",
-    trace=TRACE,
-    open_trace=TRACE,
-)
-REPORT = SettleReport(
-    rig_id="rig-1",
-    created_utc="2026-02-01T00:00:00+00:00",
-    low_pass_hz=120,
-    exposure_us=50.0,
-    limit_px=1.0,
-    limit_share=0.01,
-    axes=(AXIS,),
-)
+from .settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
+
 LARGEST_V = STEP_V * LARGEST_DEG / STEP_DEG
 
 

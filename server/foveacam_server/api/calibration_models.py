@@ -153,12 +153,40 @@ class SettleAxisDocument(Told):
 class SettleDocument(Told):
     """The settle characterisation.
 
-    `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig was told so.
+    `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig waits so long.
     """
 
     axes: list[SettleAxisDocument]
     settle_us: int | None = None
     applied: bool = False
+
+
+class SettleTimeRequest(Asked):
+    """Which session has measured it."""
+
+    session_id: str = Field(max_length=64)
+
+
+class MeasuredSettleTime(Told):
+    """A settle time that was measured; `low_pass_hz`: of the drive filter meanwhile."""
+
+    settle_us: int
+    measured_utc: str
+    session_id: str
+    low_pass_hz: int | None
+
+
+class SettleTimeDocument(Told):
+    """How long the rig waits after every move.
+
+    `source`: `rig file`, or `measured` and the date. `rig_file_us`: what the rig's file says. `measured`:
+    what is in use; null: the rig file's.
+    """
+
+    settle_us: int
+    source: str
+    rig_file_us: int
+    measured: MeasuredSettleTime | None
 
 
 class CheckDocument(Told):

@@ -11,6 +11,7 @@ import typer
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.calibrate_command.choices import LabelOption, SessionOption, Wish, checked, on_rig, pair
 from foveacam_server.calibrate_command.record_commands import app as records_app
+from foveacam_server.calibrate_command.settle_command import app as settle_app
 from foveacam_server.calibrating import options as of_step
 
 app = typer.Typer(
@@ -223,6 +224,7 @@ def drift(
 
 
 app.registered_commands.extend(records_app.registered_commands)
+app.registered_commands.extend(settle_app.registered_commands)
 
 
 def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:

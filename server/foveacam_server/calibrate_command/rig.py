@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from rich.table import Column
 
 from foveacam_hardware.contract import NotConnected, Role
 from foveacam_hardware.rig import Rig, open_rig
-from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
+from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig, SimulatedRigConfig
 from foveacam_pipeline.calibrate.fit.measured import RigDrawing
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import Wish
@@ -26,6 +27,9 @@ from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.store import Store
 from foveacam_server.settings import Settings
 from foveacam_server.simulation import check_simulation, compile_renderer
+
+if TYPE_CHECKING:
+    from foveacam_hardware.sim.presets import Preset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,15 +59,25 @@ class RigChoice:
         config = self.config
         if isinstance(config, SerialRigConfig):
             return config.rig_id
-        from foveacam_hardware.sim.presets import find_preset
+        return _preset(config).rig_id(config.seed)
 
-        return find_preset(config.preset).rig_id(config.seed)
+    @property
+    def drive(self) -> "SerialMirrorsConfig | Preset":
+        """Its drive filter and how long it waits after a move, as its file says."""
+        config = self.config
+        return config.mirrors if isinstance(config, SerialRigConfig) else _preset(config)
 
     @property
     def baseline_m(self) -> float:
         """Nominal distance between its mirrors."""
         config = self.config
         return config.baseline_m if isinstance(config, SerialRigConfig) else RigDrawing(rig_id="").baseline_m
+
+
+def _preset(config: SimulatedRigConfig) -> "Preset":
+    from foveacam_hardware.sim.presets import find_preset
+
+    return find_preset(config.preset)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +124,7 @@ def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console)
             told = "; ".join(f"{problem.device}: {problem.detail}" for problem in rig.problems)
             raise NotConnected(f"calibration needs every device of the rig: {told}")
         known = times.of(rig.rig_id)
-        if known is not None and known.low_pass_hz in (None, rig.mirrors.low_pass_hz):
+        if known is not None and known.suits(rig.mirrors.low_pass_hz):
             rig.settle_us = known.settle_us
         rig.mirrors.enable()
         yield workplace_of(rig, times)

@@ -153,7 +153,7 @@ def found_session(shop: Shop, wanted: str | None) -> CalibrationSession:
 
 def print_session(session: CalibrationSession, shop: Shop, watch: BarWatch, *, as_json: bool) -> None:
     """Print what a session holds, as a table or as JSON."""
-    document = session_document(session, url="", running=None)
+    document = session_document(session, url="", running=None, waits=shop.settle_times.of(shop.rig_id))
     current = shop.calibration.current
     document["in_force"] = None if current is None else current.id
     if as_json:
@@ -196,7 +196,8 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
         table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
     if (document["settle"] or {}).get("settle_us") is not None:
         settle = document["settle"]
-        in_use = "in use" if settle["applied"] else "put it in use with `foveacam calibrate settle --apply`"
+        remedy = "put it in use with `foveacam calibrate settle-time --apply`"
+        in_use = "in use" if settle["applied"] else remedy
         table.add_row("largest move", f"over after {settle['settle_us'] / 1e3:g} ms, {in_use}")
     if fitted:
         in_force = document.get("in_force") == fitted[-1]

@@ -13,6 +13,7 @@ from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.options import SettleOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.settle_measured import REPORT
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.calibrating.wide_documents import lens_of
@@ -55,8 +56,8 @@ def measure_settle(
     )
     if options.apply:
         workplace.wait_after_moves(time)
-    save_settle(report, session.folder / "settle.json")
-    session.write(SETTLE, settle_document(report, time, applied=options.apply))
+    save_settle(report, session.folder / REPORT)
+    session.write(SETTLE, settle_document(report, time))
     draw(session, {"settle": partial(settle_picture, report)})
     return report
 
@@ -68,12 +69,11 @@ def _known_lens(session: CalibrationSession) -> Intrinsics | None:
         return None
 
 
-def settle_document(report: SettleReport, time: SettleTime, *, applied: bool) -> Document:
-    """Return what was found as REST shows it; `applied`: whether the rig was told to wait so long."""
+def settle_document(report: SettleReport, time: SettleTime) -> Document:
+    """Return what was found as REST shows it."""
     return {
         "axes": [_axis(axis) for axis in report.axes],
         "settle_us": time.settle_us,
-        "applied": applied,
     }
 
 

@@ -1,15 +1,20 @@
-"""How long each rig waits after a move, as it was measured and put in use: one small file a rig."""
+"""How long each rig waits after a move, as it was measured and put in use: one small file a rig.
+
+Without one the rig file's settle time counts.
+"""
 
 import logging
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import read_document, write_document
 
 _log = logging.getLogger(__name__)
 
+RIG_FILE = "rig file"
 FORMAT = "foveacam-settle-time"
 VERSION = 1
 
@@ -29,6 +34,22 @@ class SettleTime(BaseModel):
     def source(self) -> str:
         """Where the number comes from, for people."""
         return f"measured {self.measured_utc[:10]}"
+
+    def suits(self, low_pass_hz: int | None) -> bool:
+        """Tell whether it was measured with this drive filter."""
+        return self.low_pass_hz in (None, low_pass_hz)
+
+    def check_filter(self, low_pass_hz: int | None) -> None:
+        """Raise `NotCalibrated` when it was measured with another drive filter: it would be wrong."""
+        if self.suits(low_pass_hz):
+            return
+        raise NotCalibrated(
+            f"the settle time {self.source} was measured with a drive filter of {self.low_pass_hz} Hz, now "
+            f"it is {low_pass_hz} Hz; run the step settle again",
+            asked=f"a settle time of {self.settle_us / 1e3:g} ms in use",
+            found=f"a drive filter of {low_pass_hz} Hz",
+            remedy="run the step settle again",
+        )
 
 
 class SettleTimes:
@@ -64,5 +85,36 @@ class SettleTimes:
                 remedy="make the data directory writable",
             ) from error
 
+    def forget(self, rig_id: str) -> None:
+        """Let the rig file's settle time count again; nothing happens when it does."""
+        path = self._path(rig_id)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise InvalidInput(
+                f"{path}: {error.strerror}; the measured settle time stays in use; make the data directory "
+                "writable",
+                asked="the rig file's settle time",
+                found=str(error.strerror),
+                remedy="make the data directory writable",
+            ) from error
+
     def _path(self, rig_id: str) -> Path:
         return self._folder / f"{rig_id}.json"
+
+
+def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Document:
+    """Return how long the rig waits and where that comes from, as REST shows it."""
+    return {
+        "settle_us": rig_file_us if in_use is None else in_use.settle_us,
+        "source": RIG_FILE if in_use is None else in_use.source,
+        "rig_file_us": rig_file_us,
+        "measured": None
+        if in_use is None
+        else {
+            "settle_us": in_use.settle_us,
+            "measured_utc": in_use.measured_utc,
+            "session_id": in_use.session_id,
+            "low_pass_hz": in_use.low_pass_hz,
+        },
+    }

@@ -7,6 +7,8 @@ from pydantic import BaseModel
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.settle_measured import measured_time
+from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.wide_documents import thumbnail_path
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_runs import SESSIONS_URL, CalibrationRuns, Equipment
@@ -20,6 +22,7 @@ class CalibrationDesk:
     def __init__(self, shelf: SessionShelf, equipment: Equipment) -> None:
         self._shelf = shelf
         self._hardware = equipment.hardware
+        self._settling = equipment.settling
         self._runs = CalibrationRuns(self._shelf, equipment)
 
     def create(self, label: str) -> Document:
@@ -65,6 +68,10 @@ class CalibrationDesk:
             redraw(session, samples, fits[0] if fits else None)
         return self._document(session)
 
+    def settle_time(self, session_id: str) -> SettleTime:
+        """Return the settle time that a session has measured; raise `NotCalibrated` before it has."""
+        return measured_time(self._shelf.get(session_id))
+
     def thumbnail(self, session_id: str, sample_id: str) -> Path:
         """Return the file of a view's thumbnail or raise `NotFound`."""
         return thumbnail_path(self._shelf.get(session_id), sample_id)
@@ -75,5 +82,8 @@ class CalibrationDesk:
 
     def _document(self, session: CalibrationSession) -> Document:
         return session_document(
-            session, url=f"{SESSIONS_URL}/{session.id}", running=self._runs.running(session.id)
+            session,
+            url=f"{SESSIONS_URL}/{session.id}",
+            running=self._runs.running(session.id),
+            waits=self._settling.in_use,
         )

@@ -9,6 +9,7 @@ from .calibration_results import UTC, fit, settle_axis
 Document = dict[str, Any]  # Any: JSON, written out below
 
 SESSION_ID = "ses-1f0a"
+SETTLE_US = 11_200
 LENS = {"width": 1440, "height": 1080, "fx_px": 3160.0, "fy_px": 3160.0, "cx_px": 719.5, "cy_px": 539.5}
 NODES_DEG = [
     round(9.3 * x, 2) for x in (-1.0, -0.92, -0.71, -0.38, 0.0, 0.38, 0.71, 0.92, 1.0)
@@ -158,7 +159,10 @@ def full_session() -> Document:
         "wide": wide(28),
         "sweeps": [sweep("markers", 5.0, done=81), sweep("markers near", 2.5, done=40)],
         "fit": fit(),
-        "settle": {"axes": [settle_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")]},
+        "settle": {
+            "axes": [settle_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")],
+            "settle_us": SETTLE_US,
+        },
         "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.91, "pointing_rms_px": 1.42, "poses": 40},
         "pictures": [
             {"name": name, "title": title, "url": f"{_url()}/pictures/{name}.png?v=1"}

@@ -67,6 +67,24 @@ def settle_axis(eye: str, axis: str) -> Document:
     }
 
 
+def settle_time(settle_us: int | None = None, *, session_id: str = "ses-1f0a") -> Document:
+    """Return the wait after a move: as measured, or as the rig's file says."""
+    measured = None
+    if settle_us is not None:
+        measured = {
+            "settle_us": settle_us,
+            "measured_utc": UTC,
+            "session_id": session_id,
+            "low_pass_hz": 120,
+        }
+    return {
+        "settle_us": settle_us or 14_000,
+        "source": "rig file" if measured is None else "measured 2026-03-14",
+        "rig_file_us": 14_000,
+        "measured": measured,
+    }
+
+
 def drift_check(check_id: str = "dft-1", *, applied: bool = False) -> Document:
     return {
         "id": check_id,

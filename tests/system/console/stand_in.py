@@ -28,7 +28,7 @@ from foveacam_server.runtime.stream_messages import HEADER
 from . import calibration_documents as documents
 from . import rig_documents
 from .calibration_documents import SESSION_ID, Document
-from .calibration_results import UTC
+from .calibration_results import UTC, settle_time
 
 STATIC = Path(foveacam_web.__file__).parent / "static"
 Json = Any  # what tests put in and look at: any JSON value
@@ -66,6 +66,7 @@ class StandIn:
             "/calibration_sessions": [],
             "/pan_tilt": documents.pan_tilt(),
             "/rail": rig_documents.rail(),
+            "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
             "/jobs": [],
@@ -169,6 +170,10 @@ class StandIn:
         if path.startswith("/cameras/") and method in ("PATCH", "DELETE"):
             self.answers["/rig"], told = rig_documents.changed(self.answers["/rig"], path.split("/")[2], body)
             return 200, told
+        if path == "/settle_time":
+            measured_us = self.session["settle"]["settle_us"] if method == "PUT" else None
+            self.answers[path] = settle_time(measured_us)
+            return 200, self.answers[path]
         if path.startswith("/mirrors/"):
             return 200, self.answers["/rig"]["mirrors"]
         if method == "DELETE" and "/wide_samples/" in path:

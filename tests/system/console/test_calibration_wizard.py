@@ -203,6 +203,24 @@ def test_pictures_of_the_procedure_replace_the_plain_ones_while_it_runs(
     expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_hidden()
 
 
+def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    wait = step(open_wizard("settle"), "settle").get_by_role("region", name="Wait after a move")
+    expect(wait.locator("dl")).to_contain_text("14.0 msKnown fromthe rig file, not measured")
+    back = wait.get_by_role("button", name="Use the rig file’s 14.0 ms")
+    expect(back).to_be_disabled()
+    wait.get_by_role("button", name="Use the measured 11.2 ms").click()
+    expect(wait.locator("dl")).to_contain_text(re.compile("11.2 msKnown frommeasured .*2026 in this session"))
+    expect(wait.get_by_role("button", name="Use the measured 11.2 ms")).to_be_disabled()
+    back.click()
+    expect(wait.locator("dl")).to_contain_text("the rig file, not measured")
+    orders = [
+        (method, body) for method, path, body in stand_in.asked if path == "/settle_time" and method != "GET"
+    ]
+    assert orders == [("PUT", {"session_id": documents.SESSION_ID}), ("DELETE", None)]
+
+
 def test_view_that_spoils_the_fit_stands_out_and_is_removed(
     stand_in: StandIn, open_wizard: OpenWizard
 ) -> None:

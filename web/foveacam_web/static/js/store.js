@@ -113,6 +113,7 @@ export function createStore() {
     session: null,
     pan_tilt: null,
     drift_checks: null,
+    settle_time: null,
     work: null,
     rig_page: false,
     rail: null,

@@ -116,6 +116,13 @@ export type SettleAxis = {
   resonance_hz: number | null;
   quality: number | null;
 };
+/** How long the rig waits after every move; `measured`: null while the rig file's counts. */
+export type SettleTime = {
+  settle_us: number;
+  source: string;
+  rig_file_us: number;
+  measured: { settle_us: number; measured_utc: string; session_id: string; low_pass_hz: number | null } | null;
+};
 export type CheckResult = {
   epipolar_rms_px: number | null;
   epipolar_p95_px: number | null;
@@ -134,7 +141,7 @@ export type SessionDocument = {
   wide: WideState | null;
   sweeps: Sweep[];
   fit: FitResult | null;
-  settle: { axes: SettleAxis[] } | null;
+  settle: { axes: SettleAxis[]; settle_us?: number | null; applied?: boolean } | null;
   check: CheckResult | null;
   pictures: Picture[];
   calibrations: string[];
@@ -204,5 +211,6 @@ export type CalibrationState = {
   session: SessionDocument | null;
   pan_tilt: PanTiltDocument | null;
   drift_checks: DriftCheck[] | null;
+  settle_time: SettleTime | null;
   work: Work | null;
 };

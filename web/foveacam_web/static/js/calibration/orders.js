@@ -12,6 +12,7 @@ import { h } from "../dom.js";
  * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
  * @typedef {import("./documents.js").RunStep} RunStep
  * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("./documents.js").SettleTime} SettleTime
  * @typedef {import("./reader.js").CalibrationReader} CalibrationReader
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
@@ -89,6 +90,27 @@ export class CalibrationOrders {
     const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
       request("DELETE", `/calibration_sessions/${id}/wide_samples/${sample_id}`, { patience_ms: SLOW_MS })));
     if (session) this.#store.set({ session });
+  }
+
+  /** Let the rig wait after every move as long as the open session has measured. */
+  applySettleTime() {
+    const session_id = this.#store.state.session?.id;
+    return session_id ? this.#settleTime("PUT", { session_id }) : Promise.resolve();
+  }
+
+  /** Let the rig wait as long as its file says. */
+  forgetSettleTime() {
+    return this.#settleTime("DELETE", undefined);
+  }
+
+  /**
+   * @param {"PUT" | "DELETE"} method
+   * @param {object | undefined} body
+   */
+  async #settleTime(method, body) {
+    const settle_time = await this.#attempt(() => /** @type {Promise<SettleTime>} */ (
+      request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })));
+    if (settle_time) this.#store.set({ settle_time });
   }
 
   /** @param {string} id */

@@ -16,6 +16,7 @@ import { isRunning } from "./work.js";
  * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
  * @typedef {import("./documents.js").SessionDocument} SessionDocument
  * @typedef {import("./documents.js").SessionSummary} SessionSummary
+ * @typedef {import("./documents.js").SettleTime} SettleTime
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
@@ -69,7 +70,7 @@ export class CalibrationReader {
   async readAll() {
     await Promise.all([this.readHealth(), this.#reads.read("work", () => this.#work.resume())]);
     if (!this.#store.state.wizard) return;
-    await Promise.all([this.readRecords(), this.readSessions(), this.readDrift(), this.readPanTilt()]);
+    await Promise.all([this.readRecords(), this.readSessions(), this.readDrift(), this.readSettleTime(), this.readPanTilt()]);
   }
 
   readHealth() {
@@ -88,6 +89,12 @@ export class CalibrationReader {
     return this.#reads.read("drift", async () => {
       const checks = /** @type {DriftCheck[]} */ (await request("GET", "/drift_checks"));
       this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
+    });
+  }
+
+  readSettleTime() {
+    return this.#reads.read("settle time", async () => {
+      this.#store.set({ settle_time: /** @type {SettleTime} */ (await request("GET", "/settle_time")) });
     });
   }
 
@@ -147,6 +154,7 @@ export class CalibrationReader {
     if (!this.#store.state.wizard) return;
     if (event.kind === "calibration.pose") this.#pose(data);
     if (event.kind === "calibration.fitted") void this.readAll();
+    if (/^rig\.(settle_time|state)$/.test(event.kind)) void this.readSettleTime();
     if (data["session_id"] === this.#store.state.session?.id && /^calibration\.(pose|sample|progress)$/.test(event.kind)) {
       this.#later ??= setTimeout(() => {
         this.#later = undefined;

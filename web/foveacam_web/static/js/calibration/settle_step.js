@@ -1,14 +1,16 @@
-// How the mirrors come to rest: the time to one pixel and to one percent, the resonance, how long it rings.
+// How the mirrors come to rest: the time to one pixel and to one percent, the resonance, how long it rings; and how long
+// the rig waits after every move, which may follow from it.
 
 import { changing, h } from "../dom.js";
 import { MISSING, number } from "../format.js";
-import { nothing, panel, starter } from "./parts.js";
+import { figures, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
  * @typedef {import("./documents.js").Picture} Picture
  * @typedef {import("./documents.js").SettleAxis} SettleAxis
+ * @typedef {import("./documents.js").SettleTime} SettleTime
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -26,10 +28,59 @@ export function makeSettleStep({ store, orders }) {
   const start = starter({ label: "Characterise", store, act: () => orders.run("settle"), primary: true, keys: ["session"], named: ({ session }) => (session?.settle ? "Characterise again" : "Characterise") });
   const element = h("div", { class: "step step-settle" },
     h("div", { class: "seeing" },
-      panel("Settle times", h("p", { class: "lead", text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it." }),
-        h("p", { class: "remedy", text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion." }), h("p", { class: "actions" }, start), table), live),
+      h("div", { class: "column" }, panel("Settle times", h("p", { class: "lead", text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it." }),
+        h("p", { class: "remedy", text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion." }), h("p", { class: "actions" }, start), table),
+      panel("Wait after a move", makeWait({ store, orders }))), live),
     panel("Diagram", diagrams));
   return { element, live };
+}
+
+/**
+ * How long the rig waits now and why, and what it can wait instead.
+ * @param {Pick<WizardContext, "store" | "orders">} context
+ */
+function makeWait({ store, orders }) {
+  const now = h("div", {});
+  const show = changing(now, waitOf);
+  const keys = /** @type {(keyof ConsoleState)[]} */ (["session", "settle_time", "sessions"]);
+  const apply = starter({
+    label: "Use what was measured", store, keys, act: () => orders.applySettleTime(),
+    why: ({ session, settle_time }) => (session?.settle?.settle_us == null ? "This session has not measured it." : isOfSession({ session, settle_time }) ? "In use already." : null),
+    named: ({ session }) => (session?.settle?.settle_us == null ? "Use what was measured" : `Use the measured ${milliseconds(session.settle.settle_us)}`),
+  });
+  const forget = starter({
+    label: "Use the rig file’s", store, keys, act: () => orders.forgetSettleTime(),
+    why: ({ settle_time }) => (settle_time?.measured ? null : settle_time ? "In use already." : "The rig is not open yet."),
+    named: ({ settle_time }) => (settle_time ? `Use the rig file’s ${milliseconds(settle_time.rig_file_us)}` : "Use the rig file’s"),
+  });
+  store.on(keys, ({ session, settle_time, sessions }) => show({
+    settle_time, here: session?.id === settle_time?.measured?.session_id, label: sessions?.find(({ id }) => id === settle_time?.measured?.session_id)?.label ?? "",
+  }));
+  const lead = h("p", { class: "lead", text: "After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest axis, now and at every start." });
+  return h("div", { class: "stack" }, lead, now, h("p", { class: "actions" }, apply, forget));
+}
+
+/**
+ * Whether the rig waits as long as the open session has measured.
+ * @param {Pick<ConsoleState, "session" | "settle_time">} state
+ */
+function isOfSession({ session, settle_time }) {
+  const measured = settle_time?.measured;
+  return Boolean(session && measured) && measured?.session_id === session?.id && measured?.settle_us === session?.settle?.settle_us;
+}
+
+/** @param {{settle_time: SettleTime | null, here: boolean, label: string}} now */
+function waitOf({ settle_time, here, label }) {
+  if (!settle_time) return [nothing("Not known before the rig is open.")];
+  const { settle_us, measured, rig_file_us } = settle_time;
+  const session = here ? "in this session" : label ? `in “${label}”` : "in a session that is gone";
+  const from = measured ? `measured ${new Date(measured.measured_utc).toLocaleDateString(undefined, { dateStyle: "medium" })} ${session}` : "the rig file, not measured";
+  return [figures([["In use", milliseconds(settle_us)], ["Known from", from], ["Rig file", milliseconds(rig_file_us)]])];
+}
+
+/** @param {number} settle_us */
+function milliseconds(settle_us) {
+  return `${number(settle_us / 1000, 1)} ms`;
 }
 
 /** @param {SettleAxis[]} axes */
