@@ -32,7 +32,9 @@ class MadeUp:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.symlink_to(self.root / target.lstrip("/"))
 
-    def serial_port(self, name: str, *, usb_id: str = "16c0:0483", product: str = "Teensyduino") -> None:
+    def serial_port(
+        self, name: str, *, usb_id: str = "16c0:0483", product: str = "Teensyduino", serial: str = ""
+    ) -> None:
         """Plug a serial port in."""
         self.write(f"/dev/{name}")
         device = f"/sys/devices/usb1/1-{name}"
@@ -40,9 +42,12 @@ class MadeUp:
         self.write(f"{device}/idVendor", vendor + "\n")
         self.write(f"{device}/idProduct", number + "\n")
         self.write(f"{device}/product", product + "\n")
+        if serial:
+            self.write(f"{device}/serial", serial + "\n")
         self.write(f"{device}/1-{name}:1.0/bInterfaceNumber", "00\n")
         self.link(f"/sys/class/tty/{name}/device", f"{device}/1-{name}:1.0")
-        self.link(f"/dev/serial/by-id/usb-{product}-if00", f"/dev/{name}")
+        told = f"{product}_{serial}" if serial else product
+        self.link(f"/dev/serial/by-id/usb-{told}-if00", f"/dev/{name}")
 
     def usb_camera(self, *, vendor: str, product: str, device: int = 7) -> str:
         """Plug a USB camera in; return its device file."""

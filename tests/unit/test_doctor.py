@@ -56,9 +56,9 @@ def camera(
 def test_a_bare_machine_has_no_problems(made_up: MadeUp) -> None:
     findings = [
         ports.check_ports(made_up.machine, SIMULATED),
-        ports.check_port_permission(made_up.machine),
+        ports.check_port_permission(made_up.machine, SIMULATED),
         ports.check_holders(made_up.machine, SIMULATED),
-        ports.check_latency(made_up.machine),
+        ports.check_latency(made_up.machine, SIMULATED),
         buses.check_usb_permission(made_up.machine),
         buses.check_usbfs(made_up.machine, SIMULATED),
         buses.check_receive_buffer(made_up.machine, SIMULATED),
@@ -94,10 +94,10 @@ def test_a_port_that_may_not_be_opened_names_group_and_command(made_up: MadeUp) 
     made_up.serial_port("ttyACM0")
     made_up.closed.add("/dev/ttyACM0")
 
-    found = ports.check_port_permission(made_up.machine)
+    found = ports.check_port_permission(made_up.machine, METAL)
 
     assert found.level is Level.PROBLEM
-    assert "ada may not open /dev/ttyACM0" in found.found
+    assert "ada may not open /dev/ttyACM0 (mirrors)" in found.found
     assert found.remedy.startswith("sudo usermod -aG ")
     assert "ada" in found.remedy
 
@@ -130,7 +130,7 @@ def test_a_device_that_the_doctor_itself_has_is_no_problem(made_up: MadeUp) -> N
 def test_a_converter_that_holds_bytes_back_is_a_warning(made_up: MadeUp, latency: str, level: Level) -> None:
     made_up.write("/sys/bus/usb-serial/devices/ttyUSB0/latency_timer", latency)
 
-    found = ports.check_latency(made_up.machine)
+    found = ports.check_latency(made_up.machine, SIMULATED)
 
     assert found.level is level
     if level is Level.WARNING:

@@ -62,6 +62,12 @@ def present_ports() -> list[PortIdentity]:
     )
 
 
+def serial_of_link(link: str) -> str:
+    """Return the serial number in the name of a link below /dev/serial/by-id; "" when there is none."""
+    named = _BY_ID_SERIAL.fullmatch(link)
+    return "" if named is None else named[1]
+
+
 def identify(port: str, *, ports: PortList = present_ports) -> PortIdentity:
     """Return who stands behind a path, a link to a port included."""
     device = str(Path(port).resolve())
@@ -133,9 +139,9 @@ def _linked_ports() -> list[PortIdentity]:
     if not BY_ID.is_dir():
         return []
     return [
-        PortIdentity(name=str(link.resolve()), serial=named[1], product=link.name)
+        PortIdentity(name=str(link.resolve()), serial=serial, product=link.name)
         for link in sorted(BY_ID.iterdir())
-        if (named := _BY_ID_SERIAL.fullmatch(link.name)) is not None
+        if (serial := serial_of_link(link.name))
     ]
 
 

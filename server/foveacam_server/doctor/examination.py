@@ -36,9 +36,9 @@ def examine(
     findings = [
         check_versions(needs, where.versions),
         ports.check_ports(machine, needs),
-        ports.check_port_permission(machine),
+        ports.check_port_permission(machine, needs),
         ports.check_holders(machine, needs),
-        ports.check_latency(machine),
+        ports.check_latency(machine, needs),
         buses.check_usb_permission(machine),
         buses.check_usbfs(machine, needs),
         buses.check_receive_buffer(machine, needs),
