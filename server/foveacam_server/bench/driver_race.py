@@ -15,6 +15,8 @@ from foveacam_hardware.contract import Camera, CameraSettings, Timeout
 PAUSE_S = 0.012
 """Between two triggers: longer than exposure and readout, so that the camera is ready."""
 TRIGGER_TIMEOUT_MS = 1000.0
+WARM_UP_FRAMES = 40
+"""More than any buffer between camera and reader holds: frames that waited there come faster than sent."""
 
 
 class Racer(Protocol):
@@ -48,7 +50,8 @@ def frames_per_s(race: Race, settings: CameraSettings, *entries: Entry) -> list[
     for _ in range(race.rounds):
         for entry, found in zip(entries, rates_hz, strict=True):
             with entry(settings) as racer:
-                racer.next()  # the first one waits for the start
+                for _ in range(WARM_UP_FRAMES):
+                    racer.next()
                 began_s = time.perf_counter()
                 for _ in range(race.frames):
                     racer.next()
