@@ -1,0 +1,204 @@
+"""`check`: is a dataset what it says it is; `info`: what it says, in figures."""
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, read_document
+from foveacam_pipeline.capture.dataset.index import INDEX, index_text
+from foveacam_pipeline.capture.dataset.journal import JOURNAL, Journal, read_journal
+from foveacam_pipeline.capture.dataset.lock import LOCK, is_held
+from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
+from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
+from foveacam_pipeline.capture.dataset.values import FrameRecord, State
+
+_BLOCK = 1 << 20
+
+
+def check(path: str | Path) -> list[str]:
+    """Return what is wrong with a dataset, a sentence each; none when every file and number is as written."""
+    folder = Path(path)
+    try:
+        document = read_document(folder)
+        journal = read_journal(folder, dataset_id=document.header.id)
+    except FoveaError as error:
+        return [f"{error}."]
+    try:
+        pairs, trouble = read_pairs(folder), []
+    except FoveaError as error:
+        pairs, trouble = (), [f"{error}."]
+    return [
+        *_states(folder, document, journal),
+        *_counts(document, journal),
+        *_frames(folder, journal),
+        *_index(folder, journal),
+        *trouble,
+        *_pair_files(folder, pairs),
+        *_strangers(folder, journal, pairs),
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DatasetInfo:
+    """A dataset in figures. `sizes_px`: role -> "width x height, bits". `why`: what ended a partial one."""
+
+    name: str
+    id: str
+    label: str
+    state: str
+    why: str
+    licence: str
+    created_utc: str
+    software: dict[str, str]
+    rig: dict[str, object]
+    calibration_id: str | None
+    planned: int
+    points: int
+    skipped: int
+    scans: int
+    frames: int
+    brackets: int
+    stack: int
+    rectified: int
+    size_bytes: int
+    sizes_px: dict[str, str]
+
+
+def info(path: str | Path) -> DatasetInfo:
+    """Return what a dataset says of itself; raise InvalidInput when it is none."""
+    dataset = Dataset.open(path)
+    document, header = dataset.document, dataset.document.header
+    frames = [frame for point in dataset for frame in point.frames]
+    foveae = [(frame.bracket, frame.stack) for frame in frames]
+    return DatasetInfo(
+        name=dataset.folder.resolve().name,
+        id=header.id,
+        label=header.label,
+        state=document.state.value,
+        why=document.why,
+        licence=header.licence,
+        created_utc=header.created_utc,
+        software=document.software,
+        rig=dict(header.rig),
+        calibration_id=None if header.calibration is None else header.calibration.id,
+        planned=header.points,
+        points=len(dataset),
+        skipped=len(dataset.skipped),
+        scans=len(dataset.scans),
+        frames=len(frames),
+        brackets=len({bracket for bracket, _ in foveae}),
+        stack=len({stack for _, stack in foveae}),
+        rectified=len(read_pairs(dataset.folder)),
+        size_bytes=sum(frame.size_bytes for frame in frames),
+        sizes_px={frame.role.value: f"{frame.width} x {frame.height}, {frame.bits} bits" for frame in frames},
+    )
+
+
+def _states(folder: Path, document: DatasetDocument, journal: Journal) -> Iterator[str]:
+    held = is_held(folder)
+    if document.state is State.RUNNING and not held:
+        yield f"{DOCUMENT}: the dataset was {INTERRUPTED}."
+    if journal.torn and not held:
+        yield (
+            f"{JOURNAL}: its last line is torn: a point was being written when the program ended; "
+            "resume the dataset, which takes that point again."
+        )
+
+
+def _counts(document: DatasetDocument, journal: Journal) -> Iterator[str]:
+    planned, found = document.header.points, len(journal.records)
+    if found > planned:
+        yield f"{JOURNAL}: {found} points, {planned} were planned."
+    if document.state is State.COMPLETE and found < planned:
+        yield f"{DOCUMENT}: it says complete, but {planned - found} of {planned} points are missing."
+    sets = Counter(
+        tuple(sorted((frame.role.value, frame.bracket, frame.stack) for frame in record.frames))
+        for record in journal.records
+        if record.frames
+    )
+    usual = max(sets, key=lambda key: sets[key], default=())
+    for record in journal.records:
+        here = len(record.frames)
+        if record.frames and here != len(usual):
+            yield f"point {record.place.index}: it has {here} frames, most points have {len(usual)}."
+
+
+def _frames(folder: Path, journal: Journal) -> Iterator[str]:
+    seen: Counter[str] = Counter(frame.file for record in journal.records for frame in record.frames)
+    yield from (f"{file}: {count} rows name it." for file, count in seen.items() if count > 1)
+    for record in journal.records:
+        for frame in record.frames:
+            yield from _frame(folder, frame)
+
+
+def _frame(folder: Path, frame: FrameRecord) -> Iterator[str]:
+    path = folder / frame.file
+    if not path.is_file() or path.is_symlink():
+        yield f"{frame.file}: the file is gone."
+        return
+    size = path.stat().st_size
+    if size != frame.size_bytes:
+        yield f"{frame.file}: it has {size} bytes, {frame.size_bytes} were written."
+    elif sha256_of(path) != frame.sha256:
+        yield f"{frame.file}: its content is not what was written (SHA-256)."
+
+
+def _index(folder: Path, journal: Journal) -> Iterator[str]:
+    path = folder / INDEX
+    wanted = index_text(journal.records).splitlines()
+    try:
+        found = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        yield f"{INDEX}: it cannot be read ({error}); resume the dataset or export it anew."
+        return
+    if is_held(folder) or found == wanted:
+        return
+    first = next(
+        (n for n, pair in enumerate(zip(found, wanted, strict=False), 1) if pair[0] != pair[1]),
+        min(len(found), len(wanted)) + 1,
+    )
+    yield (
+        f"{INDEX}: line {first} is not what the journal says ({len(found)} lines, not {len(wanted)}): it "
+        f"was edited by hand or by another program; the reader goes by {JOURNAL}."
+    )
+
+
+def _pair_files(folder: Path, pairs: tuple[PairRow, ...]) -> Iterator[str]:
+    for pair in pairs:
+        files = (
+            (pair.left, pair.left_sha256),
+            (pair.right, pair.right_sha256),
+            (pair.disparity, pair.disparity_sha256),
+        )
+        for file, digest in files:
+            path = folder / file
+            if file and Path(file).parent != Path(RECTIFIED):
+                yield f"{RECTIFIED}/{PAIRS}: {file!r} is not in that folder."
+            elif file and not path.is_file():
+                yield f"{file}: the file is gone; rectify the dataset again."
+            elif file and sha256_of(path) != digest:
+                yield f"{file}: its content is not what was written (SHA-256); rectify the dataset again."
+
+
+def _strangers(folder: Path, journal: Journal, pairs: tuple[PairRow, ...]) -> Iterator[str]:
+    known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}"}
+    known |= {frame.file for record in journal.records for frame in record.frames}
+    known |= {file for pair in pairs for file in (pair.left, pair.right, pair.disparity)}
+    if is_held(folder):
+        return
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if not path.is_dir() and name not in known:
+            yield f"{name}: the dataset does not know this file."
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file's content, read a block at a time."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()

@@ -1,0 +1,86 @@
+"""Files that are on the disk when a call returns, and errors of the disk in words.
+
+A file gets its name only when its content is on the disk; the folder's own entry is made durable by
+`sync_folder`, once for several files.
+"""
+
+import errno
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from foveacam_hardware.contract import DeviceFault
+
+PART = ".part"
+"""How the name of a file ends that is not finished; it begins with a dot."""
+
+
+def part_of(path: Path) -> Path:
+    """Return the name under which `path` is written before it is finished."""
+    return path.with_name(f".{path.name}{PART}")
+
+
+def write_part(path: Path, content: bytes | memoryview) -> None:
+    """Put `content` on the disk under the temporary name of `path`. Raise OSError."""
+    with part_of(path).open("wb", buffering=0) as file:
+        rest = memoryview(content)
+        while rest:
+            rest = rest[file.write(rest) :]
+        os.fsync(file.fileno())
+
+
+def finish_part(path: Path) -> None:
+    """Give a file its name; it is durable after `sync_folder`. Raise OSError."""
+    part_of(path).replace(path)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the names in `folder` durable. Raise OSError."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def write_file(path: Path, content: bytes | memoryview) -> None:
+    """Write one file whole, over an older one, durably. Raise OSError."""
+    try:
+        write_part(path, content)
+        finish_part(path)
+    finally:
+        part_of(path).unlink(missing_ok=True)
+    sync_folder(path.parent)
+
+
+@contextmanager
+def disk_errors(what: str, folder: Path) -> Iterator[None]:
+    """Turn an OSError inside into a DeviceFault that says what was written, where, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise disk_fault(error, what=what, folder=folder) from error
+
+
+def disk_fault(error: OSError, *, what: str, folder: Path) -> DeviceFault:
+    """Return the error of the contract for an OSError met while writing."""
+    found, remedy = _words(error, folder)
+    return DeviceFault(f"{what} in {folder}: {found}; {remedy}", asked=what, found=found, remedy=remedy)
+
+
+def _words(error: OSError, folder: Path) -> tuple[str, str]:
+    again = "then resume: what was acknowledged is safe"
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"the disk is full ({_free(folder)})", f"free some space, {again}"
+    if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
+        return f"the disk cannot be written ({error.strerror})", f"make the folder writable, {again}"
+    return f"the disk failed ({error.strerror or error})", f"check the disk, {again}"
+
+
+def _free(folder: Path) -> str:
+    try:
+        return f"{shutil.disk_usage(folder).free / 1e6:.1f} MB free"
+    except OSError:
+        return "free space unknown"

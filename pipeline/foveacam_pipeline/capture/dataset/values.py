@@ -1,0 +1,125 @@
+"""What a dataset is made of: points, the frames taken at each, and what is kept of them.
+
+A point is one pose of both mirrors. Angles are radians here and in the files, volts differential.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from foveacam_hardware.contract import Frame, InvalidInput, Role
+
+
+class State(StrEnum):
+    """How far a dataset got."""
+
+    RUNNING = "running"
+    COMPLETE = "complete"
+    PARTIAL = "partial"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shot:
+    """One frame of a point: `bracket` counts exposures, `stack` frames of one exposure.
+
+    `gaze_rad`: (ax, ay) of the eye during the exposure; worked out from the frame's volts when None.
+    """
+
+    frame: Frame
+    bracket: int = 0
+    stack: int = 0
+    gaze_rad: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where a point stands in its plan. `index` counts points from 0, through all scans.
+
+    `aim_rad`: (ax, ay) asked for, as seen from the rig's origin; `distance_m`: where both gazes were to meet.
+    `rail_m`, `pan_rad`, `tilt_rad`: the rig's own pose; None where there is no such device.
+    """
+
+    index: int
+    scan: int = 0
+    column: int | None = None
+    row: int | None = None
+    aim_rad: tuple[float, float] | None = None
+    distance_m: float | None = None
+    rail_m: float | None = None
+    pan_rad: float | None = None
+    tilt_rad: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Point:
+    """Everything that was taken at one place: kept as a whole, or not at all.
+
+    Without shots it is passed over, and `skipped` says why.
+    """
+
+    place: Place
+    shots: tuple[Shot, ...] = ()
+    skipped: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameRecord:
+    """What is kept of one frame beside its image; `file` counts from the dataset's folder."""
+
+    role: Role
+    bracket: int
+    stack: int
+    file: str
+    sha256: str
+    size_bytes: int
+    width: int
+    height: int
+    channels: int
+    bits: int
+    seq: int
+    epoch: int
+    t_ns: int
+    exposure_ns: int
+    volts_v: tuple[float, float] | None
+    gaze_rad: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointRecord:
+    """One acknowledged point: its place, and its frames."""
+
+    place: Place
+    frames: tuple[FrameRecord, ...]
+    skipped: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a writer is. `acknowledged` points are on the disk for good.
+
+    `waited_s`: how long `add` was held up by the disk, in all; it grows when the rig is faster than the disk.
+    """
+
+    planned: int
+    acknowledged: int
+    queued: int
+    written_bytes: int
+    waited_s: float
+
+
+def check_point(point: Point) -> None:
+    """Raise InvalidInput for a point that could not be kept without loss or doubt."""
+    what = f"point {point.place.index}"
+    if bool(point.shots) == bool(point.skipped):
+        raise InvalidInput(f"{what}: give its frames, or say why it is skipped")
+    keys = [(shot.frame.role, shot.bracket, shot.stack) for shot in point.shots]
+    if len(set(keys)) != len(keys):
+        raise InvalidInput(f"{what}: two frames of one camera have the same bracket and stack; number them")
+    if any(shot.bracket < 0 or shot.stack < 0 for shot in point.shots):
+        raise InvalidInput(f"{what}: brackets and stacks are counted from 0")
+    for shot in point.shots:
+        wide_bits = shot.frame.image.dtype.itemsize * 8
+        if not 1 <= shot.frame.bits <= wide_bits:
+            raise InvalidInput(
+                f"{what}: {shot.frame.bits} bits in a frame of {wide_bits}-bit pixels; "
+                "pass the frame's true bits"
+            )

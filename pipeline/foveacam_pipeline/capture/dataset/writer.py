@@ -1,0 +1,247 @@
+"""Writes a dataset so that it survives anything: what was acknowledged is on the disk, whole, and stays.
+
+    with DatasetWriter.create(folder, Header(points=81, calibration=calibration)) as writer:
+        while writer.next_point < 81:
+            writer.add(Point(place=..., shots=(Shot(frame=left), Shot(frame=right), Shot(frame=wide))))
+        writer.finish()
+
+`add` only hands over; encoding and the disk have threads of their own.
+"""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
+from foveacam_pipeline.capture.dataset.document import (
+    DOCUMENT,
+    DatasetDocument,
+    Header,
+    new_document,
+    read_document,
+    write_document,
+)
+from foveacam_pipeline.capture.dataset.hand_over import HandOver
+from foveacam_pipeline.capture.dataset.index import write_index
+from foveacam_pipeline.capture.dataset.journal import Journal, read_journal
+from foveacam_pipeline.capture.dataset.lock import FolderLock
+from foveacam_pipeline.capture.dataset.point_store import IMAGES, PointStore, remove_unacknowledged
+from foveacam_pipeline.capture.dataset.values import (
+    Place,
+    Point,
+    PointRecord,
+    Progress,
+    State,
+    check_point,
+)
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WriterSettings:
+    """How a writer works. `depth`: points that may wait for the disk. `encoders`: threads that make files.
+
+    `on_kept(index)` is called on the writer's thread when a point is acknowledged.
+    """
+
+    depth: int = 2
+    encoders: int = 2
+    on_kept: Callable[[int], None] | None = None
+
+
+DEFAULT = WriterSettings()
+
+
+class DatasetWriter:
+    """A dataset that is being written; made by `create` or `resume`, ended by `finish` or `close`."""
+
+    def __init__(
+        self, folder: Path, document: DatasetDocument, lock: FolderLock, settings: WriterSettings
+    ) -> None:
+        """Take over a folder that is locked. Raise OSError."""
+        self._folder, self._document, self._lock, self._settings = folder, document, lock, settings
+        journal = _prepared(folder, document)
+        self._records = list(journal.records)
+        self._next = len(self._records)
+        self._written_bytes = 0
+        self._ended = False
+        header = document.header
+        self._store = PointStore(
+            folder,
+            journal,
+            codec=header.codec,
+            calibration=header.calibration,
+            encoders=settings.encoders,
+        )
+        self._hand_over = HandOver(self._keep, depth=settings.depth)
+
+    @classmethod
+    def create(cls, folder: Path, header: Header, settings: WriterSettings = DEFAULT) -> Self:
+        """Begin a dataset in a folder that does not exist, or is empty."""
+        document = new_document(header)
+        if folder.exists() and any(not path.name.startswith(".") for path in folder.iterdir()):
+            raise InvalidInput(
+                f"{folder} holds files already; give another name, or resume the dataset that it holds"
+            )
+        with disk_errors(f"dataset {folder.name}", folder.parent):
+            folder.mkdir(parents=True, exist_ok=True)
+            sync_folder(folder.parent)
+        return cls._open(folder, document, settings)
+
+    @classmethod
+    def resume(cls, folder: Path, settings: WriterSettings = DEFAULT) -> Self:
+        """Go on with a dataset that was interrupted or cancelled, at `next_point`."""
+        document = read_document(folder)
+        if document.state is State.COMPLETE:
+            raise InvalidInput(f"dataset {folder} is complete; start another one")
+        return cls._open(folder, document.ended(State.RUNNING), settings)
+
+    @classmethod
+    def _open(cls, folder: Path, document: DatasetDocument, settings: WriterSettings) -> Self:
+        with disk_errors(f"dataset {folder.name}", folder):
+            lock = FolderLock(folder)
+            try:
+                return cls(folder, document, lock, settings)
+            except BaseException:
+                lock.release()
+                raise
+
+    @property
+    def folder(self) -> Path:
+        """Where the dataset lies."""
+        return self._folder
+
+    @property
+    def header(self) -> Header:
+        """What was known of the dataset before its first point."""
+        return self._document.header
+
+    @property
+    def next_point(self) -> int:
+        """Index of the point to add next; from 0, or behind the last one acknowledged when resumed."""
+        return self._next
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is."""
+        return Progress(
+            planned=self.header.points,
+            acknowledged=len(self._records),
+            queued=self._hand_over.queued,
+            written_bytes=self._written_bytes,
+            waited_s=self._hand_over.waited_s,
+        )
+
+    def add(self, point: Point) -> None:
+        """Hand the next point over to the disk; wait while it is busy with `depth` others.
+
+        The images must not change afterwards. An error of the disk, of this point or an earlier one, comes
+        back as DeviceFault; points that are out of turn or out of the plan are refused.
+        """
+        self._check_open()
+        check_point(point)
+        index = point.place.index
+        if index != self._next or index >= self.header.points:
+            raise InvalidInput(
+                f"point {index} was added to {self._folder}, point {self._next} of {self.header.points} "
+                "is next; go on at `next_point`"
+            )
+        self._hand_over.put(point)
+        self._next += 1
+
+    def skip(self, place: Place, *, why: str) -> None:
+        """Pass over the next point, for a reason that the dataset will tell."""
+        self.add(Point(place=place, skipped=why))
+
+    def flush(self) -> None:
+        """Wait until every point added is acknowledged. Raise DeviceFault for an error of the disk."""
+        self._check_open()
+        self._hand_over.flush()
+
+    def finish(self) -> None:
+        """End the dataset: complete when every planned point is there, else partial."""
+        self.flush()
+        missing = self.header.points - len(self._records)
+        if missing:
+            self.close(f"{missing} of {self.header.points} points were not taken")
+            return
+        self._end(State.COMPLETE, "")
+
+    def close(self, why: str) -> None:
+        """End it where it is, keeping what was added: a valid partial dataset that can be resumed."""
+        if not self._ended:
+            self._end(State.PARTIAL, why)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._ended:
+            return
+        why = "it was not finished" if error is None else str(error) or type(error).__name__
+        try:
+            self.close(why)
+        except FoveaError as worse:
+            if error is None:
+                raise
+            logger.warning("dataset %s was not closed well: %s", self._folder, worse)
+
+    def _check_open(self) -> None:
+        if self._ended:
+            raise InvalidInput(f"dataset {self._folder} was ended already; resume it to go on")
+
+    def _end(self, state: State, why: str) -> None:
+        self._ended = True
+        self._hand_over.close()
+        try:
+            with disk_errors(f"the end of dataset {self._folder.name}", self._folder):
+                write_index(self._folder, self._records)
+                self._document = self._document.ended(state, why)
+                write_document(self._folder, self._document)
+        finally:
+            self._store.close()
+            self._lock.release()
+
+    def _keep(self, point: Point) -> None:
+        """Run on the writer's thread."""
+        with disk_errors(f"point {point.place.index}", self._folder):
+            record = self._store.store(point)
+        self._records.append(record)
+        self._written_bytes += sum(frame.size_bytes for frame in record.frames)
+        if self._settings.on_kept is not None:
+            self._settings.on_kept(point.place.index)
+
+
+def _prepared(folder: Path, document: DatasetDocument) -> Journal:
+    """Return the journal of a folder that holds just what it says; bring index and document up to it."""
+    fresh = not (folder / DOCUMENT).exists()
+    if fresh:
+        write_document(folder, document)
+    (folder / IMAGES).mkdir(exist_ok=True)
+    journal = read_journal(folder, dataset_id=document.header.id)
+    _check_files(folder, journal.records)
+    remove_unacknowledged(folder, journal.records)
+    write_index(folder, journal.records)
+    if not fresh:
+        write_document(folder, document)
+    return journal
+
+
+def _check_files(folder: Path, records: tuple[PointRecord, ...]) -> None:
+    for record in records:
+        for frame in record.frames:
+            path = folder / frame.file
+            size = path.stat().st_size if path.is_file() else None
+            if size != frame.size_bytes:
+                found = "is gone" if size is None else f"has {size} bytes, not {frame.size_bytes}"
+                raise InvalidInput(
+                    f"{path}, taken at point {record.place.index}, {found}; restore it from a copy, "
+                    f"or start another dataset ({DOCUMENT} stays as it is)"
+                )
