@@ -159,7 +159,7 @@ def print_session(session: CalibrationSession, shop: Shop, watch: BarWatch, *, a
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
         return
-    Console().print(session_table(document, fitted=watch.fitted_ids))
+    Console().print(session_table(document, fitted=watch.fitted_ids or document["calibrations"]))
 
 
 def session_table(document: Document, *, fitted: Sequence[str]) -> Table:

@@ -12,6 +12,7 @@ from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSetti
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import CHECK
+from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import CheckOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
@@ -21,6 +22,7 @@ from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workpla
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.store import Document
 
+STEP = "check"
 ASPECT = 4.0 / 3.0
 
 
@@ -33,7 +35,7 @@ def check_session(
     watch: StepWatcher,
 ) -> CheckResult:
     """Look, over the farthest markers, at places all over the field, and keep what was found."""
-    watch.stage("check")
+    watch.stage(STEP)
     calibration = newest_of(session, registry)
     with workplace.use("the check of a calibration") as hands:
         if hands.pan_tilt is not None and _has_markers(workplace):
@@ -56,7 +58,17 @@ def check_session(
         )
     session.write(CHECK, check_document(result))
     draw(session, check_pictures(result, calibration))
+    finish(session, STEP, _told(calibration, options))
     return result
+
+
+def is_checked(session: CalibrationSession, calibration: Calibration, options: CheckOptions) -> bool:
+    """Tell whether such a check of this calibration came to its end."""
+    return finished(session, STEP) == _told(calibration, options)
+
+
+def _told(calibration: Calibration, options: CheckOptions) -> Document:
+    return {"calibration_id": calibration.id, **options.model_dump()}
 
 
 def newest_of(session: CalibrationSession, registry: Registry) -> Calibration:

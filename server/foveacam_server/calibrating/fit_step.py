@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import NotCalibrated
+from foveacam_hardware.contract import FoveaError, NotCalibrated
 from foveacam_pipeline.calibrate.fit import session_fit
 from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
@@ -14,8 +14,10 @@ from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.watcher import Watcher, check
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import FIT
+from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.fit_documents import fit_document
 from foveacam_server.calibrating.options import FitOptions
 from foveacam_server.calibrating.pictures import drawn, write_picture
@@ -24,6 +26,7 @@ from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.workplace import Registry, StepWatcher
 from foveacam_server.runtime.names import utc_now
 
+STEP = "fit"
 PICTURES = 6
 """How many a fit draws at most; its progress leaves room for them."""
 
@@ -40,7 +43,7 @@ def fit_session(
 
     Cancelled before the last picture is drawn, nothing is kept of it; from then on everything is.
     """
-    watch.stage("fit")
+    watch.stage(STEP)
     longer = _Longer(watch)
     result = fit_of(session, options, wide, watch=longer)
     pictures = _pictures(session, result, watch=longer)
@@ -51,9 +54,31 @@ def fit_session(
     for name, png in pictures.items():
         write_picture(session, name, png)
     session.add_calibration(calibration.id)
+    finish(session, STEP, {"of": inputs_of(session, options, wide), "calibration_id": calibration.id})
     watch.fitted(calibration)
     watch.progress(longer.total, total=longer.total, note=f"calibration {calibration.id}")
     return calibration
+
+
+def known_fit(
+    session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, registry: Registry
+) -> Calibration | None:
+    """Return the calibration that such a fit of these measurements has made already; None when none has."""
+    how = finished(session, STEP)
+    if how is None or how.get("of") != inputs_of(session, options, wide):
+        return None
+    try:
+        return registry.get(str(how.get("calibration_id")))
+    except FoveaError:
+        return None  # deleted meanwhile
+
+
+def inputs_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics) -> str:
+    """Return a name of all that a fit depends on; nodes visited again are left out, they only refine it."""
+    sweeps = [load_sweep(path) for path in sweep_paths(session.folder)]
+    told = options.model_dump() | {"label": options.label or session.head.label}
+    poses = [[[pose.run, pose.t_ns] for pose in sweep.poses] for sweep in sweeps]
+    return content_id(plain([told, wide, [sweep.header.station.name for sweep in sweeps], poses]))
 
 
 class _Longer:

@@ -20,6 +20,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_reference import return_to_nodes, r
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.calibrating.options import MirrorsOptions
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace, no_pan_tilt
@@ -33,14 +34,21 @@ def measure_mirrors(
     *,
     workplace: Workplace,
     watch: StepWatcher,
+    retry: bool = True,
 ) -> None:
-    """Sweep every station of markers, or those named; then return to nodes of the farthest one swept."""
+    """Sweep every station of markers, or those named; then return to nodes of the farthest one swept.
+
+    A station that is complete is left alone; `retry`: it is so when no eye was refused anywhere.
+    """
     settings = sweep_settings(workplace)
     for station in workplace.sweep_stations(options.stations):
         watch.stage("mirrors")
         path = session.folder / sweep_filename(station)
         if options.restart:
             set_aside(path)
+        if is_swept(path, options, station, retry=retry):
+            watch.progress(1, total=1, note=f"{station.name}: complete already")
+            continue
         with workplace.use(f"the sweep at {station.name}") as hands:
             if hands.pan_tilt is None:
                 raise no_pan_tilt("sweep the mirrors")
@@ -58,6 +66,16 @@ def measure_mirrors(
     swept = swept_stations(session, workplace)
     if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
         revisit(session, swept[0], wide, workplace=workplace, watch=watch, settings=settings)
+
+
+def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bool) -> bool:
+    """Tell whether a sweep of this station, as it is wanted, has nothing left to measure."""
+    if not path.exists():
+        return False
+    known = load_sweep(path)
+    if (known.header.station, known.header.plan) != (station, planned(options, path)):
+        return False  # going on with it says what differs
+    return known.complete and not (retry and any(pose.eyes_measured < len(EYES) for pose in known.poses))
 
 
 def swept_stations(session: CalibrationSession, workplace: Workplace) -> tuple[Station, ...]:

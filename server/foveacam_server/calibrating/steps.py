@@ -5,23 +5,21 @@ from pydantic import BaseModel
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.check_step import check_session
-from foveacam_server.calibrating.closing_step import close_drift
 from foveacam_server.calibrating.fit_step import fit_session
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import (
-    AllOptions,
     AllRun,
     CheckRun,
     FitOptions,
     FitRun,
     MirrorsRun,
-    SettleOptions,
     SettleRun,
     WideOptions,
     WideRun,
 )
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.settle_step import measure_settle
+from foveacam_server.calibrating.whole_run import run_all
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.wide_step import ImageFolder, measure_wide, measure_wide_images
 from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
@@ -50,7 +48,7 @@ def run_step(
         case SettleRun(options=options):
             measure_settle(session, options, workplace=workplace, watch=watch)
         case AllRun(options=options):
-            _run_all(session, options, workplace=workplace, registry=registry, watch=watch)
+            run_all(session, options, workplace=workplace, registry=registry, watch=watch)
         case _:
             raise InvalidInput(f"there is no step {type(run).__name__}")
 
@@ -67,25 +65,3 @@ def measure_on_images(
 ) -> None:
     """Run stage 1 on a folder of images; no rig is needed."""
     measure_wide_images(session, images, options, watch=watch)
-
-
-def _run_all(
-    session: CalibrationSession,
-    options: AllOptions,
-    *,
-    workplace: Workplace,
-    registry: Registry,
-    watch: StepWatcher,
-) -> None:
-    measure_wide(session, options.wide, workplace=workplace, watch=watch)
-    measure_mirrors(session, options.mirrors, lens_of(session), workplace=workplace, watch=watch)
-    calibration = run_fit(session, options.fit, registry=registry, watch=watch)
-    calibration = close_drift(
-        session, calibration, options.fit, workplace=workplace, registry=registry, watch=watch
-    )
-    check_session(session, options.check, workplace=workplace, registry=registry, watch=watch)
-    if options.settle:
-        settle = SettleOptions(apply=options.apply_settle)
-        measure_settle(session, settle, workplace=workplace, watch=watch)
-    if options.activate:
-        registry.activate(calibration.id)

@@ -11,12 +11,16 @@ from foveacam_pipeline.calibrate.wide.wide_images import samples_from_images
 from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
+from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.turning import turn_to_station
+from foveacam_server.calibrating.wide_documents import RESULT, VIEWS
 from foveacam_server.calibrating.wide_results import samples_of, write_result
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
+
+STEP = "wide"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +35,7 @@ def measure_wide(
     session: CalibrationSession, options: WideOptions, *, workplace: Workplace, watch: StepWatcher
 ) -> None:
     """Turn the rig to the board, take views, fit the lens; views of an earlier run count as well."""
-    watch.stage("wide")
+    watch.stage(STEP)
     known = samples_of(session)
     board = _board(options.board, known)
     settings = WideSettings(folder=session.folder)
@@ -43,18 +47,32 @@ def measure_wide(
             turn_to_station(hands.pan_tilt, station, clock=workplace.clock, watch=watch)
         samples = calibrate_wide(hands.head, board, clock=workplace.clock, watch=watch, settings=settings)
     _conclude(session, samples, options, watch=watch)
+    finish(session, STEP, {"views": settings.views})
+
+
+def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
+    """Tell whether a run came to its end that was told nothing else, and no view has come since."""
+    how, found, views = finished(session, STEP), session.read(RESULT), session.folder / VIEWS
+    if how is None or found is None or found["lens"] is None or not views.is_file():
+        return False
+    if found["views_ns"] != views.stat().st_mtime_ns or (options.views or 0) > how.get("views", 0):
+        return False
+    if options.board is not None and board_of(options.board) != board_of(BoardOption(**found["board"])):
+        return False
+    return options.model in (None, found["wide"]["fit"]["model"])
 
 
 def measure_wide_images(
     session: CalibrationSession, images: ImageFolder, options: WideOptions, *, watch: StepWatcher
 ) -> None:
     """Find the board in the images of a folder and fit the lens."""
-    watch.stage("wide")
+    watch.stage(STEP)
     samples = samples_from_images(
         images.folder, _board(options.board, None), pattern=images.pattern, watch=watch
     )
     samples.save(session.folder)
     _conclude(session, samples, options, watch=watch)
+    finish(session, STEP, {"views": len(samples)})
 
 
 def redraw(session: CalibrationSession, samples: WideSamples, fit: WideFit | None) -> None:
@@ -81,6 +99,11 @@ def _board(given: BoardOption | None, known: WideSamples | None) -> Board:
     """Return the board that was named, else that of the views so far, else the usual one."""
     if given is None:
         return Charuco() if known is None else known.board
+    return board_of(given)
+
+
+def board_of(given: BoardOption) -> Board:
+    """Return the board that was named."""
     return board_from(
         given.kind,
         columns=given.columns,
