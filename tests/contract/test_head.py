@@ -8,6 +8,7 @@ import pytest
 
 from foveacam_hardware.contract import (
     PARKED,
+    AutoMode,
     DeviceFault,
     FoveaError,
     Image,
@@ -124,6 +125,17 @@ def test_foveae_with_different_exposures_are_refused(rig: Rig) -> None:
 
     with pytest.raises(InvalidInput, match="same exposure"):
         rig.head.look(PARKED)
+
+
+def test_a_fovea_that_sets_its_exposure_itself_is_refused_until_one_is_set(rig: Rig) -> None:
+    rig.right.configure(replace(rig.right.settings, exposure_auto=AutoMode.ONCE))
+
+    with pytest.raises(InvalidInput, match=r"camera right: it sets its exposure itself.*switch that off"):
+        rig.head.look(PARKED)
+    rig.head.expose_foveae(exposure_ns=5_000_000, gain_db=0.0)
+
+    assert rig.right.settings.exposure_auto is AutoMode.OFF
+    assert rig.head.look(PARKED).right.exposure_ns == rig.left.settings.exposure_ns
 
 
 def test_foveae_that_round_one_exposure_each_in_its_own_way_look(rig: Rig) -> None:

@@ -1,5 +1,6 @@
 """Cameras by REST on the simulated rig: settings with read-back, the linked pair, trigger tests."""
 
+import json
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -143,14 +144,101 @@ def test_settings_are_back_after_a_restart_and_gone_after_a_reset(tmp_path: Path
         assert [eye["verdict"] for eye in newest["eyes"]] == ["untested", "untested"]
         assert first.get("/cameras/self_tests").json() == []
         patch(first, "left", gain_db=4.0, linked=True)
-        patch(first, "wide", pixel_format="Mono8")
+        patch(first, "wide", pixel_format="Mono8", exposure_auto="continuous")
     with running(tmp_path) as second:
+        assert settings(second, "wide")["exposure_auto"] == "continuous"
         assert [settings(second, role)["gain_db"] for role in ("wide", "left", "right")] == [0.0, 4.0, 4.0]
         assert second.rig.wide.settings.pixel_format is PixelFormat.MONO8
         answer = second.http.delete(f"{API}/cameras/left/settings").json()
         assert answer["cameras"][0]["settings"]["gain_db"] == 0.0
         assert answer["cameras"][0]["settings"]["kept"] is False
         assert [entry["setting"] for entry in answer["divergence"]] == ["gain_db"]
+
+
+def test_the_wide_camera_exposes_by_itself_and_says_how_long(server: Running) -> None:
+    changed = patch(server, "wide", exposure_ms=1.0, exposure_auto="continuous")
+    assert changed["cameras"][0]["settings"]["exposure_auto"] == "continuous"
+    wait_until(lambda: settings(server, "wide")["exposure_ms"] > 4.0)
+    in_force = server.rig.wide.settings
+
+    assert settings(server, "wide")["exposure_ms"] == pytest.approx(in_force.exposure_ns / 1e6, rel=0.5)
+    assert server.get("/cameras/wide").json()["exposure_ms"] > 4.0
+    assert patch(server, "wide", exposure_ms=5.0)["cameras"][0]["settings"]["exposure_auto"] == "off"
+
+
+def test_once_ends_by_itself_and_what_it_found_is_kept(server: Running) -> None:
+    after = server.last_event
+    patch(server, "wide", exposure_ms=1.0, exposure_auto="once")
+    wait_until(lambda: settings(server, "wide")["exposure_auto"] == "off")
+    found_ms = settings(server, "wide")["exposure_ms"]
+    told = [event.message for event in server.services.events.recent(20) if event.id > after]
+
+    assert found_ms > 4.0
+    assert f"camera wide found an exposure of {found_ms:.3g} ms" in told
+    kept = next((Path(server.services.settings.data) / "cameras").glob("SIM-000000*.json"))
+    assert json.loads(kept.read_text(encoding="utf-8"))["exposure_ns"] == round(found_ms * 1e6)
+
+
+def test_a_rate_of_its_own_is_told_and_left_by_giving_one(server: Running) -> None:
+    own = patch(server, "wide", exposure_ms=20.0, frame_rate_auto=True)["cameras"][0]["settings"]
+    by_hand = patch(server, "wide", frame_rate_hz=12.0)["cameras"][0]["settings"]
+
+    assert (own["frame_rate_auto"], own["frame_rate_hz"]) == (True, pytest.approx(50.0, rel=0.001))
+    assert (by_hand["frame_rate_auto"], by_hand["frame_rate_hz"]) == (False, 12.0)
+
+
+def test_the_foveae_find_one_exposure_for_both_and_keep_it(server: Running) -> None:
+    assert server.get("/cameras/left").json()["ranges"]["exposure_auto"] == ["off", "once"]
+    patch(server, "left", exposure_ms=1.0, linked=True)
+    changed = patch(server, "left", exposure_auto="once", linked=True)
+    left, right = (camera["settings"] for camera in changed["cameras"])
+
+    assert left["exposure_ms"] == right["exposure_ms"] > 4.0
+    assert {eye["exposure_auto"] for eye in (left, right)} == {"off"}
+    assert left["kept"] and right["kept"]
+    assert changed["divergence"] == []
+    assert server.services.events.recent(1)[0].message.startswith("both foveae expose")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"exposure_auto": "continuous", "linked": True},
+        {"exposure_auto": "continuous"},
+        {"exposure_auto": "once"},
+    ],
+)
+def test_a_fovea_never_exposes_by_itself(server: Running, body: dict[str, object]) -> None:
+    before = settings(server, "left")
+    answer = server.http.patch(f"{API}/cameras/left", json=body)
+
+    assert answer.status_code == 422
+    assert "one pulse exposes both foveae alike" in answer.json()["detail"]
+    assert answer.json()["remedy"] == 'ask for "once" with linked, which finds one exposure for both'
+    assert settings(server, "left") == before
+
+
+def test_foveae_that_differ_find_no_exposure_before_they_are_alike(server: Running) -> None:
+    patch(server, "left", gain_db=6.0)
+    answer = server.http.patch(f"{API}/cameras/left", json={"exposure_auto": "once", "linked": True})
+
+    assert answer.status_code == 422
+    assert "they differ in gain_db; give both the same" in answer.json()["detail"]
+
+
+def test_no_exposure_is_looked_for_while_the_stop_is_engaged(server: Running) -> None:
+    before = [settings(server, role) for role in ("left", "right")]
+    server.post("/stop")
+    try:
+        answer = server.http.patch(f"{API}/cameras/left", json={"exposure_auto": "once", "linked": True})
+    finally:
+        server.http.delete(f"{API}/stop")
+
+    assert answer.status_code == 409
+    assert answer.json()["type"] == "/problems/stopped"
+    assert [settings(server, role)["exposure_ms"] for role in ("left", "right")] == [
+        eye["exposure_ms"] for eye in before
+    ]
 
 
 def test_triggers_that_work_are_ok_and_what_ran_is_restored(server: Running) -> None:

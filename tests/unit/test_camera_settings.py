@@ -6,7 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import CameraRanges, CameraSettings, InvalidInput, PixelFormat, Role, Span
+from foveacam_hardware.contract import (
+    AutoMode,
+    CameraRanges,
+    CameraSettings,
+    InvalidInput,
+    PixelFormat,
+    Role,
+    Span,
+)
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_server.runtime.camera_desk import CameraDesk
@@ -98,12 +106,23 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         ({"pixel_format": PixelFormat.RGB8}, ["pixel_format"]),
         ({"triggered": True}, ["trigger"]),
         ({"frame_rate_hz": 100.0}, []),
+        ({"frame_rate_auto": True}, []),
+        ({"exposure_auto": AutoMode.CONTINUOUS}, ["exposure_auto"]),
     ],
 )
 def test_foveae_differ_beyond_half_a_percent_of_the_range(
     change: dict[str, object], found: list[str]
 ) -> None:
     assert differing(**change) == found
+
+
+def test_foveae_that_both_expose_by_themselves_may_differ_in_it() -> None:
+    both = [
+        replace(SETTINGS, exposure_ns=exposure_ns, exposure_auto=AutoMode.CONTINUOUS)
+        for exposure_ns in (8_000_000, 20_000_000)
+    ]
+
+    assert differences(*both, ranges=RANGES) == ()
 
 
 def test_a_camera_that_was_lost_gets_what_it_is_owed_once_it_is_back(rig: Rig, tmp_path: Path) -> None:

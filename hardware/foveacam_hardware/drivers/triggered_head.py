@@ -7,6 +7,7 @@ import logging
 from dataclasses import replace
 
 from foveacam_hardware.contract import (
+    AutoMode,
     Camera,
     Clock,
     DeviceFault,
@@ -68,9 +69,10 @@ class TriggeredHead:
         return self._wide.latest(max_age_ms=max_age_ms)
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Set both foveae's exposure and gain; they go on where they were."""
+        """Set both foveae's exposure and gain, by hand; they go on where they were."""
         for camera in (self._left, self._right):
-            camera.configure(replace(camera.settings, exposure_ns=exposure_ns, gain_db=gain_db))
+            by_hand = replace(camera.settings, exposure_auto=AutoMode.OFF)
+            camera.configure(replace(by_hand, exposure_ns=exposure_ns, gain_db=gain_db))
 
     def set_low_pass(self, cutoff_hz: int) -> int:
         """Run the drive filters at another cut-off; return the one before."""
@@ -79,15 +81,14 @@ class TriggeredHead:
         return before_hz
 
     def _pulse_us(self) -> int:
+        for camera in (self._left, self._right):
+            _refuse_own_will(camera)
         left_ns, right_ns = self._left.settings.exposure_ns, self._right.settings.exposure_ns
         if not same_exposure(left_ns, right_ns):
             raise InvalidInput(
                 f"foveae: one pulse exposes both, but left is set to {left_ns / 1e6:g} ms and right to"
                 f" {right_ns / 1e6:g} ms; give both the same exposure"
             )
-        for camera in (self._left, self._right):
-            if not camera.settings.triggered:
-                raise InvalidInput(f"camera {camera.role}: it runs freely; configure it as triggered")
         shorter_us, longer_us = min(left_ns, right_ns) // 1000, max(left_ns, right_ns) // 1000
         return max(min(self.pulse_us, shorter_us // PULSE_SHARE), longer_us - LONGEST_AFTER_PULSE_US)
 
@@ -119,3 +120,14 @@ class TriggeredHead:
         while frame.t_ns < t_ns:
             frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
         return frame
+
+
+def _refuse_own_will(camera: Camera) -> None:
+    """Raise `InvalidInput` for a fovea that exposes when, or as long as, it wants to."""
+    if not camera.settings.triggered:
+        raise InvalidInput(f"camera {camera.role}: it runs freely; configure it as triggered")
+    if camera.settings.exposure_auto is not AutoMode.OFF:
+        raise InvalidInput(
+            f"camera {camera.role}: it sets its exposure itself, and one pulse exposes both foveae alike;"
+            " switch that off"
+        )

@@ -5,8 +5,10 @@ A frame exists once its exposure and readout are over on the rig's clock, howeve
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraCounters,
     CameraLink,
     CameraPhase,
@@ -23,9 +25,10 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
+from foveacam_hardware.sim.auto_exposure import aim, too_bright_log2
 from foveacam_hardware.sim.exposures import Exposure, FreeRun, Schedule, Triggered
 from foveacam_hardware.sim.sensor import develop
-from foveacam_hardware.sim.sensor_limits import RANGES, take_settings
+from foveacam_hardware.sim.sensor_limits import RANGES, longest_exposure_ns, take_settings
 from foveacam_hardware.sim.world import World
 
 POLL_NS = 1_000_000
@@ -79,7 +82,7 @@ class SimCamera:
 
     @property
     def settings(self) -> CameraSettings:
-        """What it runs with."""
+        """What it runs with; while it exposes by itself, as of the last frame delivered."""
         return self._settings
 
     @property
@@ -220,7 +223,7 @@ class SimCamera:
         schedule = self._running()
         self._dropped += schedule.take(exposure)
         settings = exposure.settings
-        self._last = Frame(
+        frame = self._last = Frame(
             image=self._image(exposure),
             role=self._role,
             seq=exposure.seq,
@@ -230,7 +233,22 @@ class SimCamera:
             epoch=self._epoch,
         )
         self._delivered += 1
-        return self._last
+        if self._settings.exposure_auto is not AutoMode.OFF and settings == self._settings:
+            self._expose_itself(frame, schedule)
+        return frame
+
+    def _expose_itself(self, frame: Frame, schedule: Schedule) -> None:
+        """Learn from a frame of the exposure in force; the next that has not begun is exposed otherwise."""
+        now = self._settings
+        stops = too_bright_log2(frame.image, bits=frame.bits, black_level=now.black_level)
+        wanted = aim(now.exposure_ns, stops, longest_ns=longest_exposure_ns(now))
+        once_is_over = wanted.settled and now.exposure_auto is AutoMode.ONCE
+        mode = AutoMode.OFF if once_is_over else now.exposure_auto
+        asked = replace(now, exposure_ns=wanted.exposure_ns, exposure_auto=mode)
+        taken = take_settings(self._role, asked)
+        if taken != now:
+            self._settings = taken
+            schedule.adjust(taken, now_ns=self._clock.now_ns())
 
     def _image(self, exposure: Exposure) -> Image:
         if self._role in self._world.faults.frozen and self._last is not None:

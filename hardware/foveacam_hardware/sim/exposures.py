@@ -44,19 +44,47 @@ class Schedule(Protocol):
         """Consume the queue up to `exposure`; return how many others were lost with it or before it."""
         ...
 
+    def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
+        """Expose with other settings from the next exposure on; what has begun goes on as it is."""
+        ...
+
     @property
     def next_seq(self) -> int:
         """The number that follows everything taken."""
         ...
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """Slots of one rate and exposure, from `first_slot` at `start_ns` on."""
+
+    first_slot: int
+    start_ns: int
+    settings: CameraSettings
+
+    @property
+    def period_ns(self) -> int:
+        """From slot to slot."""
+        return round(1e9 / self.settings.frame_rate_hz)
+
+    def start_of_ns(self, slot: int) -> int:
+        """Return when a slot begins."""
+        return self.start_ns + (slot - self.first_slot) * self.period_ns
+
+    def begun(self, now_ns: int) -> int:
+        """Return the newest slot that has begun, as if all were of this stretch."""
+        return self.first_slot + (now_ns - self.start_ns) // self.period_ns
+
+    def readable(self, now_ns: int) -> int:
+        """Return the newest slot that can be read, as if all were of this stretch."""
+        return self.begun(now_ns - self.settings.exposure_ns - readout_ns(self.settings.pixel_format))
+
+
 class FreeRun:
-    """Exposures at a fixed rate from `start_ns` on."""
+    """Exposures at a fixed rate from `start_ns` on; at another one after each `adjust`."""
 
     def __init__(self, settings: CameraSettings, *, start_ns: int, first_seq: int) -> None:
-        self._settings = settings
-        self._start_ns = start_ns
-        self._period_ns = round(1e9 / settings.frame_rate_hz)
+        self._stretches = [Stretch(first_slot=0, start_ns=start_ns, settings=settings)]
         self._first_seq = first_seq
         self._untaken = 0  # slot
 
@@ -78,16 +106,36 @@ class FreeRun:
         """Go on behind the slot of `exposure`."""
         slot = exposure.seq - self._first_seq
         lost, self._untaken = slot - self._untaken, slot + 1
+        while len(self._stretches) > 1 and self._stretches[1].first_slot <= self._untaken:
+            del self._stretches[0]
         return lost
 
+    def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
+        """Begin a stretch with the first slot that has not begun; none begins before its turn."""
+        last = self._stretches[-1]
+        slot = max(last.first_slot, last.begun(now_ns) + 1)
+        stretch = Stretch(first_slot=slot, start_ns=last.start_of_ns(slot), settings=settings)
+        if slot == last.first_slot:
+            self._stretches[-1] = stretch
+        else:
+            self._stretches.append(stretch)
+
     def _newest_slot(self, now_ns: int) -> int:
-        latency_ns = self._settings.exposure_ns + readout_ns(self._settings.pixel_format)
-        return (now_ns - self._start_ns - latency_ns) // self._period_ns
+        end = None
+        for stretch in reversed(self._stretches):
+            slot = stretch.readable(now_ns)
+            if slot >= stretch.first_slot:
+                return slot if end is None else min(slot, end)
+            end = stretch.first_slot - 1
+        return self._stretches[0].readable(now_ns)
 
     def _exposure(self, slot: int) -> Exposure:
-        start_ns = self._start_ns + slot * self._period_ns
-        interval = Interval(start_ns=start_ns, length_ns=self._settings.exposure_ns)
-        return Exposure(seq=self._first_seq + slot, interval=interval, settings=self._settings)
+        stretch = next(
+            (found for found in reversed(self._stretches) if found.first_slot <= slot), self._stretches[0]
+        )
+        settings = stretch.settings
+        interval = Interval(start_ns=stretch.start_of_ns(slot), length_ns=settings.exposure_ns)
+        return Exposure(seq=self._first_seq + slot, interval=interval, settings=settings)
 
 
 class Triggered:
@@ -119,6 +167,11 @@ class Triggered:
             if len(self._queue) > QUEUE_FRAMES:
                 self._queue.popleft()
                 self._lost += 1
+
+    def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
+        """Expose otherwise from the next edge on."""
+        with self._lock:
+            self._settings = settings
 
     def first(self, now_ns: int) -> Exposure | None:
         """Return the oldest edge's exposure; `now_ns` does not matter."""

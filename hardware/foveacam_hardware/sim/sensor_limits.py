@@ -3,6 +3,7 @@
 import math
 
 from foveacam_hardware.contract import (
+    AutoMode,
     CameraRanges,
     CameraSettings,
     OutOfRange,
@@ -28,6 +29,8 @@ RANGES = CameraRanges(
     frame_rate_hz=Span(low=FRAME_RATE_HZ[0], high=FRAME_RATE_HZ[1]),
     black_level=Span(low=BLACK_LEVEL[0], high=BLACK_LEVEL[1]),
     pixel_formats=PIXEL_FORMATS,
+    exposure_autos=tuple(AutoMode),
+    frame_rate_auto=True,
 )
 
 
@@ -37,11 +40,19 @@ def readout_ns(pixel_format: PixelFormat) -> int:
     return round(line_ns * LINES)
 
 
+def longest_exposure_ns(settings: CameraSettings) -> int:
+    """Return how long it may expose without slowing down, where its rate is set by hand."""
+    if settings.triggered or settings.frame_rate_auto:
+        return EXPOSURE_NS[1]
+    return round(1e9 / settings.frame_rate_hz - LINE_12_BIT_NS)
+
+
 def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
     """Return what the sensor makes of the settings: whole lines, tenths of a decibel, a rate it can keep."""
     _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
     _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
-    _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
+    if not asked.frame_rate_auto:
+        _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
     _require(role, "black level", asked.black_level, *BLACK_LEVEL, "grey levels")
     if asked.pixel_format not in PIXEL_FORMATS:
         allowed = ", ".join(PIXEL_FORMATS)
@@ -56,10 +67,13 @@ def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
     exposure_ns = round(max(1, round(asked.exposure_ns / line_ns)) * line_ns)
     # The next exposure may overlap the readout, but not end before it.
     shortest_ns = max(exposure_ns, readout_ns(asked.pixel_format))
+    wanted_hz = FRAME_RATE_HZ[1] if asked.frame_rate_auto else asked.frame_rate_hz
     return CameraSettings(
         exposure_ns=exposure_ns,
+        exposure_auto=asked.exposure_auto,
         gain_db=round(asked.gain_db / GAIN_STEP_DB) * GAIN_STEP_DB,
-        frame_rate_hz=min(asked.frame_rate_hz, 1e9 / shortest_ns),
+        frame_rate_hz=min(wanted_hz, 1e9 / shortest_ns),
+        frame_rate_auto=asked.frame_rate_auto,
         pixel_format=asked.pixel_format,
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,

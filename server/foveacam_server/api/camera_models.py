@@ -7,6 +7,7 @@ from pydantic import Field
 from foveacam_server.api.models import Asked, Told
 
 PixelFormatName = Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]
+ExposureAutoName = Literal["off", "once", "continuous"]
 Verdict = Literal["untested", "ok", "ok_software_only", "camera", "wiring", "no_probe"]
 
 
@@ -21,19 +22,28 @@ class CameraRangesDocument(Told):
     """What a camera accepts; no formats before it was opened."""
 
     exposure_ms: SpanDocument
+    exposure_auto: list[ExposureAutoName]
+    """What may be asked; a fovea that waits for pulses has `once`, linked: one exposure for both."""
     gain_db: SpanDocument
     black_level: SpanDocument
     frame_rate_hz: SpanDocument
+    frame_rate_auto: bool
+    """Whether it can choose its rate itself."""
     pixel_formats: list[PixelFormatName]
 
 
 class CameraSettingsDocument(Told):
-    """What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start."""
+    """What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start.
+
+    While it sets exposure or rate itself, they are those in force, read back once a second.
+    """
 
     exposure_ms: float
+    exposure_auto: ExposureAutoName
     gain_db: float
     black_level: float
     frame_rate_hz: float
+    frame_rate_auto: bool
     pixel_format: PixelFormatName
     trigger: Literal["none", "hardware", "software"]
     kept: bool
@@ -78,18 +88,23 @@ class CameraDocument(Told):
 class DifferenceDocument(Told):
     """A setting in which the foveae differ by more than 0.5 % of its range."""
 
-    setting: Literal["exposure_ms", "gain_db", "black_level", "pixel_format", "trigger"]
+    setting: Literal["exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format", "trigger"]
     left: float | str
     right: float | str
 
 
 class CameraPatch(Asked):
-    """What shall change; what is left out stays. `linked`: both foveae at once."""
+    """What shall change; what is left out stays. `linked`: both foveae at once.
+
+    An exposure or a rate by itself is one by hand: it switches the automatic off.
+    """
 
     exposure_ms: Annotated[float, Field(ge=0.0)] | None = None
+    exposure_auto: ExposureAutoName | None = None
     gain_db: float | None = None
     black_level: float | None = None
     frame_rate_hz: float | None = None
+    frame_rate_auto: bool | None = None
     pixel_format: PixelFormatName | None = None
     linked: bool = False
 

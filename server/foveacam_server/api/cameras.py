@@ -1,12 +1,13 @@
 """The cameras: who they are, how they deliver, what they are set to, and whether their triggers work."""
 
 import asyncio
+from dataclasses import replace
 from typing import Annotated, Literal, TypeAlias
 
 from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse
 
-from foveacam_hardware.contract import InvalidInput, PixelFormat, Role, Span
+from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat, Role, Span
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -27,7 +28,7 @@ from foveacam_server.api.camera_models import (
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.camera_desk import FOVEAE, CameraWish
+from foveacam_server.runtime.camera_wish import FOVEAE, CameraWish, waits_for_pulses
 from foveacam_server.runtime.rig_status import CameraStatus
 from foveacam_server.runtime.services import Services, ServicesDep
 from foveacam_server.runtime.store import Document
@@ -105,12 +106,20 @@ async def change(
 ) -> CamerasChangedDocument:
     """Change settings now and at every start; answer what the camera took, or refuse with its range.
 
-    `linked` changes both foveae, or neither.
+    `linked` changes both foveae, or neither. Foveae that wait for pulses never expose by themselves; `once`,
+    linked, looks a few times where the mirrors stand, and sets one exposure for both.
     """
     services.lease.check(x_lease)
     _status(role, services)
     roles = _roles(Role(role), linked=request.linked)
-    await asyncio.wrap_future(services.cameras.change(services.hardware, roles, _wish(request)))
+    wish = _wish(request)
+    looks = request.linked and wish.exposure_auto is AutoMode.ONCE and _wait_for_pulses(roles, services)
+    if looks:
+        wish = replace(wish, exposure_auto=None)
+    if wish.changes or not looks:
+        await asyncio.wrap_future(services.cameras.change(services.hardware, roles, wish))
+    if looks:
+        await asyncio.to_thread(services.cameras.seek, services.hardware)
     return _changed(roles, services)
 
 
@@ -188,12 +197,19 @@ def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:
     return FOVEAE
 
 
+def _wait_for_pulses(roles: tuple[Role, ...], services: Services) -> bool:
+    cameras = [camera for camera in services.hardware.status.cameras if camera.role in roles]
+    return any(waits_for_pulses(camera.role, camera.settings) for camera in cameras)
+
+
 def _wish(request: CameraPatch) -> CameraWish:
     return CameraWish(
         exposure_ns=None if request.exposure_ms is None else round(request.exposure_ms * 1e6),
+        exposure_auto=None if request.exposure_auto is None else AutoMode(request.exposure_auto),
         gain_db=request.gain_db,
         black_level=request.black_level,
         frame_rate_hz=request.frame_rate_hz,
+        frame_rate_auto=request.frame_rate_auto,
         pixel_format=None if request.pixel_format is None else PixelFormat(request.pixel_format),
     )
 
@@ -202,9 +218,11 @@ def _settings(camera: CameraStatus, *, kept: bool) -> CameraSettingsDocument:
     settings = camera.settings
     return CameraSettingsDocument(
         exposure_ms=settings.exposure_ns / 1e6,
+        exposure_auto=settings.exposure_auto.value,
         gain_db=round(settings.gain_db, 4),
         black_level=round(settings.black_level, 4),
         frame_rate_hz=round(settings.frame_rate_hz, 4),
+        frame_rate_auto=settings.frame_rate_auto,
         pixel_format=settings.pixel_format.value,
         trigger=settings.trigger_source.value if settings.triggered else "none",
         kept=kept,
@@ -213,11 +231,15 @@ def _settings(camera: CameraStatus, *, kept: bool) -> CameraSettingsDocument:
 
 def _ranges(camera: CameraStatus) -> CameraRangesDocument:
     ranges = camera.ranges
+    pulsed = waits_for_pulses(camera.role, camera.settings)
+    modes = (AutoMode.OFF, AutoMode.ONCE) if pulsed else ranges.exposure_autos
     return CameraRangesDocument(
         exposure_ms=SpanDocument(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6),
+        exposure_auto=[mode.value for mode in modes],
         gain_db=_span(ranges.gain_db),
         black_level=_span(ranges.black_level),
         frame_rate_hz=_span(ranges.frame_rate_hz),
+        frame_rate_auto=ranges.frame_rate_auto,
         pixel_formats=[known.value for known in ranges.pixel_formats],
     )
 

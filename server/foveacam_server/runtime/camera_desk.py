@@ -3,53 +3,37 @@
 import logging
 from collections.abc import Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
 
 from foveacam_hardware.contract import (
+    AutoMode,
     Camera,
     CameraPhase,
     CameraSettings,
     FoveaError,
     InvalidInput,
-    PixelFormat,
     Role,
+    Span,
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.camera_pair import Difference, differences
 from foveacam_server.runtime.camera_records import CameraRecord, CameraRecords
+from foveacam_server.runtime.camera_wish import (
+    FOVEAE,
+    SENT,
+    WISHED,
+    CameraWish,
+    refuse_own_exposure,
+)
 from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.pair_exposure import PairExposure, PairSettings, find_exposure
 from foveacam_server.runtime.ports import Rig
 from foveacam_server.runtime.rig_status import RigStatus
 
 _log = logging.getLogger(__name__)
 
 OPEN = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
-FOVEAE = (Role.LEFT, Role.RIGHT)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraWish:
-    """What shall change; None stays as it is."""
-
-    exposure_ns: int | None = None
-    gain_db: float | None = None
-    black_level: float | None = None
-    frame_rate_hz: float | None = None
-    pixel_format: PixelFormat | None = None
-
-    @property
-    def changes(self) -> Mapping[str, object]:
-        """What is wished, by the names of the settings."""
-        every = {name: getattr(self, name) for name in WISHED}
-        return {name: value for name, value in every.items() if value is not None}
-
-    def applied_to(self, settings: CameraSettings) -> CameraSettings:
-        """Return settings with what is wished."""
-        return replace(settings, **self.changes)  # type: ignore[arg-type]  # each is of its field's type
-
-
-WISHED = ("exposure_ns", "gain_db", "black_level", "frame_rate_hz", "pixel_format")
 
 
 class CameraDesk:
@@ -60,6 +44,8 @@ class CameraDesk:
         self._events = events
         self._before: dict[str, CameraSettings] = {}
         self._owed: dict[Role, CameraSettings] = {}
+        self._seeking: set[Role] = set()
+        """Cameras that set their exposure once, and have not ended; the hardware thread's."""
 
     def owe(self, settings: Mapping[Role, CameraSettings]) -> None:
         """Give cameras that were lost in the middle of a change these settings once they are back."""
@@ -80,6 +66,15 @@ class CameraDesk:
             if record is not None:
                 self._ask_again(camera, record)
 
+    def notice(self, rig: Rig) -> None:
+        """Keep the exposure of each camera that has found one; hardware thread only."""
+        for camera in (rig.wide, rig.left, rig.right):
+            if camera.role in self._seeking and camera.settings.exposure_auto is AutoMode.OFF:
+                self._seeking.discard(camera.role)
+                self._keep_exposure(camera)
+                found_ms = camera.settings.exposure_ns / 1e6
+                self._tell(f"camera {camera.role.value} found an exposure of {found_ms:.3g} ms", [camera])
+
     def change(self, hardware: HardwareThread, roles: tuple[Role, ...], wish: CameraWish) -> "Future[None]":
         """Change cameras, all or none; raise `Busy` and `InvalidInput` at once, others by the future."""
         if not wish.changes:
@@ -98,6 +93,37 @@ class CameraDesk:
 
         return hardware.submit(work)
 
+    def seek(self, hardware: HardwareThread) -> PairExposure:
+        """Find one exposure for both foveae by looking, and keep it; takes looks, so call it off the loop.
+
+        Raise what looks raise, and `Busy`; the foveae are then as they were.
+        """
+        _check_free(hardware)
+        self._check_alike(hardware.status)
+        with hardware.session("the search for an exposure", cancelled=lambda: False) as head:
+            found = find_exposure(head, _pair(hardware.status), gaze=hardware.gaze)
+
+        def work(rig: Rig) -> None:
+            for camera in (rig.left, rig.right):
+                self._keep_exposure(camera)
+            level = Level.INFO if found.good else Level.WARNING
+            self._tell(found.told, [rig.left, rig.right], level=level)
+            hardware.refresh(rig)
+
+        answer_of(hardware.submit(work), asked="the exposure that was found")
+        return found
+
+    def _check_alike(self, status: RigStatus) -> None:
+        apart = [found.setting for found in self.divergence(status) if found.setting != "exposure_ms"]
+        if apart:
+            raise InvalidInput(
+                f"asked for one exposure of both foveae, and they differ in {', '.join(apart)}; give both the"
+                " same, then ask again",
+                asked="one exposure for both foveae",
+                found=f"they differ in {', '.join(apart)}",
+                remedy="give both the same settings",
+            )
+
     def reset(self, hardware: HardwareThread, role: Role) -> "Future[None]":
         """Forget what was kept for a camera, and run it as the rig file says."""
         _check_free(hardware)
@@ -107,6 +133,7 @@ class CameraDesk:
             before = self._before.get(camera.info.serial)
             if before is not None:
                 camera.configure(before)
+            self._seeking.discard(role)
             self._records.forget(camera.info.serial)
             self._tell(f"camera {role.value} runs as the rig file says", [camera], reset=True)
             hardware.refresh(rig)
@@ -130,24 +157,37 @@ class CameraDesk:
         try:
             for camera in cameras:
                 before = camera.settings
-                camera.configure(wish.applied_to(before))
+                self._configure(camera, wish)
                 done.append((camera, before))
         except FoveaError:
             for camera, before in done:  # all or none
                 camera.configure(before)
             raise
         for camera in cameras:
-            self._keep(camera.info.serial, wish)
+            self._keep(camera.info.serial, wish.lasting)
+            if "exposure_auto" in wish.changes:
+                self._seeking.discard(camera.role)
+            if wish.exposure_auto is AutoMode.ONCE:
+                self._seeking.add(camera.role)
         self._tell(f"camera {' and '.join(camera.role.value for camera in cameras)} changed", cameras)
 
-    def _keep(self, serial: str, wish: CameraWish) -> None:
+    def _configure(self, camera: Camera, wish: CameraWish) -> None:
+        asked = wish.applied_to(camera.settings)
+        refuse_own_exposure(camera, asked)
+        camera.configure(asked)
+
+    def _keep(self, serial: str, changes: Mapping[str, object]) -> None:
         before = self._records.of(serial) or CameraRecord(serial=serial)
-        self._records.keep(before.model_copy(update=dict(wish.changes)))
+        self._records.keep(before.model_copy(update=dict(changes)))
+
+    def _keep_exposure(self, camera: Camera) -> None:
+        by_hand = {"exposure_ns": camera.settings.exposure_ns, "exposure_auto": AutoMode.OFF}
+        self._keep(camera.info.serial, by_hand)
 
     def _ask_again(self, camera: Camera, record: CameraRecord) -> None:
         wish = CameraWish(**{name: getattr(record, name) for name in WISHED})
         try:
-            camera.configure(wish.applied_to(camera.settings))
+            self._configure(camera, wish)
         except FoveaError as error:
             _log.warning("camera %s does not take what was kept for it: %s", camera.role, error)
             self._events.emit(
@@ -158,13 +198,11 @@ class CameraDesk:
                 data={"roles": [camera.role.value], "reset": True},
             )
 
-    def _tell(self, message: str, cameras: list[Camera], *, reset: bool = False) -> None:
+    def _tell(
+        self, message: str, cameras: list[Camera], *, reset: bool = False, level: Level = Level.INFO
+    ) -> None:
         roles = [camera.role.value for camera in cameras]
-        self._events.emit("camera.settings", message, data={"roles": roles, "reset": reset})
-
-
-SENT = ("exposure_ms", "gain_db", "black_level", "frame_rate_hz", "pixel_format")
-"""The settings by the names that REST has."""
+        self._events.emit("camera.settings", message, level=level, data={"roles": roles, "reset": reset})
 
 
 def _check_free(hardware: HardwareThread) -> None:
@@ -174,3 +212,11 @@ def _check_free(hardware: HardwareThread) -> None:
 
 def _camera(rig: Rig, role: Role) -> Camera:
     return {Role.WIDE: rig.wide, Role.LEFT: rig.left, Role.RIGHT: rig.right}[role]
+
+
+def _pair(status: RigStatus) -> PairSettings:
+    """Return what both foveae run with, which is the same."""
+    left, right = (next(camera for camera in status.cameras if camera.role is role) for role in FOVEAE)
+    spans_ns = (left.ranges.exposure_ns, right.ranges.exposure_ns)
+    both_ns = Span(low=max(span.low for span in spans_ns), high=min(span.high for span in spans_ns))
+    return PairSettings(exposure_ns=left.settings.exposure_ns, gain_db=left.settings.gain_db, span_ns=both_ns)

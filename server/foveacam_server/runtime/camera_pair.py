@@ -4,15 +4,24 @@ import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from foveacam_hardware.contract import CameraRanges, CameraSettings, Span, same_exposure
+from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, Span, same_exposure
 
 TOLERANCE = 0.005
 """Of a setting's range; further apart, somebody must say which side counts."""
 
 
-Setting: TypeAlias = Literal["exposure_ms", "gain_db", "black_level", "pixel_format", "trigger"]
+Setting: TypeAlias = Literal[
+    "exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format", "trigger"
+]
 
-SETTINGS: tuple[Setting, ...] = ("exposure_ms", "gain_db", "black_level", "pixel_format", "trigger")
+SETTINGS: tuple[Setting, ...] = (
+    "exposure_ms",
+    "exposure_auto",
+    "gain_db",
+    "black_level",
+    "pixel_format",
+    "trigger",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,11 +39,14 @@ def differences(
     """Return in what the foveae differ; the frame rate does not count, as the trigger sets it.
 
     An exposure is compared on the logarithmic scale that its control has, and may be no further apart than
-    one pulse can expose.
+    one pulse can expose. Where both set theirs themselves, each has its own.
     """
+    by_hand = AutoMode.OFF in (left.exposure_auto, right.exposure_auto)
+    apart = not same_exposure(left.exposure_ns, right.exposure_ns)
     far = {
-        "exposure_ms": not same_exposure(left.exposure_ns, right.exposure_ns)
-        or _far_in_log(left.exposure_ns, right.exposure_ns, ranges.exposure_ns),
+        "exposure_ms": by_hand
+        and (apart or _far_in_log(left.exposure_ns, right.exposure_ns, ranges.exposure_ns)),
+        "exposure_auto": left.exposure_auto is not right.exposure_auto,
         "gain_db": _far(left.gain_db, right.gain_db, ranges.gain_db),
         "black_level": _far(left.black_level, right.black_level, ranges.black_level),
         "pixel_format": left.pixel_format is not right.pixel_format,
@@ -49,6 +61,7 @@ def differences(
 def _shown(settings: CameraSettings) -> dict[Setting, float | str]:
     return {
         "exposure_ms": settings.exposure_ns / 1e6,
+        "exposure_auto": settings.exposure_auto.value,
         "gain_db": settings.gain_db,
         "black_level": settings.black_level,
         "pixel_format": settings.pixel_format.value,

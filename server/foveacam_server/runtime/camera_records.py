@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from foveacam_hardware.contract import InvalidInput, PixelFormat
+from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat
 from foveacam_server.whole_file import read_document, write_document
 
 _log = logging.getLogger(__name__)
@@ -22,9 +22,11 @@ class CameraRecord(BaseModel):
 
     serial: str
     exposure_ns: int | None = Field(default=None, ge=0)
+    exposure_auto: AutoMode | None = None
     gain_db: float | None = None
     black_level: float | None = None
     frame_rate_hz: float | None = None
+    frame_rate_auto: bool | None = None
     pixel_format: PixelFormat | None = None
 
 

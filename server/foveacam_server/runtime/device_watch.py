@@ -1,7 +1,6 @@
 """Notices lost devices and their return; says when to try them. Called by the hardware thread alone."""
 
 import re
-from collections.abc import Callable
 
 from foveacam_hardware.contract import (
     CameraPhase,
@@ -13,8 +12,8 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_server.runtime.events import EventLog, Level
-from foveacam_server.runtime.ports import Rig
-from foveacam_server.runtime.rig_status import DeviceProblem
+from foveacam_server.runtime.ports import CameraKeeper, Rig
+from foveacam_server.runtime.rig_status import DeviceProblem, RigStatus
 
 FIRST_RETRY_S = 0.5
 LAST_RETRY_S = 4.0
@@ -38,11 +37,9 @@ class DeviceWatch:
     mirrors that answer well but whose exposures fail, as without a strobe cable.
     """
 
-    def __init__(
-        self, *, clock: Clock, events: EventLog, on_connect: Callable[[Rig], None] | None = None
-    ) -> None:
+    def __init__(self, *, clock: Clock, events: EventLog, keeper: CameraKeeper | None = None) -> None:
         self._clock = clock
-        self._on_connect = on_connect
+        self._keeper = keeper
         self._events = events
         self._problems: dict[str, DeviceProblem] = {}
         self._told: tuple[DeviceProblem, ...] = ()
@@ -92,8 +89,8 @@ class DeviceWatch:
         """Try every missing device; tell whether the mirrors answer and were parked just now."""
         mirrors_were_lost = MIRRORS in self._problems or not rig.mirrors.state.connected
         rig.connect()
-        if self._on_connect is not None:
-            self._on_connect(rig)
+        if self._keeper is not None:
+            self._keeper.restore(rig)
         failed = {problem.device: problem.detail for problem in rig.problems}
         for device, detail in failed.items():
             self.fault(device, detail=detail)
@@ -149,6 +146,13 @@ class DeviceWatch:
     def wide_failed(self, error: FoveaError) -> None:
         """Write down that the wide camera does not deliver."""
         self.fault(WIDE, detail=str(error))
+
+    def seen(self, rig: Rig, status: RigStatus) -> None:
+        """Learn from a look at every device."""
+        if status.pan_tilt is not None:
+            self.pan_tilt_seen(status.pan_tilt.state)
+        if self._keeper is not None:
+            self._keeper.notice(rig)
 
     def pan_tilt_seen(self, state: PanTiltState) -> None:
         """Write down whether the pan-tilt can be used."""

@@ -29,7 +29,7 @@ from foveacam_server.runtime.exclusive_head import ExclusiveHead
 from foveacam_server.runtime.halting import bring_to_rest
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.runtime.mirror_care import MirrorCare
-from foveacam_server.runtime.ports import PictureSink, Rig
+from foveacam_server.runtime.ports import CameraKeeper, PictureSink, Rig
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
 
 _log = logging.getLogger(__name__)
@@ -51,13 +51,13 @@ class HardwareThread:
         clock: Clock,
         overlay: OverlayOf,
         limits: LiveRates,
-        on_connect: Callable[[Rig], None] | None = None,
+        keeper: CameraKeeper | None = None,
     ) -> None:
         self._opener = opener
         self._events = events
         self._clock = clock
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
-        self._watch = DeviceWatch(clock=clock, events=events, on_connect=on_connect)
+        self._watch = DeviceWatch(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorCare(clock=clock, watch=self._watch)
         """Keeps their controller under watch, and their rail as the operator wants it."""
         self._commands = CommandQueue()
@@ -238,7 +238,7 @@ class HardwareThread:
             self._park_again_if_halted(rig)
         self._watch.look_succeeded()
         if not self._halted.is_set():
-            self._gaze = volts
+            self._gaze = sighting.volts if rig.replayed else volts
         self._live.show_sighting(sighting)
         return sighting
 
@@ -282,8 +282,7 @@ class HardwareThread:
         before, state = self._status.state, self._state()
         problems, rates, gaze = self._watch.problems, self._live.rates, self._gaze
         self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)
-        if self._status.pan_tilt is not None:
-            self._watch.pan_tilt_seen(self._status.pan_tilt.state)
+        self._watch.seen(rig, self._status)
         if state is not before:
             self._tell_state(state)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
+from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.settle_times import SettleTimes
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
@@ -203,7 +204,7 @@ def _hardware(ground: _Ground, lore: _Lore, sights: _Sights) -> HardwareThread:
         clock=ground.clock,
         overlay=sights.overlay.of,
         limits=LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz),
-        on_connect=lore.cameras.restore,
+        keeper=lore.cameras,
     )
     ground.stack.callback(hardware.close)
     return hardware
@@ -260,8 +261,22 @@ def _follow(ground: _Ground, lore: _Lore, sights: _Sights, hardware: HardwareThr
 
 
 def _open_rig(ground: _Ground, lore: _Lore) -> Rig:
+    replay = ground.settings.replay
+    if replay is not None:
+        return _open_replay(ground, lore, replay)
     rig = open_rig(rig_config(ground.settings), clock=ground.clock, guarded=True)
     lore.calibration.choose_for(rig.rig_id)
+    lore.settling.restore(rig)
+    return rig
+
+
+def _open_replay(ground: _Ground, lore: _Lore, replay: Path) -> Rig:
+    """Return the rig that plays a recording, with the calibration that was recorded with it."""
+    from foveacam_server.runtime.replay import open_recording, playback_of
+
+    recorded = open_recording(replay)
+    rig = replay_rig(recorded, playback=playback_of(ground.settings), clock=ground.clock)
+    lore.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
     lore.settling.restore(rig)
     return rig
 

@@ -60,6 +60,11 @@ class Rig(Protocol):
         ...
 
     @property
+    def replayed(self) -> bool:
+        """Whether it plays a recording, whose mirrors go where they were recorded."""
+        ...
+
+    @property
     def scene(self) -> str | None:
         """Name of the simulated scene."""
         ...
@@ -135,6 +140,18 @@ class Rig(Protocol):
 
     def close(self) -> None:
         """Park, then release every device."""
+        ...
+
+
+class CameraKeeper(Protocol):
+    """What keeps cameras as the operator wants them; called by the hardware thread alone."""
+
+    def restore(self, rig: Rig) -> None:
+        """Give each camera that was opened what is kept for it."""
+        ...
+
+    def notice(self, rig: Rig) -> None:
+        """See what cameras have set themselves to."""
         ...
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from foveacam_hardware.contract import (
+    AutoMode,
     Camera,
     CameraSettings,
     DeviceFault,
@@ -73,8 +74,9 @@ def patience_ms(settings: CameraSettings) -> float:
 
 def probe_by_software(rig: Rig, camera: Camera) -> Probe:
     """Let a camera wait for commands, give it one, and see what comes; the settings stay so."""
+    by_hand = replace(camera.settings, exposure_auto=AutoMode.OFF)
     try:
-        camera.configure(replace(camera.settings, triggered=True, trigger_source=TriggerSource.SOFTWARE))
+        camera.configure(replace(by_hand, triggered=True, trigger_source=TriggerSource.SOFTWARE))
     except (OutOfRange, InvalidInput) as error:
         return Probe(why=str(error), possible=False)
     except FoveaError as error:
@@ -157,9 +159,8 @@ def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -
 
 def _listen(rig: Rig, camera: Camera, exposure_ns: int) -> Probe:
     """Let a camera wait for its line; return why it does not."""
-    wish = replace(
-        camera.settings, exposure_ns=exposure_ns, triggered=True, trigger_source=TriggerSource.HARDWARE
-    )
+    by_hand = replace(camera.settings, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
+    wish = replace(by_hand, triggered=True, trigger_source=TriggerSource.HARDWARE)
     try:
         camera.configure(wish)
         _await_stillness(rig, camera)
