@@ -180,7 +180,8 @@ def plan_from(document: object, *, what: str = "raster plan") -> RasterPlan:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "document"
-        raise InvalidInput(f"{what}: {where}: {first['msg']}; correct it and try again") from error
+        found = first["msg"].removeprefix("Value error, ")
+        raise InvalidInput(f"{what}: {where}: {found}; correct it and try again") from error
 
 
 def _check_version(document: dict[str, object], what: str) -> None:

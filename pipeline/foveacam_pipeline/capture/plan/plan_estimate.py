@@ -18,7 +18,7 @@ MARGIN_MS = 0.5
 REVERGE_MS = 100.0
 """Deduced: two steps of the vergence loop, each a look of 20 ms and 29 ms of one core."""
 STORED_RATIO = {1: 0.6, 2: 0.7}
-"""PNG's size over raw, by bytes a sample; deduced: pictures of rigs, simulated and real, have 0.41 to 0.63 and
+"""PNG's size over raw, by bytes a sample; deduced: simulated and real pictures have 0.41 to 0.63 and
 0.62 to 0.69. A running capture corrects it (`corrected_ratio`)."""
 RECORD_BYTES = 2_000
 """Of index and journal, for each image."""

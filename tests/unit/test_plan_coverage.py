@@ -1,0 +1,99 @@
+"""Which part of its field a plan covers, and its picture."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import foveacam_server
+from foveacam_hardware.contract import OutOfRange, Role
+from foveacam_pipeline.capture.plan import Coverage, RasterPlan, coverage, draw_coverage, plan_from
+from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
+
+RIG120 = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+
+
+def grid(columns: int, rows: int, *, half_width_deg: float = 4.0, half_height_deg: float = 3.0) -> RasterPlan:
+    source = {
+        "kind": "grid",
+        "columns": columns,
+        "rows": rows,
+        "half_width_deg": half_width_deg,
+        "half_height_deg": half_height_deg,
+    }
+    return plan_from({"points": source, "verging": {"mode": "given", "distance_m": 5.0}})
+
+
+@pytest.fixture(scope="module")
+def dense() -> Coverage:
+    return coverage(grid(5, 5), RIG120)
+
+
+@pytest.fixture(scope="module")
+def loose() -> Coverage:
+    return coverage(grid(3, 3), RIG120)
+
+
+def test_a_dense_raster_leaves_nothing_unseen(dense: Coverage) -> None:
+    assert dense.seen_either == 1.0 and dense.seen_both == pytest.approx(1.0, abs=1e-3)
+    assert dense.outside_wide == 0
+    assert dense.warnings == ()
+
+
+def test_overlap_is_what_the_steps_leave_of_a_view(dense: Coverage) -> None:
+    # steps of 2.0° and 1.5° in views of 2.87° x 2.15°, which the mirrors turn by up to 4° here
+    assert dense.overlap_across == pytest.approx(1.0 - 2.0 / 2.87, abs=0.05)
+    assert dense.overlap_down == pytest.approx(1.0 - 1.5 / 2.15, abs=0.05)
+
+
+def test_gaps_between_neighbours_are_told_before_the_start(loose: Coverage) -> None:
+    assert (loose.overlap_across, loose.overlap_down) == (0.0, 0.0)
+    told = " ".join(loose.warnings)
+    assert "do not overlap those beside them" in told and "do not overlap those below them" in told
+    assert f"{100 * (1 - loose.seen_either):.1f} % of the field is seen by neither eye" in told
+
+
+def test_the_share_seen_is_the_views_area_over_the_fields(loose: Coverage) -> None:
+    # of 9 views of 2.87° x 2.15°, 4 quarters, 4 halves and one whole lie in the field of 8° x 6°
+    for eye in range(2):
+        share = float((loose.field & (loose.counts[eye] > 0)).sum() / loose.field.sum())
+        assert share == pytest.approx(4 * 2.87 * 2.15 / 48.0, abs=0.03)
+        assert loose.seen_both < share < loose.seen_either
+
+
+def test_footprints_are_the_calibrations_own(loose: Coverage) -> None:
+    volts = RIG120.steer(0.0, 0.0, distance_m=5.0)
+    for eye, role in enumerate((Role.LEFT, Role.RIGHT)):
+        expected = fovea_footprint_px(RIG120, role, eye_volts(volts, role), 5.0)
+        np.testing.assert_allclose(loose.footprints_px[4, eye], expected, atol=1e-6)
+
+
+def test_set_points_overlap_with_their_nearest() -> None:
+    near = coverage(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5\n9,0,30"}}), RIG120)
+    assert near.overlap_across == near.overlap_down == 0.0
+    pair = coverage(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5"}}), RIG120)
+    assert pair.overlap_across == pytest.approx(1.0 - 1.0 / 2.87, abs=0.05)
+    assert pair.seen_either == 1.0
+
+
+def test_a_single_point_has_no_neighbour() -> None:
+    single = coverage(plan_from({"points": {"kind": "set_points", "points": "2,1,5"}}), RIG120)
+    assert single.overlap_across is None and single.overlap_down is None
+    assert single.warnings == ()
+
+
+def test_a_point_beyond_reach_has_no_footprint() -> None:
+    with pytest.raises(OutOfRange, match="point 0"):
+        coverage(grid(3, 3, half_width_deg=12.0), RIG120)
+
+
+def test_the_picture_shows_what_is_seen_over_the_wide_view(dense: Coverage, loose: Coverage) -> None:
+    ground = np.full((1080, 1440), 100, dtype=np.uint8)
+    picture = draw_coverage(loose, ground)
+    assert picture.shape == (540, 720, 3) and picture.dtype == np.uint8
+    assert picture[5, 5].tolist() == [100, 100, 100]  # beyond the field nothing is drawn
+    unseen = loose.field & (loose.counts == 0).all(axis=0)
+    both = (loose.counts > 0).all(axis=0)
+    assert np.median(picture[unseen][:, 1]) == 100
+    assert np.median(picture[both][:, 1]) > 120  # green
+    assert (draw_coverage(dense) != draw_coverage(loose)).any()
