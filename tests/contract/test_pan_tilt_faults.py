@@ -1,75 +1,26 @@
-"""What the Grbl driver does when board, line or people do not do what they should; on virtual time."""
+"""What a pan-tilt's driver does when board, line or people do not do what they should; on virtual time.
 
-import math
+Every kind of board; what only one of them does is in `test_grbl_faults` and `test_ptu_faults`.
+"""
+
 from collections.abc import Iterator
 
 import pytest
 
-from foveacam_hardware.contract import (
-    Busy,
-    DeviceFault,
-    NotConnected,
-    PanTiltLimits,
-    PanTiltPose,
-    PanTiltState,
-    VirtualClock,
-)
-from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
-from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.contract import Busy, DeviceFault, NotConnected, PanTiltState
 from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
-from foveacam_hardware.sim.pan_tilt import TurningHistory
 
-POLL_NS = 20_000_000
-
-
-def bearing(pan_deg: float, tilt_deg: float) -> PanTiltPose:
-    return PanTiltPose(pan_rad=math.radians(pan_deg), tilt_rad=math.radians(tilt_deg))
+from .pan_tilt_boards import KINDS, Bench, Kind, bearing
 
 
-class Bench:
-    """A board in this process and its driver, on virtual time."""
-
-    def __init__(self, *, zero_deg: tuple[float, float] = (72.0, 32.0), has_switches: bool = True) -> None:
-        self.clock = VirtualClock(1_000_000_000)
-        self.rig = TurningHistory()
-        self.board = GrblLoopback(self.clock, self.rig)
-        low, high = bearing(-70.0, -30.0), bearing(70.0, 30.0)
-        self.driver = GrblPanTilt(
-            self.board.open,
-            self.clock,
-            limits=PanTiltLimits(
-                pan_min_rad=low.pan_rad,
-                pan_max_rad=high.pan_rad,
-                tilt_min_rad=low.tilt_rad,
-                tilt_max_rad=high.tilt_rad,
-            ),
-            mounting=GrblMounting(zero=bearing(*zero_deg), has_switches=has_switches),
-        )
-
-    def wait(self, wait_s: float) -> PanTiltState:
-        """Look on for a while, as a procedure does."""
-        end_ns = self.clock.now_ns() + round(wait_s * 1e9)
-        while self.clock.now_ns() < end_ns:
-            self.clock.sleep_until_ns(min(end_ns, self.clock.now_ns() + POLL_NS))
-            state = self.driver.state
-        return state
-
-    def rest(self) -> PanTiltState:
-        for _ in range(10_000):
-            if not (state := self.driver.state).moving:
-                return state
-            self.clock.sleep_until_ns(self.clock.now_ns() + POLL_NS)
-        raise AssertionError("it never came to rest")
-
-    @property
-    def place_deg(self) -> tuple[float, float]:
-        return self.rig.bearing_deg(self.clock.now_ns())
+@pytest.fixture(params=KINDS)
+def kind(request: pytest.FixtureRequest) -> Kind:
+    return KINDS[str(request.param)]
 
 
 @pytest.fixture
-def bench() -> Iterator[Bench]:
-    built = Bench()
+def bench(kind: Kind) -> Iterator[Bench]:
+    built = kind.make()
     built.driver.connect()
     yield built
     built.driver.close()
@@ -77,9 +28,12 @@ def bench() -> Iterator[Bench]:
 
 @pytest.fixture
 def homed(bench: Bench) -> Bench:
-    bench.driver.home()
-    bench.rest()
-    return bench
+    return bench.homed()
+
+
+def fault_of(state: PanTiltState) -> str:
+    assert state.fault is not None
+    return state.fault
 
 
 def test_before_it_is_homed_it_knows_no_place_and_will_not_move(bench: Bench) -> None:
@@ -89,59 +43,59 @@ def test_before_it_is_homed_it_knows_no_place_and_will_not_move(bench: Bench) ->
         bench.driver.move_to(bearing(1.0, 0.0))
 
 
-def test_homing_is_moving_until_the_rig_points_straight_ahead(bench: Bench) -> None:
+def test_homing_is_moving_until_the_rig_points_straight_ahead(bench: Bench, kind: Kind) -> None:
+    into_s, longest_s = kind.homing_s
+    began_ns = bench.clock.now_ns()
     bench.driver.home()
 
-    state = bench.wait(1.0)
-    assert state == PanTiltState(connected=True, moving=True)
+    assert bench.wait(into_s) == PanTiltState(connected=True, moving=True)
     with pytest.raises(Busy, match="wait"):
         bench.driver.move_to(bearing(1.0, 0.0))
     with pytest.raises(Busy, match="wait"):
         bench.driver.home()
 
     assert bench.rest() == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
-    assert bench.clock.now_ns() < 12_000_000_000
+    assert bench.stands_at(0.0, 0.0)
+    assert bench.clock.now_ns() - began_ns < longest_s * 1e9
 
 
-def test_homing_that_finds_no_switch_says_so_and_can_be_done_again(bench: Bench) -> None:
-    bench.board.configure(has_switches=False)
+def test_homing_that_fails_says_so_and_can_be_done_again(bench: Bench, kind: Kind) -> None:
+    bench.board.impair(**kind.no_homing)
     bench.driver.home()
 
     state = bench.rest()
     assert not state.homed
-    assert state.fault is not None
-    assert "a reference switch was not found" in state.fault
+    assert kind.homing_failed in fault_of(state)
 
-    bench.board.configure(has_switches=True)
+    bench.board.impair(**kind.homing_again)
     bench.driver.home()
     assert bench.rest().homed
-
-
-def test_a_hold_breaks_homing_off_without_a_fault(bench: Bench) -> None:
-    bench.driver.home()
-    bench.wait(1.0)
-
-    bench.driver.hold()
-
-    assert bench.rest() == PanTiltState(connected=True)
-    stopped_deg = bench.place_deg
-    bench.wait(5.0)
-    assert bench.place_deg == stopped_deg
 
 
 def test_a_board_that_dies_while_homing_is_noticed(bench: Bench) -> None:
     bench.driver.home()
     bench.wait(0.5)
-    bench.board.configure(silent=True)
+    bench.board.impair(silent=True)
 
     state = bench.wait(100.0)
 
     assert not state.connected
-    assert state.fault is not None
-    assert "connect it again" in state.fault
+    assert not state.moving
+    assert "connect it again" in fault_of(state)
 
 
-def test_a_limit_switch_stops_everything_until_it_is_homed_again(homed: Bench) -> None:
+def test_a_board_that_restarts_while_homing_has_failed(bench: Bench) -> None:
+    bench.driver.home()
+    bench.wait(2.0)
+    bench.board.power_cycle()
+
+    state = bench.rest()
+
+    assert not state.homed
+    assert "home again" in fault_of(state)
+
+
+def test_a_limit_stops_everything_until_it_is_homed_again(homed: Bench, kind: Kind) -> None:
     homed.driver.move_to(bearing(50.0, 0.0))
     homed.wait(0.5)
     homed.board.hit_a_limit()
@@ -149,27 +103,28 @@ def test_a_limit_switch_stops_everything_until_it_is_homed_again(homed: Bench) -
 
     state = homed.rest()
     assert state.pose is None
-    assert state.fault is not None
-    assert "limit switch was hit" in state.fault
+    assert kind.limit in fault_of(state)
     with pytest.raises(DeviceFault, match="home it again"):
         homed.driver.move_to(bearing(0.0, 0.0))
 
     homed.driver.home()
     assert homed.rest() == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
+    assert homed.stands_at(0.0, 0.0)
 
 
-def test_a_board_that_restarts_has_lost_its_place(homed: Bench) -> None:
+def test_a_board_that_restarts_has_lost_its_place_and_works_again_when_homed(homed: Bench) -> None:
     homed.driver.move_to(bearing(20.0, 0.0))
     homed.rest()
     homed.board.power_cycle()
 
     state = homed.driver.state
-
     assert not state.homed
     assert state.pose is None
-    assert state.fault is not None
-    assert "restarted by itself; home it again" in state.fault
+    assert "restarted by itself; home it again" in fault_of(state)
     assert homed.wait(1.0).fault == state.fault
+
+    homed.driver.home()
+    assert homed.rest().pose == bearing(0.0, 0.0)
 
 
 def test_an_unplugged_board_is_noticed_and_comes_back(homed: Bench) -> None:
@@ -186,146 +141,104 @@ def test_an_unplugged_board_is_noticed_and_comes_back(homed: Bench) -> None:
     assert homed.driver.state == PanTiltState(connected=True)
 
 
-def test_a_silent_board_is_given_up_within_a_second(homed: Bench) -> None:
-    homed.board.configure(silent=True)
+def test_a_silent_board_is_given_up(homed: Bench, kind: Kind) -> None:
+    homed.board.impair(silent=True)
     began_ns = homed.clock.now_ns()
 
     assert not homed.driver.state.connected
 
-    assert homed.clock.now_ns() - began_ns < 1_000_000_000
+    assert homed.clock.now_ns() - began_ns < kind.silent_s * 1e9
 
 
-def test_a_port_where_nobody_speaks_grbl_is_named() -> None:
-    bench = Bench()
-    bench.board.configure(silent=True)
+def test_a_port_where_nobody_answers_is_named(kind: Kind) -> None:
+    bench = kind.make()
+    bench.board.impair(silent=True)
 
-    with pytest.raises(NotConnected, match="nothing that speaks Grbl answers there"):
+    with pytest.raises(NotConnected, match=kind.nobody):
         bench.driver.connect()
 
     assert not bench.driver.state.connected
 
 
-@pytest.mark.parametrize("skip", range(36))
-def test_a_byte_of_a_move_lost_on_its_way_never_goes_unnoticed(homed: Bench, skip: int) -> None:
-    homed.board.damage_to_device(Damage(kind=DamageKind.DROP, skip=skip))
+LOST_OF_A_MOVE = [
+    *(("grbl", DamageKind.DROP, skip) for skip in range(36)),
+    *(("ptu", damage, skip) for damage in (DamageKind.DROP, DamageKind.CORRUPT) for skip in range(18)),
+]
+
+
+@pytest.mark.parametrize(("kind", "damage", "skip"), LOST_OF_A_MOVE, indirect=["kind"])
+def test_a_byte_of_a_move_lost_on_its_way_never_goes_unnoticed(
+    homed: Bench, kind: Kind, damage: DamageKind, skip: int
+) -> None:
+    homed.board.damage_to_device(Damage(kind=damage, skip=skip, value=0x01))
+    try:
+        homed.driver.move_to(bearing(-11.0, 7.0))
+    except (DeviceFault, NotConnected):
+        assert kind.refuses_damage  # it said so at once
+    else:
+        state = homed.rest()
+        if not homed.stands_at(-11.0, 7.0, near_deg=kind.damaged_deg or None):
+            assert "again" in fault_of(state)
+    homed.rest()
+
+    if not homed.driver.state.connected:
+        assert kind.refuses_damage
+        homed.homed()
     homed.driver.move_to(bearing(-11.0, 7.0))
+    assert homed.rest().fault is None
+    assert homed.stands_at(-11.0, 7.0)
+
+
+LOST_OF_AN_ANSWER = [
+    *(("grbl", DamageKind.CORRUPT, skip) for skip in range(0, 60, 3)),
+    *(("ptu", damage, skip) for damage in (DamageKind.DROP, DamageKind.CORRUPT) for skip in range(0, 24, 2)),
+]
+
+
+@pytest.mark.parametrize(("kind", "damage", "skip"), LOST_OF_AN_ANSWER, indirect=["kind"])
+def test_a_byte_of_an_answer_lost_on_its_way_does_not_matter(
+    homed: Bench, kind: Kind, damage: DamageKind, skip: int
+) -> None:
+    homed.board.damage_to_host(Damage(kind=damage, skip=skip, value=0x15))
+
+    homed.driver.move_to(bearing(-11.0, 7.0))
+
     state = homed.rest()
-
-    if homed.place_deg != pytest.approx((-11.0, 7.0), abs=0.051):
-        assert state.fault is not None
-        assert "move it again" in state.fault
-    homed.driver.move_to(bearing(-11.0, 7.0))
-    assert homed.rest().fault is None
-    assert homed.place_deg == pytest.approx((-11.0, 7.0), abs=1e-9)
-
-
-@pytest.mark.parametrize("skip", range(0, 60, 3))
-def test_a_byte_of_an_answer_lost_on_its_way_does_not_matter(homed: Bench, skip: int) -> None:
-    homed.board.damage_to_host(Damage(kind=DamageKind.CORRUPT, skip=skip, value=0x15))
-
-    homed.driver.move_to(bearing(-11.0, 7.0))
-
-    assert homed.rest().fault is None
-    assert homed.place_deg == (-11.0, 7.0)
+    assert homed.stands_at(-11.0, 7.0)
+    assert state.fault is None or kind.refuses_damage
 
 
 def test_answers_that_come_late_belong_to_their_own_questions(homed: Bench) -> None:
-    homed.board.configure(slow_ns=250_000_000)
+    homed.board.impair(slow_ns=250_000_000)
 
     for pan_deg in (5.0, -5.0, 10.0):
         homed.driver.move_to(bearing(pan_deg, 0.0))
-        state = homed.rest()
-        assert state.fault is None
-        assert homed.place_deg == (pan_deg, 0.0)
+        assert homed.rest().fault is None
+        assert homed.stands_at(pan_deg, 0.0)
 
 
-def test_a_jog_that_another_program_stops_is_reported(homed: Bench) -> None:
+def test_a_move_that_another_program_stops_is_reported_and_it_moves_again(homed: Bench, kind: Kind) -> None:
     homed.driver.move_to(bearing(60.0, 0.0))
     homed.wait(0.5)
-    homed.board.far_end.feed(b"\x85")
+    homed.board.far_end.feed(kind.stop)
 
     state = homed.rest()
 
     assert state.homed
-    assert state.fault is not None
-    assert "stopped on its way" in state.fault
+    assert kind.stopped in fault_of(state)
     homed.driver.move_to(bearing(0.0, 0.0))
     assert homed.rest() == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
 
 
-def test_a_bearing_that_the_board_refuses_is_a_fault_in_words() -> None:
-    bench = Bench(zero_deg=(60.0, 32.0))  # the switch is said to be nearer than the limit
-    bench.driver.connect()
-    bench.driver.home()
-    bench.rest()
-
-    with pytest.raises(DeviceFault, match="beyond its travel"):
-        bench.driver.move_to(bearing(65.0, 0.0))
-
-    assert not bench.driver.state.moving
+def test_what_a_board_does_not_have_cannot_be_impaired(kind: Kind, bench: Bench) -> None:
+    other = next(found for found in KINDS.values() if found is not kind)
+    with pytest.raises(ValueError, match="this board has no"):
+        bench.board.impair(**({"steps_per_s": 1} if other is KINDS["ptu"] else {"has_switches": False}))
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({13: 1.0}, r"inches; set \$13=0"),
-        ({22: 0.0}, r"homing is switched off"),
-        ({130: 100.0}, r"pan turn by 140 deg, the board allows 100"),
-        ({131: 59.0}, r"tilt turn by 60 deg, the board allows 59"),
-    ],
-)
-def test_a_board_set_up_wrongly_is_refused_at_once(settings: dict[int, float], words: str) -> None:
-    bench = Bench()
-    bench.board.configure(settings=settings)
-
-    with pytest.raises(DeviceFault, match=words):
-        bench.driver.connect()
-
-    state = bench.driver.state
-    assert not state.connected
-    assert state.fault is not None
-
-
-def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None:
-    homed.board.configure(settings={10: 0.0})
-
-    homed.driver.move_to(bearing(4.0, 2.0))
-
-    assert homed.rest().fault is None
-    assert homed.place_deg == (4.0, 2.0)
-
-
-def test_without_switches_it_counts_from_where_it_stood() -> None:
-    bench = Bench(zero_deg=(0.0, 0.0), has_switches=False)
-    bench.board.configure(settings={20: 0.0, 22: 0.0})
-    bench.board.power_cycle()
-    bench.driver.connect()
-
-    assert bench.driver.state == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
-    with pytest.raises(DeviceFault, match="no reference switches"):
-        bench.driver.home()
-    bench.driver.move_to(bearing(9.0, -3.0))
-    assert bench.rest().fault is None
-    assert bench.place_deg == (9.0, -3.0)
-
-
-def test_a_move_left_over_by_another_program_is_stopped_by_connecting(homed: Bench) -> None:
-    homed.driver.move_to(bearing(60.0, 0.0))
-    homed.wait(0.3)
-    driver = GrblPanTilt(homed.board.open, homed.clock, limits=homed.driver.limits)
-
-    driver.connect()
-
-    assert driver.state == PanTiltState(connected=True)
-    assert homed.place_deg[0] < 30.0
-
-
-def test_the_same_session_runs_the_same_way_every_time() -> None:
+def test_the_same_session_runs_the_same_way_every_time(kind: Kind) -> None:
     def session() -> tuple[int, tuple[float, float]]:
-        bench = Bench()
-        bench.driver.connect()
-        bench.driver.home()
-        bench.rest()
+        bench = kind.make().homed()
         bench.driver.move_to(bearing(33.0, -11.0))
         bench.wait(0.4)
         bench.driver.hold()

@@ -1,9 +1,10 @@
 """What every pan-tilt of the contract does, driven by hand or by motors, in this process or behind a port."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import pytest
 
@@ -13,7 +14,6 @@ from foveacam_hardware.contract import (
     NotConnected,
     OutOfRange,
     PanTilt,
-    PanTiltLimits,
     PanTiltPose,
     PanTiltState,
     VirtualClock,
@@ -23,32 +23,27 @@ from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
-from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
-from foveacam_hardware.sim.far_ends.ptu_firmware import SECONDS_A_STEP
-from foveacam_hardware.sim.far_ends.ptu_host import PtuProcess
-from foveacam_hardware.sim.far_ends.ptu_loopback import PtuLoopback
+from foveacam_hardware.sim.far_ends.board_far_end import Impairment
+from foveacam_hardware.sim.far_ends.board_host import BoardProcess
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
+from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
 from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
 
+from .pan_tilt_boards import GRBL_STEP_DEG, PTU_STEP_DEG, bearing, reach
+
 KINDS = ("grbl loopback", "grbl process", "ptu loopback", "ptu process", "manual")
-BRISK = {24: 12_000.0, 25: 18_000.0, 110: 18_000.0, 111: 18_000.0, 120: 4000.0, 121: 4000.0}
-"""Settings of a board whose motors are quick, for tests in real time."""
+GRBL_SPEED: Impairment = {"settings": {24: 1e6, 25: 1e6, 110: 1e6, 111: 1e6, 120: 1e6, 121: 1e6}}
+PTU_SPEED: Impairment = {"steps_per_s": 2_000_000, "slow_ns": -8_000_000}
+"""Motors (and a unit) that are quick, for tests in real time: homing takes a tenth of a second."""
+GRBL_STROLL: Impairment = {"settings": {110: 3000.0, 111: 3000.0}}
+PTU_STROLL: Impairment = {"steps_per_s": 1000}
+"""Motors that take a second for 60 degrees: slow enough to be held on their way."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
-SPEED_RAD_S = math.radians(200.0)
-BRISK_STEPS_S = 400_000
-GRBL_STEP_DEG = 0.01
-PTU_STEP_DEG = SECONDS_A_STEP / 3600.0
-LIMITS = PanTiltLimits(
-    pan_min_rad=math.radians(-70.0),
-    pan_max_rad=math.radians(70.0),
-    tilt_min_rad=math.radians(-30.0),
-    tilt_max_rad=math.radians(30.0),
-)
-
-
-def bearing(pan_deg: float, tilt_deg: float) -> PanTiltPose:
-    return PanTiltPose(pan_rad=math.radians(pan_deg), tilt_rad=math.radians(tilt_deg))
+SPEED_RAD_S = math.radians(10_000.0)
+LIMITS = reach()
 
 
 @dataclass
@@ -59,6 +54,8 @@ class Bench:
     """Where the rig really stands."""
     step_deg: float = 0.0
     """Of its motors: as near as it can come to a bearing, and half of that is rounding."""
+    stroll: Callable[[], None] = lambda: None
+    """Makes its motors slow."""
 
     def stands_at(self, pan_deg: float, tilt_deg: float) -> bool:
         """Return whether the rig really points there, to the nearest step."""
@@ -81,15 +78,20 @@ class Bench:
         return self.pan_tilt
 
 
-def on_grbl(board: GrblLoopback | GrblProcess, clock: Clock) -> GrblPanTilt:
-    board.configure(settings=BRISK)
+Board: TypeAlias = BoardLoopback[GrblFarEnd] | BoardLoopback[PtuFarEnd] | BoardProcess
+
+
+def on_grbl(board: Board, clock: Clock, rig: TurningHistory) -> Bench:
+    board.impair(**GRBL_SPEED)
     mounting = GrblMounting(zero=bearing(72.0, 32.0), speed_rad_s=SPEED_RAD_S)
-    return GrblPanTilt(board.open, clock, limits=LIMITS, mounting=mounting)
+    driver = GrblPanTilt(board.open, clock, limits=LIMITS, mounting=mounting)
+    return Bench(driver, clock, rig, GRBL_STEP_DEG, lambda: board.impair(**GRBL_STROLL))
 
 
-def on_ptu(unit: PtuLoopback | PtuProcess, clock: Clock) -> PtuPanTilt:
-    unit.configure(steps_per_s=BRISK_STEPS_S)
-    return PtuPanTilt(unit.open, clock, limits=LIMITS, mounting=PtuMounting(speed_rad_s=SPEED_RAD_S))
+def on_ptu(board: Board, clock: Clock, rig: TurningHistory) -> Bench:
+    board.impair(**PTU_SPEED)
+    driver = PtuPanTilt(board.open, clock, limits=LIMITS, mounting=PtuMounting(speed_rad_s=SPEED_RAD_S))
+    return Bench(driver, clock, rig, PTU_STEP_DEG, lambda: board.impair(**PTU_STROLL))
 
 
 class Shafts:
@@ -102,48 +104,42 @@ class Shafts:
         self.rig.turn(turning)
 
 
-@pytest.fixture(scope="module")
-def grbl() -> Iterator[tuple[GrblProcess, Shafts]]:
+def started(kind: BoardKind) -> Iterator[tuple[BoardProcess, Shafts]]:
     shafts = Shafts()
-    with GrblProcess(shafts) as process:
+    with BoardProcess(kind, shafts) as process:
         process.open().close()  # it is up
         yield process, shafts
 
 
 @pytest.fixture(scope="module")
-def ptu() -> Iterator[tuple[PtuProcess, Shafts]]:
-    shafts = Shafts()
-    with PtuProcess(shafts) as process:
-        process.open().close()
-        yield process, shafts
+def grbl() -> Iterator[tuple[BoardProcess, Shafts]]:
+    yield from started(BoardKind.GRBL)
+
+
+@pytest.fixture(scope="module")
+def ptu() -> Iterator[tuple[BoardProcess, Shafts]]:
+    yield from started(BoardKind.PTU)
 
 
 @pytest.fixture(params=KINDS)
 def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
     rig = TurningHistory()
-    virtual, real = VirtualClock(1_000_000_000), MonotonicClock()
+    virtual = VirtualClock(1_000_000_000)
     match request.param:
         case "manual":
-            yield Bench(ManualPanTilt(), virtual, rig)
+            built = Bench(ManualPanTilt(), virtual, rig)
         case "grbl loopback":
-            yield from used(Bench(on_grbl(GrblLoopback(virtual, rig), virtual), virtual, rig, GRBL_STEP_DEG))
+            built = on_grbl(BoardLoopback(GrblFarEnd(virtual, rig), virtual), virtual, rig)
         case "ptu loopback":
-            yield from used(Bench(on_ptu(PtuLoopback(virtual, rig), virtual), virtual, rig, PTU_STEP_DEG))
-        case "grbl process":
-            board, shafts = request.getfixturevalue("grbl")
+            built = on_ptu(BoardLoopback(PtuFarEnd(virtual, rig), virtual), virtual, rig)
+        case process:
+            board, shafts = request.getfixturevalue(process.removesuffix(" process"))
             shafts.rig = rig
             board.power_cycle()
-            yield from used(Bench(on_grbl(board, real), real, rig, GRBL_STEP_DEG))
-        case "ptu process":
-            unit, shafts = request.getfixturevalue("ptu")
-            shafts.rig = rig
-            unit.power_cycle()
-            yield from used(Bench(on_ptu(unit, real), real, rig, PTU_STEP_DEG))
-
-
-def used(bench: Bench) -> Iterator[Bench]:
-    yield bench
-    bench.pan_tilt.close()
+            on_board = on_grbl if process.startswith("grbl") else on_ptu
+            built = on_board(board, MonotonicClock(), rig)
+    yield built
+    built.pan_tilt.close()
 
 
 def test_it_says_who_it_is_before_and_after_it_is_connected(bench: Bench) -> None:
@@ -186,6 +182,7 @@ def test_it_can_be_used_again_after_it_was_closed(bench: Bench) -> None:
 
 def test_a_move_begins_at_once_and_ends_at_rest_where_it_was_asked_for(bench: Bench) -> None:
     pan_tilt = bench.homed()
+    bench.stroll()
     pan_tilt.move_to(bearing(12.3, -7.5))
 
     assert pan_tilt.state.moving is pan_tilt.moves_itself
@@ -208,16 +205,13 @@ def test_after_homing_the_rig_points_straight_ahead(bench: Bench) -> None:
     assert bench.stands_at(0.0, 0.0)
 
 
-@pytest.mark.parametrize(("pan_deg", "tilt_deg"), [(180.1, 0.0), (0.0, 90.1), (-181.0, 0.0), (0.0, -91.0)])
-def test_a_bearing_that_it_cannot_reach_is_refused_and_nothing_moves(
-    bench: Bench, pan_deg: float, tilt_deg: float
-) -> None:
+def test_a_bearing_that_it_cannot_reach_is_refused_and_nothing_moves(bench: Bench) -> None:
     pan_tilt = bench.homed()
 
-    with pytest.raises(OutOfRange, match="outside"):
-        pan_tilt.move_to(bearing(pan_deg, tilt_deg))
-
-    assert not pan_tilt.state.moving
+    for pan_deg, tilt_deg in ((180.1, 0.0), (0.0, 90.1), (-181.0, 0.0), (0.0, -91.0)):
+        with pytest.raises(OutOfRange, match="outside"):
+            pan_tilt.move_to(bearing(pan_deg, tilt_deg))
+        assert not pan_tilt.state.moving
 
 
 def test_the_limits_themselves_can_be_reached(bench: Bench) -> None:
@@ -233,6 +227,7 @@ def test_the_limits_themselves_can_be_reached(bench: Bench) -> None:
 
 def test_a_hold_stops_it_on_its_way(bench: Bench) -> None:
     pan_tilt = bench.homed()
+    bench.stroll()
     pan_tilt.move_to(bearing(60.0, 0.0))
 
     pan_tilt.hold()
@@ -246,6 +241,7 @@ def test_a_hold_stops_it_on_its_way(bench: Bench) -> None:
 
 def test_a_hold_from_another_thread_goes_through_while_its_state_is_read(bench: Bench) -> None:
     pan_tilt = bench.homed()
+    bench.stroll()
     pan_tilt.move_to(bearing(60.0, 0.0))
 
     with ThreadPoolExecutor(1) as other:
@@ -260,6 +256,7 @@ def test_a_hold_from_another_thread_goes_through_while_its_state_is_read(bench: 
 
 def test_the_last_of_two_moves_counts(bench: Bench) -> None:
     pan_tilt = bench.homed()
+    bench.stroll()
     pan_tilt.move_to(bearing(60.0, 20.0))
 
     pan_tilt.move_to(bearing(-5.0, 1.0))

@@ -1,6 +1,6 @@
 """What every rail of the contract does, moved by hand or by a motor, in this process or behind a port."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import pytest
@@ -18,14 +18,18 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
 from foveacam_hardware.drivers.positioners.manual_rail import ManualRail
 from foveacam_hardware.rail_config import PAPER_PLACES
+from foveacam_hardware.sim.far_ends.board_host import BoardProcess
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM
-from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
 from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
 
 KINDS = ("loopback", "process", "manual")
-MOTORS = {110: 18_000.0, 111: 18_000.0, 112: 60_000.0, 120: 4000.0, 121: 4000.0, 122: 20_000.0}
-BRISK = {24: 12_000.0, 25: 60_000.0, **MOTORS}
+BRISK = dict.fromkeys((24, 25, 110, 111, 112, 120, 121, 122), 1e6)
+"""Settings of a board whose motors are quick, for tests in real time: homing takes a tenth of a second."""
+STROLL = {112: 15_000.0}
+"""A second for 250 mm: slow enough to be held on its way."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
 LIMITS = RailLimits(min_m=-0.3, max_m=0.3)
@@ -38,6 +42,8 @@ class Bench:
     clock: Clock
     rig: TurningHistory
     """Where the rig really stands."""
+    stroll: Callable[[], None] = lambda: None
+    """Makes its motor slow."""
 
     @property
     def stands_at_mm(self) -> float:
@@ -57,10 +63,11 @@ class Bench:
         return self.rail
 
 
-def motorised(board: GrblLoopback | GrblProcess, clock: Clock) -> GrblRail:
-    board.configure(settings=BRISK)
-    mounting = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.5)
-    return GrblRail(board.open, clock, limits=LIMITS, mounting=mounting)
+def motorised(board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock, rig: TurningHistory) -> Bench:
+    board.impair(settings=BRISK)
+    mounting = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=16.0)
+    rail = GrblRail(board.open, clock, limits=LIMITS, mounting=mounting)
+    return Bench(rail, clock, rig, lambda: board.impair(settings=STROLL))
 
 
 class Shafts:
@@ -74,32 +81,28 @@ class Shafts:
 
 
 @pytest.fixture(scope="module")
-def process() -> Iterator[tuple[GrblProcess, Shafts]]:
+def process() -> Iterator[tuple[BoardProcess, Shafts]]:
     shafts = Shafts()
-    with GrblProcess(shafts, has_rail=True) as board:
+    with BoardProcess(BoardKind.GRBL_WITH_RAIL, shafts) as board:
         board.open().close()  # it is up
         yield board, shafts
 
 
 @pytest.fixture(params=KINDS)
 def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
-    rig = TurningHistory()
+    rig, virtual = TurningHistory(), VirtualClock(1_000_000_000)
     match request.param:
         case "manual":
-            yield Bench(ManualRail(limits=LIMITS), VirtualClock(1_000_000_000), rig)
+            built = Bench(ManualRail(limits=LIMITS), virtual, rig)
         case "loopback":
-            clock = VirtualClock(1_000_000_000)
-            built = Bench(motorised(GrblLoopback(clock, rig, has_rail=True), clock), clock, rig)
-            yield built
-            built.rail.close()
+            built = motorised(BoardLoopback(GrblFarEnd(virtual, rig, has_rail=True), virtual), virtual, rig)
         case _:
             board, shafts = request.getfixturevalue("process")
             shafts.rig = rig
             board.power_cycle()
-            real = MonotonicClock()
-            built = Bench(motorised(board, real), real, rig)
-            yield built
-            built.rail.close()
+            built = motorised(board, MonotonicClock(), rig)
+    yield built
+    built.rail.close()
 
 
 def test_it_says_who_it_is_before_and_after_it_is_connected(bench: Bench) -> None:
@@ -152,18 +155,18 @@ def test_it_goes_to_each_of_the_papers_five_places(bench: Bench) -> None:
             assert bench.stands_at_mm == pytest.approx(1e3 * place.position_m, abs=STEP_MM)
 
 
-@pytest.mark.parametrize("position_m", [0.301, -0.301, 5.0, float("nan"), float("inf")])
-def test_a_place_that_it_cannot_reach_is_refused_and_nothing_moves(bench: Bench, position_m: float) -> None:
+def test_a_place_that_it_cannot_reach_is_refused_and_nothing_moves(bench: Bench) -> None:
     rail = bench.homed()
 
-    with pytest.raises(OutOfRange, match="outside -300 to 300 mm; choose"):
-        rail.move_to(position_m)
-
-    assert not rail.state.moving
+    for position_m in (0.301, -0.301, 5.0, float("nan"), float("inf")):
+        with pytest.raises(OutOfRange, match="outside -300 to 300 mm; choose"):
+            rail.move_to(position_m)
+        assert not rail.state.moving
 
 
 def test_a_hold_stops_it_on_its_way(bench: Bench) -> None:
     rail = bench.homed()
+    bench.stroll()
     rail.move_to(0.3)
 
     rail.hold()
@@ -177,6 +180,7 @@ def test_a_hold_stops_it_on_its_way(bench: Bench) -> None:
 
 def test_the_last_of_two_moves_counts(bench: Bench) -> None:
     rail = bench.homed()
+    bench.stroll()
     rail.move_to(0.3)
 
     rail.move_to(-0.1)

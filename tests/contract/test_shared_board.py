@@ -16,7 +16,8 @@ from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 
 POLL_NS = 20_000_000
@@ -34,7 +35,7 @@ class Bench:
     def __init__(self, *, has_rail: bool = True) -> None:
         self.clock = VirtualClock(1_000_000_000)
         self.rig = TurningHistory()
-        self.board = GrblLoopback(self.clock, self.rig, has_rail=has_rail)
+        self.board = BoardLoopback(GrblFarEnd(self.clock, self.rig, has_rail=has_rail), self.clock)
         mounting = GrblMounting(zero=bearing(72.0, 32.0))
         rail_mounting = GrblRailMounting(zero_m=0.31, speed_m_s=0.1)
         axes = [*mounting.axes(TURN), rail_mounting.axis(SLIDE)]
@@ -156,7 +157,7 @@ def test_an_alarm_is_both_devices_fault() -> None:
 
 def test_a_board_whose_rail_is_shorter_than_the_limits_is_refused() -> None:
     bench = Bench()
-    bench.board.configure(settings={132: 500.0})
+    bench.board.impair(settings={132: 500.0})
 
     with pytest.raises(DeviceFault, match=r"lets the rail move by 600 mm, the board allows 500.*\$132"):
         bench.rail.connect()

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
+from foveacam_hardware.sim.far_ends.board_host import BoardProcess
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 from foveacam_hardware.wire.grbl import LineReader
 from foveacam_hardware.wire.link import Link
@@ -22,8 +23,8 @@ def rig() -> TurningHistory:
 
 
 @pytest.fixture
-def board(rig: TurningHistory) -> Iterator[GrblProcess]:
-    with GrblProcess(rig) as process:
+def board(rig: TurningHistory) -> Iterator[BoardProcess]:
+    with BoardProcess(BoardKind.GRBL, rig) as process:
         process.open().close()
         yield process
 
@@ -37,8 +38,8 @@ def wait_for(link: Link, wanted: str) -> list[str]:
     return lines
 
 
-def test_it_homes_and_jogs_as_told_through_its_port(board: GrblProcess, rig: TurningHistory) -> None:
-    board.configure(settings=BRISK)
+def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, rig: TurningHistory) -> None:
+    board.impair(settings=BRISK)
     link = board.open()
     link.write(b"$H\n")
     wait_for(link, "ok")
@@ -57,7 +58,7 @@ def wait_for_report(link: Link) -> list[str]:
     return wait_for(link, "<")
 
 
-def test_an_unplugged_port_is_gone_and_comes_back(board: GrblProcess) -> None:
+def test_an_unplugged_port_is_gone_and_comes_back(board: BoardProcess) -> None:
     link = board.open()
     board.unplug()
 
@@ -74,7 +75,7 @@ def test_an_unplugged_port_is_gone_and_comes_back(board: GrblProcess) -> None:
 
 
 def test_closing_it_ends_the_process_and_removes_the_port(rig: TurningHistory) -> None:
-    process = GrblProcess(rig)
+    process = BoardProcess(BoardKind.GRBL, rig)
     process.open().close()
     process.close()
     process.close()

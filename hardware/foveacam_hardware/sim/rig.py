@@ -23,11 +23,13 @@ from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cameras import SimCamera
+from foveacam_hardware.sim.far_ends.board_host import BoardProcess
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM, SWITCHES_DEG
-from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
 from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 from foveacam_hardware.sim.operator import Operator
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
@@ -109,7 +111,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
     return rig
 
 
-def _stand_on_base(rig: Rig, board: GrblLoopback | GrblProcess, clock: Clock) -> None:
+def _stand_on_base(rig: Rig, board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock) -> None:
     """Give the rig its pan-tilt and its rail, both on one board."""
     axes = [*PAN_TILT_MOUNTING.axes(PAN_TILT_LIMITS), RAIL_MOUNTING.axis(RAIL_LIMITS)]
     motors = GrblBoard(board.open, clock, axes=axes, name="pan-tilt")
@@ -125,11 +127,11 @@ def _stand_on_base(rig: Rig, board: GrblLoopback | GrblProcess, clock: Clock) ->
     rig.rail_places = PAPER_PLACES
 
 
-def _board(world: World, clock: Clock, *, inline: bool) -> GrblLoopback | GrblProcess:
+def _board(world: World, clock: Clock, *, inline: bool) -> BoardLoopback[GrblFarEnd] | BoardProcess:
     """Start the pan-tilt's far end, its motors on the world's rig."""
     if not inline:
-        return GrblProcess(world, has_rail=True)
-    board = GrblLoopback(clock, world, has_rail=True)
+        return BoardProcess(BoardKind.GRBL_WITH_RAIL, world)
+    board = BoardLoopback(GrblFarEnd(clock, world, has_rail=True), clock)
     world.motors_run_to = board.advance
     return board
 

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_hardware.sim.far_ends.board_host import BoardProcess
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.sim.far_ends.grbl_host import GrblProcess
-from foveacam_hardware.sim.far_ends.grbl_loopback import GrblLoopback
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, View
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance
@@ -50,7 +51,7 @@ class Truth:
         self,
         world: World,
         controller: ControllerFarEnd | ControllerProcess,
-        pan_tilt: GrblLoopback | GrblProcess,
+        pan_tilt: BoardLoopback[GrblFarEnd] | BoardProcess,
     ) -> None:
         self.world = world
         self.pan_tilt = pan_tilt

@@ -5,9 +5,11 @@ breaks is an attribute or a method.
 """
 
 from collections import deque
+from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
+from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
 from foveacam_hardware.sim.far_ends.grbl_firmware import GrblFirmware
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.pan_tilt import PanTiltCables
@@ -33,13 +35,18 @@ class GrblFarEnd:
         self.slow_ns = 0
         self.lines_received: deque[str] = deque(maxlen=4096)
         """What the host has asked, for those who check what a driver sends."""
-        self._out: deque[tuple[int, bytes]] = deque()
+        self._out = Answers(clock, self.to_host)
         self._agenda = Agenda()
         self._reader = LineReader()
         self._inbox: deque[str] = deque()
         self.firmware = GrblFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
         if has_rail:
             self.firmware.add_rail()
+
+    @property
+    def state(self) -> str:
+        """What it is doing, in its own word."""
+        return self.firmware.state
 
     def feed(self, data: bytes) -> None:
         """Take bytes from the host, now."""
@@ -53,23 +60,28 @@ class GrblFarEnd:
 
     def take(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
-        now_ns = self._clock.now_ns()
-        data = bytearray()
-        while self._out and self._out[0][0] <= now_ns:
-            data += self.to_host.apply(self._out.popleft()[1])
-        return bytes(data)
+        return self._out.take()
 
     def next_event_ns(self) -> int | None:
         """Return when something will happen by itself; None when nothing will."""
-        planned_ns = self._agenda.next_ns()
-        answer_ns = self._out[0][0] if self._out else None
-        return min((t_ns for t_ns in (planned_ns, answer_ns) if t_ns is not None), default=None)
+        return self._out.sooner(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
         """Do everything that was due up to `t_ns`."""
         while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
+
+    def impair(self, **changes: Unpack[Impairment]) -> None:
+        """Change how it behaves; what is left out stays."""
+        refuse_others(changes, {"silent", "slow_ns", "seized", "has_switches", "settings"})
+        firmware = self.firmware
+        self.silent = changes.get("silent", self.silent)
+        self.slow_ns = changes.get("slow_ns", self.slow_ns)
+        firmware.seized = changes.get("seized", firmware.seized)
+        firmware.has_switches = changes.get("has_switches", firmware.has_switches)
+        settings = changes.get("settings", {})
+        firmware.settings.update({int(number): value for number, value in settings.items()})
 
     def power_cycle(self) -> None:
         """Lose the supply and come back, wherever the rig stands then."""
@@ -117,7 +129,4 @@ class GrblFarEnd:
     def _send(self, t_ns: int, line: str) -> None:
         if self.silent or self.unplugged:
             return
-        ready_ns = t_ns + ANSWER_NS + self.slow_ns
-        if self._out:
-            ready_ns = max(ready_ns, self._out[-1][0])
-        self._out.append((ready_ns, line.encode("ascii") + b"\r\n"))
+        self._out.say(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns)

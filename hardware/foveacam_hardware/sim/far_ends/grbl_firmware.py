@@ -46,6 +46,7 @@ SWITCHES = (*SWITCHES_DEG, RAIL_SWITCH_MM)
 AXES = "XYZ"
 EEPROM_NS = 40_000_000
 """While a setting is written, nothing is answered."""
+SEIZED_NS = 3_600_000_000_000
 MILLIMETRES_AN_INCH = 25.4
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
 _ASSIGNMENT = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
@@ -56,11 +57,12 @@ Send = Callable[[int, str], None]
 
 
 class GrblFirmware:
-    """The state machine. `has_switches` false: the reference switches' cable is off."""
+    """The state machine. `has_switches` false: their cable is off; `seized`: jogs wait for a faulty drive."""
 
     def __init__(self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send) -> None:
         self.settings = dict(SETTINGS)
         self.has_switches = True
+        self.seized = False
         self._axes = 2
         self._agenda = agenda
         self._send = send
@@ -70,7 +72,6 @@ class GrblFirmware:
         self._moving: Entry | None = None
         self._goal: Place = (0.0, 0.0, 0.0)
         self._legs: deque[tuple[int, float, float]] = deque()
-        self._locked = False
         self._acceleration = SETTINGS[120]
         self.boot(t_ns)
 
@@ -228,7 +229,8 @@ class GrblFirmware:
         self.state = "Jog"
         self._goal, pace = self._queue.popleft()
         pan, tilt, rail = (at + zero for at, zero in zip(self._goal, self._offset, strict=True))
-        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), pace), self._next_jog)
+        end_ns = t_ns + SEIZED_NS if self.seized else self.motors.move(t_ns, (pan, tilt, rail), pace)
+        self._moving = self._agenda.add(end_ns, self._next_jog)
 
     def _cancel(self, t_ns: int) -> None:
         if self.state != "Jog" or self._moving is None:

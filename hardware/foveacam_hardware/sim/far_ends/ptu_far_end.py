@@ -5,9 +5,11 @@ A host (pty process or loopback) gives it time. What breaks is an attribute or a
 
 import re
 from collections import deque
+from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
+from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
 from foveacam_hardware.sim.pan_tilt import PanTiltCables
@@ -29,11 +31,16 @@ class PtuFarEnd:
         self.slow_ns = 0
         self.words_received: deque[str] = deque(maxlen=4096)
         """What the host has asked, for those who check what a driver sends."""
-        self._out: deque[tuple[int, bytes]] = deque()
+        self._out = Answers(clock, self.to_host)
         self._agenda = Agenda()
         self._rest = b""
         self._inbox: deque[str] = deque()
         self.firmware = PtuFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
+
+    @property
+    def state(self) -> str:
+        """What it is doing, in its own word."""
+        return self.firmware.state
 
     def feed(self, data: bytes) -> None:
         """Take bytes from the host, now."""
@@ -47,23 +54,26 @@ class PtuFarEnd:
 
     def take(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
-        now_ns = self._clock.now_ns()
-        data = bytearray()
-        while self._out and self._out[0][0] <= now_ns:
-            data += self.to_host.apply(self._out.popleft()[1])
-        return bytes(data)
+        return self._out.take()
 
     def next_event_ns(self) -> int | None:
         """Return when something will happen by itself; None when nothing will."""
-        planned_ns = self._agenda.next_ns()
-        answer_ns = self._out[0][0] if self._out else None
-        return min((t_ns for t_ns in (planned_ns, answer_ns) if t_ns is not None), default=None)
+        return self._out.sooner(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
         """Do everything that was due up to `t_ns`."""
         while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
+
+    def impair(self, **changes: Unpack[Impairment]) -> None:
+        """Change how it behaves; what is left out stays."""
+        refuse_others(changes, {"silent", "slow_ns", "seized", "steps_per_s"})
+        self.silent = changes.get("silent", self.silent)
+        self.slow_ns = changes.get("slow_ns", self.slow_ns)
+        self.firmware.seized = changes.get("seized", self.firmware.seized)
+        if "steps_per_s" in changes:
+            self.firmware.hurry(changes["steps_per_s"])
 
     def power_cycle(self) -> None:
         """Lose the supply and come back, wherever the rig stands then."""
@@ -98,7 +108,4 @@ class PtuFarEnd:
     def _send(self, t_ns: int, line: str) -> None:
         if self.silent or self.unplugged:
             return
-        ready_ns = t_ns + ANSWER_NS + self.slow_ns
-        if self._out:
-            ready_ns = max(ready_ns, self._out[-1][0] + ANSWER_NS)
-        self._out.append((ready_ns, line.encode("ascii") + b"\r\n"))
+        self._out.say(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns, gap_ns=ANSWER_NS)

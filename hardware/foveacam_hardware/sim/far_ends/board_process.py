@@ -1,7 +1,7 @@
-"""The simulated FLIR unit in a process of its own: a pty for the host, a socket for the world.
+"""A simulated pan-tilt's or rail's board in a process of its own: a pty for the host, a socket for the world.
 
-`python -m foveacam_hardware.sim.far_ends.ptu_process --socket FD --port PATH` is started by
-`ptu_host.PtuProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages on the socket are JSON lines.
+`python -m foveacam_hardware.sim.far_ends.board_process --socket FD --port PATH --kind KIND` is started by
+`board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages are JSON lines.
 """
 
 import dataclasses
@@ -9,8 +9,9 @@ import sys
 from collections import deque
 
 from foveacam_hardware.contract import MonotonicClock
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind, board
 from foveacam_hardware.sim.far_ends.far_end_host import FarEndHost, connection, parser
-from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
 from foveacam_hardware.sim.far_ends.pty_port import PtyPort
 from foveacam_hardware.sim.far_ends.side_channel import Message, SideChannel
 from foveacam_hardware.sim.pan_tilt import Turning
@@ -26,15 +27,11 @@ class _WorldShafts:
         self._channel.send({"event": "turn", **dataclasses.asdict(turning)})
 
 
-def obey(far_end: PtuFarEnd, message: Message) -> Message:
-    """Do what a command says, and return the unit's status."""
+def obey(far_end: BoardFarEnd, message: Message) -> Message:
+    """Do what a command says, and return the board's status."""
     match message["command"]:
-        case "set":
-            far_end.silent = message.get("silent", far_end.silent)
-            far_end.slow_ns = message.get("slow_ns", far_end.slow_ns)
-            far_end.firmware.seized = message.get("seized", far_end.firmware.seized)
-            if "steps_per_s" in message:
-                far_end.firmware.hurry(message["steps_per_s"])
+        case "impair":
+            far_end.impair(**message["changes"])
         case "hit_a_limit":
             far_end.hit_a_limit()
         case "power_cycle":
@@ -43,16 +40,18 @@ def obey(far_end: PtuFarEnd, message: Message) -> Message:
             far_end.unplug()
         case "plug":
             far_end.plug()
-    return {"state": far_end.firmware.state}
+    return {"state": far_end.state}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the unit until its parent is gone."""
-    given = parser("simulated FLIR pan-tilt unit on a pty").parse_args(arguments)
+    """Run the board until its parent is gone."""
+    options = parser("simulated pan-tilt on a pty")
+    options.add_argument("--kind", type=BoardKind, required=True, help="who answers")
+    given = options.parse_args(arguments)
     with connection(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()
         inbox: deque[Message] = deque()
-        far_end = PtuFarEnd(clock, _WorldShafts(channel))
+        far_end = board(given.kind, clock, _WorldShafts(channel))
         FarEndHost(far_end, channel, PtyPort(given.port), clock=clock, inbox=inbox).run(
             lambda message: obey(far_end, message)
         )

@@ -1,29 +1,32 @@
-"""The simulated FLIR unit in its own process, as its parent sees it: shafts, faults, port."""
+"""A simulated pan-tilt's or rail's board in its own process, as its parent sees it: shafts, faults, port."""
 
 from types import TracebackType
+from typing import Unpack
 
+from foveacam_hardware.sim.far_ends.board_far_end import Impairment
+from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage
 from foveacam_hardware.sim.far_ends.side_channel import Message
 from foveacam_hardware.sim.pan_tilt import PanTiltCables, Turning
 from foveacam_hardware.wire.link import Link, SerialLink
 
-MODULE = "foveacam_hardware.sim.far_ends.ptu_process"
+MODULE = "foveacam_hardware.sim.far_ends.board_process"
 
 
-class PtuProcess:
-    """A simulated FLIR unit in its own process, whose motors turn `cables`; a context manager.
+class BoardProcess:
+    """A simulated board in its own process, whose motors turn `cables`; a context manager.
 
     It starts while others do: `open` and the faults wait for it. Each fault returns once it is in force.
     """
 
-    def __init__(self, cables: PanTiltCables) -> None:
+    def __init__(self, kind: BoardKind, cables: PanTiltCables) -> None:
         self._cables = cables
-        self._process = FarEndProcess(MODULE, "pan-tilt", self._receive)
+        self._process = FarEndProcess(MODULE, "pan-tilt", self._receive, options=["--kind", kind.value])
         self.port = self._process.port
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
 
-    def __enter__(self) -> "PtuProcess":
+    def __enter__(self) -> "BoardProcess":
         return self
 
     def __exit__(
@@ -43,20 +46,12 @@ class PtuProcess:
         self._process.wait_until_ready()
         return SerialLink(self.port)
 
-    def configure(
-        self,
-        *,
-        silent: bool | None = None,
-        slow_ns: int | None = None,
-        seized: bool | None = None,
-        steps_per_s: int | None = None,
-    ) -> None:
-        """Change how it behaves, or how fast it can turn; what is None stays."""
-        given = {"silent": silent, "slow_ns": slow_ns, "seized": seized, "steps_per_s": steps_per_s}
-        self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
+    def impair(self, **changes: Unpack[Impairment]) -> None:
+        """Change how it behaves; what is left out stays."""
+        self._process.obey("impair", changes=changes)
 
     def damage_to_device(self, damage: Damage) -> None:
-        """Damage bytes on their way to the unit."""
+        """Damage bytes on their way to the board."""
         self._process.damage(damage, to="device")
 
     def damage_to_host(self, damage: Damage) -> None:
@@ -64,7 +59,7 @@ class PtuProcess:
         self._process.damage(damage, to="host")
 
     def hit_a_limit(self) -> None:
-        """Let the pan axis run into its limit."""
+        """Let an axis run into its limit."""
         self._process.obey("hit_a_limit")
 
     def power_cycle(self) -> None:
@@ -72,7 +67,7 @@ class PtuProcess:
         self._process.obey("power_cycle")
 
     def unplug(self) -> None:
-        """Pull its serial cable."""
+        """Pull the cable."""
         self._process.obey("unplug")
 
     def plug(self) -> None:

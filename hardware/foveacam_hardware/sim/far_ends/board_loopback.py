@@ -1,0 +1,107 @@
+"""A pan-tilt's or rail's board in the same process, on the rig's clock: a read waits on that clock.
+
+On virtual time a whole session takes no time and always runs the same way.
+"""
+
+import threading
+from typing import Generic, TypeVar, Unpack
+
+from foveacam_hardware.contract import Clock, NotConnected
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, Impairment
+from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.wire.link import Link
+
+FarEnd = TypeVar("FarEnd", bound=BoardFarEnd)
+
+
+class BoardLoopback(Generic[FarEnd]):
+    """A board in this process, with the faults of `board_host.BoardProcess`."""
+
+    def __init__(self, far_end: FarEnd, clock: Clock) -> None:
+        self.clock = clock
+        self.far_end = far_end
+        self.lock = threading.RLock()
+
+    def open(self) -> Link:
+        """Open its port, as a driver's link factory."""
+        return _BoardLink(self.far_end, self.clock, self.lock)
+
+    def close(self) -> None:
+        """Release nothing: there is no process."""
+
+    def impair(self, **changes: Unpack[Impairment]) -> None:
+        """Change how it behaves; what is left out stays."""
+        with self.lock:
+            self.far_end.impair(**changes)
+
+    def damage_to_device(self, damage: Damage) -> None:
+        """Damage bytes on their way to the board."""
+        self.far_end.to_device.add(damage)
+
+    def damage_to_host(self, damage: Damage) -> None:
+        """Damage bytes on their way to the host."""
+        self.far_end.to_host.add(damage)
+
+    def hit_a_limit(self) -> None:
+        """Let an axis run into its limit."""
+        with self.lock:
+            self.far_end.hit_a_limit()
+
+    def power_cycle(self) -> None:
+        """Switch its supply off and on."""
+        with self.lock:
+            self.far_end.power_cycle()
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        with self.lock:
+            self.far_end.unplug()
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        with self.lock:
+            self.far_end.plug()
+
+    def advance(self, t_ns: int) -> None:
+        """Let it do what was due by `t_ns`, if that has come: the world looks at it."""
+        with self.lock:
+            self.far_end.advance(min(t_ns, self.clock.now_ns()))
+
+
+class _BoardLink:
+    """A `Link` to a board in this process. A new one is what opening the port again is."""
+
+    def __init__(self, far_end: BoardFarEnd, clock: Clock, lock: threading.RLock) -> None:
+        self._far_end = far_end
+        self._clock = clock
+        self._lock = lock
+        self._open = True
+        self._check()
+
+    def write(self, data: bytes) -> None:
+        """Hand `data` to the board."""
+        with self._lock:
+            self._check()
+            self._far_end.feed(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        """Return what the board has said, letting up to `timeout_s` go by on the clock."""
+        far_end, clock = self._far_end, self._clock
+        with self._lock:
+            deadline_ns = clock.now_ns() + round(timeout_s * 1e9)
+            while True:
+                self._check()
+                far_end.advance(clock.now_ns())
+                data = far_end.take()
+                if data or clock.now_ns() >= deadline_ns:
+                    return data
+                due_ns = far_end.next_event_ns()
+                clock.sleep_until_ns(deadline_ns if due_ns is None else min(due_ns, deadline_ns))
+
+    def close(self) -> None:
+        """Release the link."""
+        self._open = False
+
+    def _check(self) -> None:
+        if self._far_end.unplugged or not self._open:
+            raise NotConnected("simulated pan-tilt: the link is gone; plug it in again and reconnect")

@@ -1,0 +1,91 @@
+"""What only a Grbl board does when it, its settings or people do not do what they should; on virtual time."""
+
+import pytest
+
+from foveacam_hardware.contract import DeviceFault, PanTiltState
+from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
+
+from .pan_tilt_boards import Bench, bearing, grbl_bench
+
+
+@pytest.fixture
+def homed() -> Bench:
+    return grbl_bench().homed()
+
+
+def test_a_hold_breaks_homing_off_without_a_fault() -> None:
+    bench = grbl_bench()
+    bench.driver.connect()
+    bench.driver.home()
+    bench.wait(1.0)
+
+    bench.driver.hold()
+
+    assert bench.rest() == PanTiltState(connected=True)
+    stopped_deg = bench.place_deg
+    bench.wait(5.0)
+    assert bench.place_deg == stopped_deg
+
+
+def test_a_bearing_that_the_board_refuses_is_a_fault_in_words() -> None:
+    bench = grbl_bench(zero_deg=(60.0, 32.0)).homed()  # the switch is said to be nearer than the limit
+
+    with pytest.raises(DeviceFault, match="beyond its travel"):
+        bench.driver.move_to(bearing(65.0, 0.0))
+
+    assert not bench.driver.state.moving
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({13: 1.0}, r"inches; set \$13=0"),
+        ({22: 0.0}, r"homing is switched off"),
+        ({130: 100.0}, r"pan turn by 140 deg, the board allows 100"),
+        ({131: 59.0}, r"tilt turn by 60 deg, the board allows 59"),
+    ],
+)
+def test_a_board_set_up_wrongly_is_refused_at_once(settings: dict[int, float], words: str) -> None:
+    bench = grbl_bench()
+    bench.board.impair(settings=settings)
+
+    with pytest.raises(DeviceFault, match=words):
+        bench.driver.connect()
+
+    state = bench.driver.state
+    assert not state.connected
+    assert state.fault is not None
+
+
+def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None:
+    homed.board.impair(settings={10: 0.0})
+
+    homed.driver.move_to(bearing(4.0, 2.0))
+
+    assert homed.rest().fault is None
+    assert homed.place_deg == (4.0, 2.0)
+
+
+def test_without_switches_it_counts_from_where_it_stood() -> None:
+    bench = grbl_bench(zero_deg=(0.0, 0.0), has_switches=False)
+    bench.board.impair(settings={20: 0.0, 22: 0.0})
+    bench.board.power_cycle()
+    bench.driver.connect()
+
+    assert bench.driver.state == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
+    with pytest.raises(DeviceFault, match="no reference switches"):
+        bench.driver.home()
+    bench.driver.move_to(bearing(9.0, -3.0))
+    assert bench.rest().fault is None
+    assert bench.place_deg == (9.0, -3.0)
+
+
+def test_a_move_left_over_by_another_program_is_stopped_by_connecting(homed: Bench) -> None:
+    homed.driver.move_to(bearing(60.0, 0.0))
+    homed.wait(0.3)
+    driver = GrblPanTilt(homed.board.open, homed.clock, limits=homed.driver.limits)
+
+    driver.connect()
+
+    assert driver.state == PanTiltState(connected=True)
+    assert homed.place_deg[0] < 30.0
