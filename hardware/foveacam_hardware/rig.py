@@ -1,7 +1,7 @@
 """A rig as one thing: opens what a configuration names, says what is missing, closes last opened first.
 
-The only module that names concrete drivers or the simulation, with `rig_cameras` for cameras, and `rig_base`
-for pan-tilt and rail.
+The only module that names concrete drivers or the simulation, with `rig_cameras` for cameras, `rig_base` for
+pan-tilt and rail, and `rig_replay` for recordings.
 """
 
 import logging
@@ -14,6 +14,7 @@ from foveacam_hardware.contract import (
     Camera,
     Clock,
     FoveaError,
+    Head,
     InvalidInput,
     MarkerPrint,
     MirrorLimits,
@@ -71,6 +72,12 @@ class Closing(Protocol):
         ...
 
 
+class SettlingHead(Head, Protocol):
+    """A head that waits after every move; `settle_us`: how long, unless a look is told otherwise."""
+
+    settle_us: int
+
+
 class Rig:
     """Three cameras, a pair of mirrors, the head that they make, and what turns it; one thread owns it.
 
@@ -84,7 +91,7 @@ class Rig:
         clock: Clock,
         mirrors: Mirrors,
         cameras: tuple[Camera, Camera, Camera],
-        head: TriggeredHead,
+        head: SettlingHead,
     ) -> None:
         self.rig_id = who.rig_id
         self.name = who.name
@@ -106,6 +113,8 @@ class Rig:
         self.rail_places: tuple[RailPlace, ...] = ()
         """Places on the rail that have names."""
         self.truth: Truth | None = None
+        self.replayed = False
+        """Whether it plays a recording: then nothing moves, and looks come as they were recorded."""
         self.problems: tuple[Problem, ...] = ()
         self._owned: list[Closing] = []
 

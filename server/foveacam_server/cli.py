@@ -1,4 +1,4 @@
-"""The `foveacam` program: serve, calibrate, bench, doctor, version.
+"""The `foveacam` program: serve, calibrate, record, recording, bench, doctor, version.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -16,6 +16,8 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.calibrate_command.commands import app as calibrate_app
+from foveacam_server.recording_command.commands import app as recording_app
+from foveacam_server.recording_command.commands import record
 from foveacam_server.settings import checked_settings
 
 app = typer.Typer(
@@ -27,6 +29,8 @@ app = typer.Typer(
 )
 
 app.add_typer(calibrate_app)
+app.add_typer(recording_app)
+app.command()(record)
 
 _USAGE_ERROR = 2
 _FAILURE = 1
@@ -48,6 +52,11 @@ DataOption = Annotated[Path | None, typer.Option(help="folder for targets, cloud
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")
 ]
+ReplayOption = Annotated[Path | None, typer.Option(help="recording (.fcap) to play instead of opening a rig")]
+ReplaySpeedOption = Annotated[
+    float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
+]
+ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 
@@ -61,6 +70,9 @@ def serve(
     token: TokenOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
+    replay: ReplayOption = None,
+    replay_speed: ReplaySpeedOption = None,
+    replay_at_end: ReplayAtEndOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
     from foveacam_server.serving import run_server  # the other commands need none of it
@@ -74,6 +86,9 @@ def serve(
         "token": token,
         "data": data,
         "calibration": calibration,
+        "replay": replay,
+        "replay_speed": replay_speed,
+        "replay_at_end": replay_at_end,
     }
     run_server(checked_settings(chosen), console=Console())
 

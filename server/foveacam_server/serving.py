@@ -76,12 +76,10 @@ class _Later:
 
 def run_server(settings: Settings, *, console: Console) -> None:
     """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
-    config = rig_config(settings)
-    if isinstance(config, SimulatedRigConfig):
-        check_simulation(config)
+    simulated = _checked_simulation(settings)
     app = create_app(settings)
     with listen(settings.host, settings.port) as listener:
-        if isinstance(config, SimulatedRigConfig):
+        if simulated:
             compile_renderer(console)
         server = _Greeting(
             uvicorn.Config(
@@ -103,6 +101,19 @@ def run_server(settings: Settings, *, console: Console) -> None:
             return  # how a person ends it
         except SystemExit as ended:  # how uvicorn tells that the application did not start
             raise _failure(app) or ended from None
+
+
+def _checked_simulation(settings: Settings) -> bool:
+    """Tell whether the rig is simulated; raise `InvalidInput` for a rig or a recording of no use."""
+    if settings.replay is not None:
+        from foveacam_server.runtime.replay import open_recording
+
+        open_recording(settings.replay).close()
+        return False
+    config = rig_config(settings)
+    if isinstance(config, SimulatedRigConfig):
+        check_simulation(config)
+    return isinstance(config, SimulatedRigConfig)
 
 
 def _failure(app: FastAPI) -> FoveaError | None:

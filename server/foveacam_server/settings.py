@@ -5,6 +5,7 @@ import secrets
 from collections.abc import Mapping
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -33,6 +34,11 @@ class Settings(BaseSettings):
     """Scene of the simulated rig: a shipped name, or the path of a scene file."""
     preset: str = "rig120"
     """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
+    replay: Path | None = None
+    """A recording to play in the place of a rig."""
+    replay_speed: float = Field(default=1.0, ge=0.25, le=4.0)
+    replay_at_end: Literal["loop", "stop"] = "loop"
+    """Whether the recording begins anew at its end."""
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None

@@ -271,6 +271,7 @@ class FakeRig:
     rig_id = "fake"
     name = "Fake rig"
     simulated = True
+    replayed = False
     scene = None
     baseline_m = 0.2
     settle_us = 14_000

@@ -165,8 +165,7 @@ class _Content(_Document):
 
 def save_calibration(calibration: Calibration, path: Path) -> None:
     """Write the calibration to `path`: whole and on disk first, then renamed into place."""
-    content = plain(calibration)
-    document = {"format": FORMAT, "version": VERSION, "hash": content_id(content), "calibration": content}
+    document = calibration_document(calibration)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -178,6 +177,12 @@ def save_calibration(calibration: Calibration, path: Path) -> None:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def calibration_document(calibration: Calibration) -> dict[str, Plain]:
+    """Return what a calibration file holds; `calibration_from` makes a calibration of it again."""
+    content = plain(calibration)
+    return {"format": FORMAT, "version": VERSION, "hash": content_id(content), "calibration": content}
 
 
 def load_calibration(path: Path) -> Calibration:

@@ -114,7 +114,14 @@ def opened_shop(choice: RigChoice) -> Iterator[Shop]:
 
 @contextmanager
 def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Workplace]:
-    """Open the rig, refuse one that lacks a device, and park it again at the end."""
+    """Open the rig as the steps see it, and park it again at the end."""
+    with opened_rig(choice, times, console=console) as rig:
+        yield workplace_of(rig, times)
+
+
+@contextmanager
+def opened_rig(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Rig]:
+    """Open and enable the rig, refuse one that lacks a device, and park it again at the end."""
     config = choice.config
     if isinstance(config, SimulatedRigConfig):
         check_simulation(config)
@@ -122,12 +129,12 @@ def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console)
     with _rig_of(config, real_time=choice.real_time) as rig:
         if rig.problems:
             told = "; ".join(f"{problem.device}: {problem.detail}" for problem in rig.problems)
-            raise NotConnected(f"calibration needs every device of the rig: {told}")
+            raise NotConnected(f"every device of the rig is needed: {told}")
         known = times.of(rig.rig_id)
         if known is not None and known.suits(rig.mirrors.low_pass_hz):
             rig.settle_us = known.settle_us
         rig.mirrors.enable()
-        yield workplace_of(rig, times)
+        yield rig
 
 
 def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) -> Rig:

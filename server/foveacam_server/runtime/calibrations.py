@@ -39,6 +39,7 @@ class CalibrationService:
         self._known: dict[str, Calibration] = {}
         self._current: Calibration | None = None
         self._rig_id: str | None = None
+        self._brought: Calibration | None = None
         self._on_change: list[Callable[[Calibration], None]] = []
         self.records = RecordStore(folder)
         self._reach_rad: Reach | None = None
@@ -86,9 +87,13 @@ class CalibrationService:
         """Call `tell` whenever another calibration comes into force."""
         self._on_change.append(tell)
 
-    def choose_for(self, rig_id: str) -> None:
-        """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated."""
+    def choose_for(self, rig_id: str, *, brought: Calibration | None = None) -> None:
+        """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated.
+
+        `brought`: came with the rig itself, as with a recording; it goes before all but a chosen file.
+        """
         self._rig_id = rig_id
+        self._brought = brought
         for path in [self._shipped / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
             self._learn(path, rig_id)
         try:
@@ -139,6 +144,10 @@ class CalibrationService:
             chosen.check_rig(rig_id)
             self._known[chosen.id] = chosen
             return chosen
+        if self._brought is not None:
+            self._brought.check_rig(rig_id)
+            self._known[self._brought.id] = self._brought
+            return self._brought
         known = self.every()
         pinned = pinned_id(self._folder, rig_id)
         if pinned in self._known:

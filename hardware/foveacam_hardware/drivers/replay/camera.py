@@ -1,0 +1,254 @@
+"""A camera that plays a recording. No threads: a frame is read from the file by its reader, when due."""
+
+import threading
+from collections.abc import Iterator
+
+from foveacam_hardware.contract import (
+    CameraCounters,
+    CameraLink,
+    CameraPhase,
+    CameraRanges,
+    CameraSettings,
+    Clock,
+    DeviceInfo,
+    Frame,
+    Image,
+    InvalidInput,
+    MirrorVolts,
+    NotConnected,
+    OutOfRange,
+    PixelFormat,
+    Role,
+    Span,
+    Timeout,
+)
+from foveacam_hardware.drivers.cameras.ranges import refuse_outside
+from foveacam_hardware.drivers.replay.source import RecordedCamera
+from foveacam_hardware.drivers.replay.tape import Tape
+
+BACKLOG = 8
+"""Frames that wait for a slow reader; older ones are dropped and counted."""
+LATEST_TIMEOUT_MS = 1000.0
+ENDED = "the recording is at its end; play it again, or in a loop"
+
+
+class ReplayCamera:
+    """One camera of a recording, behind the contract's Camera; any thread may read, each frame goes to one.
+
+    Its times are the clock's, its pictures, volts and exposures the recorded ones. Nothing can be set.
+    """
+
+    def __init__(self, role: Role, recorded: RecordedCamera, tape: Tape, *, clock: Clock) -> None:
+        self._role = role
+        self._recorded = recorded
+        self._tape = tape
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._times_ns = recorded.t_ns
+        self._settings = _settings_of(recorded, speed=tape.speed)
+        self._connected = self._started = False
+        self._epoch = 0
+        self._next = 0
+        self._delivered = self._dropped = 0
+        self._last: Frame | None = None
+
+    @property
+    def role(self) -> Role:
+        """Which eye it is."""
+        return self._role
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Which camera was recorded, and where."""
+        return self._recorded.info
+
+    @property
+    def settings(self) -> CameraSettings:
+        """What was recorded; the rate is that of the playing."""
+        return self._settings
+
+    @property
+    def counters(self) -> CameraCounters:
+        """Frames delivered and dropped since `start`."""
+        return CameraCounters(delivered=self._delivered, dropped=self._dropped)
+
+    @property
+    def ranges(self) -> CameraRanges:
+        """What was recorded, and nothing else."""
+        now = self._settings
+        return CameraRanges(
+            exposure_ns=Span(low=now.exposure_ns, high=now.exposure_ns),
+            gain_db=Span(low=now.gain_db, high=now.gain_db),
+            frame_rate_hz=Span(low=now.frame_rate_hz, high=now.frame_rate_hz),
+            black_level=Span(low=now.black_level, high=now.black_level),
+            pixel_formats=(now.pixel_format,),
+        )
+
+    @property
+    def link(self) -> CameraLink:
+        """Closed, ready or streaming; lost once the recording is over."""
+        if not self._connected:
+            return CameraLink(phase=CameraPhase.CLOSED, epoch=self._epoch)
+        if not self._started:
+            return CameraLink(phase=CameraPhase.READY, epoch=self._epoch)
+        if self._moment_ns(self._next) is None:
+            return CameraLink(phase=CameraPhase.LOST, reason=ENDED, epoch=self._epoch)
+        return CameraLink(phase=CameraPhase.STREAMING, epoch=self._epoch)
+
+    def connect(self) -> None:
+        """Be ready to play."""
+        if not self._connected:
+            self._epoch += 1
+        self._connected = True
+
+    def close(self) -> None:
+        """Stop; harmless when closed. The recording belongs to the rig."""
+        self.stop()
+        self._connected = False
+
+    def configure(self, settings: CameraSettings) -> CameraSettings:
+        """Take what it runs with already; refuse everything else."""
+        self._require_connected("configure")
+        try:
+            refuse_outside(settings, self.ranges)
+        except OutOfRange as error:
+            raise OutOfRange(f"camera {self._role}: {error}; it plays a recording") from error
+        if settings.triggered:
+            raise OutOfRange(
+                f"camera {self._role}: asked to wait for a trigger, but it plays a recording;"
+                " let it run freely"
+            )
+        return self._settings
+
+    def start(self) -> None:
+        """Begin to deliver what is exposed from now on; the counters start again."""
+        self._require_connected("start")
+        with self._lock:
+            if not self._started:
+                self._tape.begin()
+                self._delivered = self._dropped = 0
+                self._next = max(self._next, self._tape.newest(self._times_ns, self._clock.now_ns() - 1) + 1)
+                self._started = True
+
+    def stop(self) -> None:
+        """Stop delivering; the recording runs on."""
+        with self._lock:
+            self._started = False
+            self._last = None
+
+    def software_trigger(self) -> None:
+        """Refuse: nothing is exposed here."""
+        raise InvalidInput(
+            f"camera {self._role}: asked to expose, but it plays a recording; take a live camera, and"
+            " configure it as triggered by software"
+        )
+
+    def read(self, *, timeout_ms: float = 1000.0) -> Frame:
+        """Return the next frame not yet read; `Timeout` at once where the recording is at its end."""
+        deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
+        while True:
+            now_ns = self._clock.now_ns()
+            with self._lock:
+                self._require_started()
+                self._forget_old(now_ns)
+                ready_ns = self._ready_ns(self._next)
+                if ready_ns is not None and ready_ns <= now_ns:
+                    return self._deliver(self._next)
+            if ready_ns is None:
+                raise Timeout(f"camera {self._role}: {ENDED}")
+            if now_ns >= deadline_ns:
+                raise Timeout(
+                    f"camera {self._role}: no frame in time; the recording has its next one"
+                    f" {(ready_ns - now_ns) / 1e6:.0f} ms later; allow more"
+                )
+            self._clock.sleep_until_ns(min(ready_ns, deadline_ns))
+
+    def latest(self, *, max_age_ms: float) -> Frame:
+        """Return the newest frame, waiting for one when it is older than `max_age_ms`."""
+        with self._lock:
+            self._require_started()
+            now_ns = self._clock.now_ns()
+            oldest_ns = now_ns - round(max_age_ms * 1e6)
+            newest = self._newest(now_ns)
+            if newest >= self._next:
+                self._dropped += newest - self._next
+                self._next = newest
+                if (self._moment_ns(newest) or 0) >= oldest_ns:
+                    return self._deliver(newest)
+                self._dropped, self._next = self._dropped + 1, newest + 1
+            elif self._last is not None and self._last.t_ns >= oldest_ns:
+                return self._last
+        return self.read(timeout_ms=LATEST_TIMEOUT_MS)
+
+    def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
+        """Yield the next `n` frames in order."""
+        for _ in range(n):
+            yield self.read(timeout_ms=timeout_ms)
+
+    def volts_at(self, now_ns: int) -> MirrorVolts | None:
+        """Return the recorded drive of this eye's mirror at a moment of the clock."""
+        number = max(0, self._tape.newest(self._times_ns, now_ns))
+        return self._recorded.volts(number % len(self._times_ns))
+
+    def _deliver(self, number: int) -> Frame:
+        recorded = self._recorded.frame(number % len(self._times_ns))
+        self._next = number + 1
+        self._delivered += 1
+        exposure_ns = recorded.exposure_ns
+        self._last = Frame(
+            image=recorded.image,
+            role=self._role,
+            seq=number,
+            t_ns=self._moment_ns(number) or 0,
+            exposure_ns=self._settings.exposure_ns if exposure_ns is None else exposure_ns,
+            bits=recorded.bits,
+            volts=recorded.volts,
+            epoch=self._epoch,
+        )
+        return self._last
+
+    def _moment_ns(self, number: int) -> int | None:
+        return self._tape.moment_ns(self._times_ns, number)
+
+    def _ready_ns(self, number: int) -> int | None:
+        """Return when a frame's exposure is over; None: there is no such frame."""
+        moment_ns = self._moment_ns(number)
+        return None if moment_ns is None else moment_ns + self._settings.exposure_ns // 2
+
+    def _newest(self, now_ns: int) -> int:
+        return self._tape.newest(self._times_ns, now_ns - self._settings.exposure_ns // 2)
+
+    def _forget_old(self, now_ns: int) -> None:
+        oldest = self._newest(now_ns) - BACKLOG + 1
+        if oldest > self._next:
+            self._dropped += oldest - self._next
+            self._next = oldest
+
+    def _require_started(self) -> None:
+        self._require_connected("read")
+        if not self._started:
+            raise InvalidInput(f"camera {self._role}: asked for a frame, but it is stopped; start it first")
+
+    def _require_connected(self, action: str) -> None:
+        if not self._connected:
+            raise NotConnected(f"camera {self._role}: asked to {action}, but it is closed; connect it first")
+
+
+def _settings_of(recorded: RecordedCamera, *, speed: float) -> CameraSettings:
+    """Return what the recording was made with, as its first frame tells."""
+    first, times_ns = recorded.frame(0), recorded.t_ns
+    span_ns = int(times_ns[-1] - times_ns[0])
+    rate_hz = (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 1.0
+    return CameraSettings(
+        exposure_ns=first.exposure_ns or 0,
+        frame_rate_hz=rate_hz * speed,
+        pixel_format=_format_of(first.image),
+    )
+
+
+def _format_of(image: Image) -> PixelFormat:
+    """Return the format whose pictures look like this one."""
+    deep = image.dtype.itemsize > 1
+    if image.ndim == 3:
+        return PixelFormat.BAYER_RG12P if deep else PixelFormat.RGB8
+    return PixelFormat.MONO12 if deep else PixelFormat.MONO8

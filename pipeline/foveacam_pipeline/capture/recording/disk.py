@@ -1,0 +1,88 @@
+"""Appends bytes to one new file, without gathering them first; what a full disk cut off can be taken back."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput
+
+Buffer: TypeAlias = bytes | memoryview
+MOST_BUFFERS = 512
+"""In one call of the system, which allows at least 1024."""
+
+
+class Disk(Protocol):
+    """Where a recording goes. Every call may raise `OSError`."""
+
+    def append(self, buffers: Sequence[Buffer]) -> None:
+        """Write all of them at the end, in order."""
+        ...
+
+    def truncate(self, length: int) -> None:
+        """Take back what lies beyond `length` bytes."""
+        ...
+
+    def close(self) -> None:
+        """Put everything on the disk for good and let go."""
+        ...
+
+
+class FileDisk:
+    """A file that there was not before."""
+
+    def __init__(self, path: Path) -> None:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)
+        self._file = os.open(path, flags, 0o644)
+
+    def append(self, buffers: Sequence[Buffer]) -> None:
+        """Write all of them; the system may take them in parts."""
+        left = [memoryview(buffer) for buffer in buffers if len(buffer)]
+        while left:
+            taken = os.writev(self._file, left[:MOST_BUFFERS])
+            while left and taken >= len(left[0]):
+                taken -= len(left.pop(0))
+            if left and taken:
+                left[0] = left[0][taken:]
+
+    def truncate(self, length: int) -> None:
+        """Cut the file, and go on from there."""
+        os.ftruncate(self._file, length)
+        os.lseek(self._file, length, os.SEEK_SET)
+
+    def close(self) -> None:
+        """Sync and close; harmless when closed."""
+        file, self._file = self._file, -1
+        if file >= 0:
+            try:
+                os.fsync(file)
+            finally:
+                os.close(file)
+
+
+def new_file(path: Path) -> Disk:
+    """Return a new file at `path`; raise `InvalidInput` for a name in use, `DeviceFault` for a bad disk."""
+    try:
+        return FileDisk(path)
+    except FileExistsError as error:
+        raise InvalidInput(f"recording {path}: there is such a file already; give another name") from error
+    except FileNotFoundError as error:
+        raise InvalidInput(f"recording {path}: there is no folder {path.parent}; make it") from error
+    except (OSError, ValueError) as error:
+        raise DeviceFault(
+            f"recording {path}: it cannot be begun ({_why(error)}); check the folder and its disk"
+        ) from error
+
+
+def disk_failure(path: Path, error: OSError, *, kept: str) -> FoveaError:
+    """Return what ended a recording, for the operator; `kept`: what the file holds."""
+    return DeviceFault(
+        f"recording {path}: the disk took no more ({_why(error)}); {kept}; make room or choose another disk",
+        asked="write a recording",
+        found=_why(error),
+        remedy="make room or choose another disk",
+    )
+
+
+def _why(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

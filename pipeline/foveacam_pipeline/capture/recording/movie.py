@@ -1,0 +1,263 @@
+"""A recording as a film: one stream, both eyes side by side, or an anaglyph; MP4 by OpenCV's encoders."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from types import TracebackType
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import DeviceFault, InvalidInput, Role
+from foveacam_pipeline.capture.recording.pixels import eight_bit
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
+from foveacam_pipeline.capture.recording.values import RecordedFrame
+
+SUFFIX = ".mp4"
+SLOWEST_HZ, FASTEST_HZ = 0.1, 240.0
+Progress = Callable[[int, int], None]
+"""Called with frames done and frames in all."""
+
+
+class Codec(StrEnum):
+    """How a film is encoded, the best first: H.264 and VP9 play in every browser, MPEG-4 in most players."""
+
+    H264 = "avc1"
+    VP9 = "vp09"
+    MPEG4 = "mp4v"
+
+
+class Layout(StrEnum):
+    """What a film shows besides a single stream."""
+
+    SIDE_BY_SIDE = "side-by-side"
+    ANAGLYPH = "anaglyph"
+    """Left eye red, right eye cyan."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovieWish:
+    """What to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
+
+    `codec`: None takes the best that there is. `start_s`, `end_s`: part of the recording, from its begin.
+    """
+
+    show: str
+    fps: float | None = None
+    codec: Codec | None = None
+    start_s: float = 0.0
+    end_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Movie:
+    """What was made."""
+
+    path: Path
+    codec: Codec
+    fps: float
+    frames: int
+    width: int
+    height: int
+
+
+def available_codecs(folder: Path) -> tuple[Codec, ...]:
+    """Return what this machine can encode: each is tried on a small picture in `folder`."""
+    return tuple(codec for codec in Codec if _opens(folder / f".codec-{codec}{SUFFIX}", codec))
+
+
+def _opens(trial: Path, codec: Codec) -> bool:
+    try:
+        return (writer := _writer(trial, codec, fps=25.0, width=64, height=64)).isOpened()
+    finally:
+        writer.release()
+        trial.unlink(missing_ok=True)
+
+
+def _writer(path: Path, codec: Codec, *, fps: float, width: int, height: int) -> cv2.VideoWriter:
+    fourcc = cv2.VideoWriter.fourcc(*codec.value)
+    return cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, fps, (width, height))
+
+
+def export_movie(
+    recording: Recording, wish: MovieWish, target: Path, *, progress: Progress = lambda done, total: None
+) -> Movie:
+    """Write the film; what was begun is taken away when it fails or is interrupted.
+
+    Raise `InvalidInput` for what cannot be asked, `DeviceFault` where nothing can encode it.
+    """
+    _check(wish, target)
+    streams = shown_streams(recording, wish.show)
+    fps = wish.fps or streams[0].fps
+    if not SLOWEST_HZ <= fps <= FASTEST_HZ:
+        raise InvalidInput(
+            f"export: {fps:g} frames a second were found or asked; say another rate,"
+            f" {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
+        )
+    moments = _moments(streams, recording.span_ns[0], wish, fps)
+    if len(moments) == 0:
+        raise InvalidInput(f"export: {wish.show} has no frame in that part of the recording; choose another")
+    codec = _chosen(wish.codec, target.parent)
+    with _Film(target, codec, fps=fps) as film:
+        for done, picture in enumerate(_pictures(recording, streams, moments, wish.show), start=1):
+            film.add(picture)
+            progress(done, len(moments))
+    return film.made
+
+
+def _check(wish: MovieWish, target: Path) -> None:
+    if target.suffix.lower() != SUFFIX:
+        raise InvalidInput(f"export: {target.name} is no name of a film; end it in {SUFFIX}")
+    if target.exists():
+        raise InvalidInput(f"export: {target} is there already; give another name")
+    if not target.parent.is_dir():
+        raise InvalidInput(f"export: there is no folder {target.parent}; make it")
+    if wish.end_s is not None and wish.end_s <= wish.start_s:
+        raise InvalidInput(
+            f"export: it would begin at {wish.start_s:g} s and end at {wish.end_s:g} s; give a later end"
+        )
+
+
+def shown_streams(recording: Recording, show: str) -> list[Stream]:
+    """Return the streams that a film shows; the first gives the rate."""
+    if show not in [layout.value for layout in Layout]:
+        streams = [recording.stream(show)]
+    else:
+        pair = [recording.of_role(role) for role in (Role.LEFT, Role.RIGHT)]
+        streams = [stream for stream in pair if stream is not None]
+        if len(streams) < len(pair):
+            raise InvalidInput(
+                f"export: {show} needs a left and a right stream; there are"
+                f" {', '.join(recording.streams) or 'none'}"
+            )
+    empty = [stream.name for stream in streams if len(stream) == 0]
+    if empty:
+        raise InvalidInput(f"export: the stream {empty[0]} has no frames; choose another")
+    return streams
+
+
+def _moments(streams: list[Stream], begin_ns: int, wish: MovieWish, fps: float) -> NDArray[np.int64]:
+    """Return the moments of which the film has a picture."""
+    low_ns = begin_ns + round(wish.start_s * 1e9)
+    high_ns = None if wish.end_s is None else begin_ns + round(wish.end_s * 1e9)
+    times = streams[0].t_ns
+    times = times[times >= low_ns] if high_ns is None else times[(times >= low_ns) & (times < high_ns)]
+    if wish.fps is None or len(times) == 0:
+        return times
+    return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / fps).astype(np.int64)
+
+
+def _chosen(codec: Codec | None, folder: Path) -> Codec:
+    found = available_codecs(folder)
+    if codec is None and found:
+        return found[0]
+    if codec is not None and codec in found:
+        return codec
+    raise DeviceFault(
+        f"export: this machine's OpenCV encodes {', '.join(found) or 'no film at all'}"
+        f"{'' if codec is None else f', and {codec} was asked'}; choose one of these, or install"
+        " an OpenCV with FFmpeg"
+    )
+
+
+def _pictures(
+    recording: Recording, streams: list[Stream], moments: NDArray[np.int64], show: str
+) -> Iterator[NDArray[np.uint8]]:
+    """Yield (h, w, 3) RGB for every moment; a stream's picture is decoded once however often it is shown."""
+    kept: dict[str, tuple[int, NDArray[np.uint8]]] = {}
+    for t_ns in moments:
+        shown = []
+        for stream in streams:
+            index = nearest_index(stream.t_ns, int(t_ns))
+            if kept.get(stream.name, (-1, None))[0] != index:
+                kept[stream.name] = index, rgb_of(recording.frame(stream.name, index))
+            shown.append(kept[stream.name][1])
+        yield composed(shown, show)
+
+
+def rgb_of(frame: RecordedFrame) -> NDArray[np.uint8]:
+    """Return a frame's picture as (h, w, 3) RGB of eight bits."""
+    image = eight_bit(frame.image, bits=frame.bits)
+    return image if image.ndim == 3 else np.repeat(image[:, :, None], 3, axis=2)
+
+
+def composed(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
+    """Return one picture (h, w, 3) RGB of those of the streams, cut to even sides, as encoders want them."""
+    height = min(picture.shape[0] for picture in pictures)
+    width = min(picture.shape[1] for picture in pictures)
+    same = [picture[:height, :width] for picture in pictures]
+    if show == Layout.ANAGLYPH:
+        grey = [cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in same]
+        found = np.stack([grey[0], grey[1], grey[1]], axis=2)
+    else:
+        found = np.concatenate(same, axis=1)
+    return np.ascontiguousarray(found[: found.shape[0] // 2 * 2, : found.shape[1] // 2 * 2], dtype=np.uint8)
+
+
+class _Film:
+    """A film that is being written beside its name; it gets its name when it is whole."""
+
+    def __init__(self, target: Path, codec: Codec, *, fps: float) -> None:
+        self._target = target
+        self._part = target.with_name(f".{target.stem}.part{SUFFIX}")
+        self._codec = codec
+        self._fps = fps
+        self._writer: cv2.VideoWriter | None = None
+        self._frames, self._size = 0, (0, 0)
+
+    def add(self, picture: NDArray[np.uint8]) -> None:
+        """Append (h, w, 3) RGB."""
+        if self._writer is None:
+            self._size = picture.shape[1], picture.shape[0]
+            self._writer = _writer(
+                self._part, self._codec, fps=self._fps, width=self._size[0], height=self._size[1]
+            )
+            if not self._writer.isOpened():
+                raise DeviceFault(
+                    f"export: {self._codec} cannot be encoded at {self._size[0]} x {self._size[1]};"
+                    " choose another codec"
+                )
+        self._writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        self._frames += 1
+
+    @property
+    def made(self) -> Movie:
+        """What was made."""
+        width, height = self._size
+        return Movie(
+            path=self._target,
+            codec=self._codec,
+            fps=self._fps,
+            frames=self._frames,
+            width=width,
+            height=height,
+        )
+
+    def __enter__(self) -> "_Film":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._writer is not None:
+            self._writer.release()
+        try:
+            if error is None:
+                self._check_whole()
+                self._part.rename(self._target)
+        finally:
+            self._part.unlink(missing_ok=True)
+
+    def _check_whole(self) -> None:
+        """Raise `DeviceFault` unless the film has its frames: the encoder does not tell of a full disk."""
+        film = cv2.VideoCapture(str(self._part))
+        found = int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
+        film.release()
+        if found != self._frames:
+            raise DeviceFault(
+                f"export: {found} of {self._frames} frames are in the film; make room on its disk and"
+                " export again"
+            )

@@ -1,0 +1,287 @@
+"""Reads a recording by stream and time, each frame when it is asked for; one cut off, as far as it goes."""
+
+import io
+import mmap
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.recording.framing import MESSAGE_HEAD, RECORD_HEAD
+from foveacam_pipeline.capture.recording.index import (
+    UNREADABLE,
+    Entry,
+    Index,
+    Truncation,
+    index_of,
+    records_of,
+)
+from foveacam_pipeline.capture.recording.pixels import picture_of
+from foveacam_pipeline.capture.recording.session import FINALIZE, RecordedRig, rig_of
+from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
+from foveacam_pipeline.capture.recording.telemetry import descriptor_of, pose_of, told_of
+from foveacam_pipeline.capture.recording.values import (
+    DESCRIPTOR_PREFIX,
+    RAW_ENCODING,
+    TELEMETRY,
+    Descriptor,
+    FramePose,
+    RecordedFrame,
+    StreamFormat,
+    role_of,
+)
+
+NEAR = 3
+"""Messages before and after a frame among which its telemetry is looked for first."""
+
+
+class Recording:
+    """An open recording, a context manager. Frames are copies and outlive it; one thread at a time."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._file = _opened(self.path)
+        try:
+            self._map = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        except (OSError, ValueError) as error:
+            self._file.close()
+            raise InvalidInput(
+                f"recording {self.path}: it cannot be read ({error}); give a recording"
+            ) from error
+        self._data = memoryview(self._map)
+        self._unpacked: tuple[int, memoryview] | None = None
+        try:
+            self._index = index_of(self._data, self._file, what=f"recording {self.path}")
+            self._order = self._in_order(self._index)
+            self.streams = self._streams()
+        except BaseException:
+            self.close()
+            raise
+
+    # What it is -------------------------------------------------------------------------------------------
+
+    @property
+    def metadata(self) -> Mapping[str, Mapping[str, str]]:
+        """The metadata records, by name."""
+        return self._index.metadata
+
+    @property
+    def truncation(self) -> Truncation | None:
+        """What was lost, when it was cut off; None when it was not."""
+        return self._index.truncation
+
+    @property
+    def finalized(self) -> bool:
+        """Whether whoever recorded it ended it as meant."""
+        return FINALIZE in self.metadata
+
+    @cached_property
+    def rig(self) -> RecordedRig | None:
+        """The rig that it shows, with its calibration; None when it does not say."""
+        return rig_of(self.metadata, what=f"recording {self.path}")
+
+    @property
+    def slots(self) -> tuple[str, ...]:
+        """Names of the tracked boxes."""
+        topics = sorted(channel.topic for channel in self._index.channels.values())
+        return tuple(
+            topic.removeprefix(DESCRIPTOR_PREFIX) for topic in topics if topic.startswith(DESCRIPTOR_PREFIX)
+        )
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last moment at which a frame was exposed; (0, 0) without frames."""
+        shown = [stream.t_ns for stream in self.streams.values() if len(stream)]
+        if not shown:
+            return 0, 0
+        return int(min(t_ns[0] for t_ns in shown)), int(max(t_ns[-1] for t_ns in shown))
+
+    def stream(self, name: str) -> Stream:
+        """Return a stream; raise `InvalidInput` for one that there is not."""
+        if name not in self.streams:
+            raise InvalidInput(
+                f"recording {self.path}: there is no stream {name!r}; there are"
+                f" {', '.join(self.streams) or 'none'}"
+            )
+        return self.streams[name]
+
+    def of_role(self, role: Role) -> Stream | None:
+        """Return the stream of an eye; the first by name when there are several."""
+        found = [stream for _, stream in sorted(self.streams.items()) if stream.role is role]
+        return found[0] if found else None
+
+    # What it holds ----------------------------------------------------------------------------------------
+
+    def frame(self, name: str, index: int) -> RecordedFrame:
+        """Return frame `index` of a stream; negative ones count from the end."""
+        stream = self.stream(name)
+        if not -len(stream) <= index < len(stream):
+            raise InvalidInput(
+                f"recording {self.path}: frame {index} of {name} is not one of its {len(stream)};"
+                " choose another"
+            )
+        return self._frame(stream, index % len(stream))
+
+    def pose(self, name: str, index: int) -> FramePose:
+        """Return what was known of an exposure besides its picture, without reading that."""
+        self.stream(name)
+        number = self._numbers[name][index]
+        return self._pose(name, self._message(self._index.entries[number])[0], number)
+
+    def nearest(self, name: str, t_ns: int) -> RecordedFrame:
+        """Return the frame of a stream that was exposed nearest to a moment."""
+        stream = self.stream(name)
+        return self.frame(name, nearest_index(stream.t_ns, t_ns))
+
+    def frames(
+        self,
+        names: Sequence[str] | None = None,
+        *,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> Iterator[RecordedFrame]:
+        """Yield frames of some streams (None: all) in order of time, from `start_ns` to before `end_ns`."""
+        streams = [self.stream(name) for name in (names if names is not None else self.streams)]
+        moments: list[tuple[int, str, int]] = []
+        for stream in streams:
+            low = 0 if start_ns is None else int(np.searchsorted(stream.t_ns, start_ns))
+            high = len(stream) if end_ns is None else int(np.searchsorted(stream.t_ns, end_ns))
+            moments.extend((int(stream.t_ns[index]), stream.name, index) for index in range(low, high))
+        for _, name, index in sorted(moments):
+            yield self._frame(self.streams[name], index)
+
+    def descriptors(self, slot: str | None = None) -> Iterator[Descriptor]:
+        """Yield the tracked boxes of one slot, or of all, in order of time."""
+        for channel_id, channel in self._index.channels.items():
+            own = channel.topic.removeprefix(DESCRIPTOR_PREFIX)
+            if own == channel.topic or slot not in (None, own):
+                continue
+            for number in self._order.get(channel_id, ()):
+                entry = self._index.entries[number]
+                found = descriptor_of(own, bytes(self._message(entry)[1]), t_ns=entry.t_ns)
+                if found is not None:
+                    yield found
+
+    def close(self) -> None:
+        """Let go of the file; harmless when closed."""
+        if self._unpacked is not None:
+            self._unpacked[1].release()
+        self._unpacked = None
+        self._data.release()
+        self._map.close()
+        self._file.close()
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # Inside -----------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def _in_order(index: Index) -> dict[int, list[int]]:
+        """Return the numbers of each channel's entries in order of time."""
+        found: dict[int, list[int]] = {}
+        for number, entry in enumerate(index.entries):
+            found.setdefault(entry.channel, []).append(number)
+        for numbers in found.values():
+            numbers.sort(key=lambda number: index.entries[number].t_ns)
+        return found
+
+    def _streams(self) -> dict[str, Stream]:
+        found = {}
+        self._numbers: dict[str, list[int]] = {}
+        for channel in self._index.channels.values():
+            if channel.message_encoding != RAW_ENCODING:
+                continue
+            numbers = self._order.get(channel.id, [])
+            times = np.array([self._index.entries[number].t_ns for number in numbers], dtype=np.int64)
+            form = StreamFormat.of_metadata(channel.metadata, what=f"recording {self.path}: {channel.topic}")
+            found[channel.topic] = Stream(
+                name=channel.topic, role=role_of(channel.topic), form=form, t_ns=times
+            )
+            self._numbers[channel.topic] = numbers
+        return found
+
+    def _frame(self, stream: Stream, index: int) -> RecordedFrame:
+        number = self._numbers[stream.name][index]
+        entry = self._index.entries[number]
+        seq, payload = self._message(entry)
+        what = f"recording {self.path}: frame {index} of {stream.name}"
+        image = picture_of(payload, stream.form, what=what)
+        return RecordedFrame(
+            stream=stream.name,
+            index=index,
+            seq=seq,
+            t_ns=entry.t_ns,
+            image=image,
+            bits=stream.form.bits,
+            pose=self._pose(stream.name, seq, number),
+        )
+
+    def _message(self, entry: Entry) -> tuple[int, memoryview]:
+        """Return a message's number and bytes; raise `InvalidInput` for one that is not there."""
+        try:
+            records = self._data if entry.chunk < 0 else self._records(entry.chunk)
+            _, length = RECORD_HEAD.unpack_from(records, entry.offset)
+            at = entry.offset + RECORD_HEAD.size
+            channel, seq, _, _ = MESSAGE_HEAD.unpack_from(records, at)
+            if channel != entry.channel or at + length > len(records) or length < MESSAGE_HEAD.size:
+                raise ValueError("its index points elsewhere")
+            return seq, records[at + MESSAGE_HEAD.size : at + length]
+        except UNREADABLE as error:
+            raise InvalidInput(
+                f"recording {self.path}: a message at byte {entry.offset} of chunk {entry.chunk} cannot be"
+                f" read ({error}); the file is damaged there"
+            ) from error
+
+    def _records(self, chunk: int) -> memoryview:
+        place = self._index.chunks[chunk]
+        if not place.compression:
+            return records_of(self._data, place)
+        if self._unpacked is None or self._unpacked[0] != chunk:
+            self._unpacked = chunk, records_of(self._data, place)
+        return self._unpacked[1]
+
+    def _pose(self, stream: str, seq: int, number: int) -> FramePose:
+        """Return what the telemetry says of a frame, whether it was written before it or after."""
+        nearby = range(max(0, number - NEAR), min(len(self._index.entries), number + NEAR + 1))
+        for near in nearby:
+            told = self._told(self._index.entries[near])
+            if told is not None and told.get("stream") == stream and told.get("seq") == seq:
+                return pose_of(told)
+        far = self._telemetry.get((stream, seq))
+        return pose_of(None if far is None else self._told(self._index.entries[far]))
+
+    def _told(self, entry: Entry) -> dict[str, object] | None:
+        channel = self._index.channels.get(entry.channel)
+        if channel is None or channel.topic != TELEMETRY:
+            return None
+        return told_of(bytes(self._message(entry)[1]))
+
+    @cached_property
+    def _telemetry(self) -> dict[tuple[str, int], int]:
+        """Entry of every frame's telemetry, by stream and number; made when one is not beside its frame."""
+        found = {}
+        for number, entry in enumerate(self._index.entries):
+            told = self._told(entry)
+            if told is not None and isinstance(told.get("seq"), int):
+                found[str(told.get("stream")), int(str(told["seq"]))] = number
+        return found
+
+
+def _opened(path: Path) -> io.BufferedReader:
+    try:
+        return path.open("rb")
+    except FileNotFoundError as error:
+        raise InvalidInput(
+            f"recording {path}: there is no such file; give the path of a .fcap file"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"recording {path}: it cannot be opened ({error}); give a recording") from error

@@ -1,0 +1,80 @@
+"""Honest counts of a recording: of every published frame, whether it lies on the file, or why not."""
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+
+class Loss(StrEnum):
+    """Why a frame that was published is not on the file."""
+
+    QUEUE = "queue"
+    """The ring was full: the disk is slower than the cameras."""
+    FORMAT = "format"
+    """It was not of the format that its stream began with."""
+    DISK = "disk"
+    """The disk took no more."""
+    CLOSED = "closed"
+    """It came after the end."""
+    DEADLINE = "deadline"
+    """It was still waiting when finishing had to end."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreamStatistics:
+    """One stream; published = written + dropped + waiting, and waiting is 0 once the recording is over."""
+
+    published: int = 0
+    written: int = 0
+    waiting: int = 0
+    losses: dict[Loss, int] = field(default_factory=dict)
+    bytes_written: int = 0
+    first_t_ns: int | None = None
+    last_t_ns: int | None = None
+
+    @property
+    def dropped(self) -> int:
+        """Frames that are not on the file, for whatever reason."""
+        return sum(self.losses.values())
+
+    @property
+    def fps(self) -> float:
+        """Mean rate of the frames written, Hz; 0 when there are too few."""
+        if self.first_t_ns is None or self.last_t_ns is None or self.last_t_ns <= self.first_t_ns:
+            return 0.0
+        return (self.written - 1) * 1e9 / (self.last_t_ns - self.first_t_ns)
+
+    def with_published(self) -> "StreamStatistics":
+        """Count one that came."""
+        return replace(self, published=self.published + 1, waiting=self.waiting + 1)
+
+    def with_written(self, size: int, *, t_ns: int) -> "StreamStatistics":
+        """Count one that waited and is on the file, `size` bytes of it."""
+        return replace(
+            self,
+            written=self.written + 1,
+            waiting=self.waiting - 1,
+            bytes_written=self.bytes_written + size,
+            first_t_ns=t_ns if self.first_t_ns is None else min(t_ns, self.first_t_ns),
+            last_t_ns=t_ns if self.last_t_ns is None else max(t_ns, self.last_t_ns),
+        )
+
+    def with_lost(self, loss: Loss) -> "StreamStatistics":
+        """Count one that waited and will not be on the file."""
+        losses = {**self.losses, loss: self.losses.get(loss, 0) + 1}
+        return replace(self, waiting=self.waiting - 1, losses=losses)
+
+    def with_taken_back(self, size: int) -> "StreamStatistics":
+        """Count one that was written, `size` bytes, and had to make room for the file's end."""
+        losses = {**self.losses, Loss.DISK: self.losses.get(Loss.DISK, 0) + 1}
+        return replace(self, written=self.written - 1, bytes_written=self.bytes_written - size, losses=losses)
+
+    def document(self) -> dict[str, object]:
+        """Return it for people and programs."""
+        return {
+            "published": self.published,
+            "written": self.written,
+            "dropped": self.dropped,
+            "losses": {loss.value: count for loss, count in self.losses.items()},
+            "fps": round(self.fps, 3),
+            "bytes": self.bytes_written,
+        }

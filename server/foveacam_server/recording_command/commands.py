@@ -1,0 +1,109 @@
+"""What is typed: `foveacam record FILE`, `foveacam recording info FILE`, `… recording export FILE OUT`."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from foveacam_server.calibrate_command.choices import JsonOption, Wish, on_rig
+
+app = typer.Typer(
+    name="recording",
+    help="Recordings (.fcap): what one holds, and a film of it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the authors' older .fovea")]
+
+
+@on_rig(usual_scene="bench")
+def record(
+    wish: Wish,
+    file: Annotated[Path, typer.Argument(help="file to make; it must end in .fcap")],
+    *,
+    seconds: Annotated[float, typer.Option(help="how long", min=0.1, max=86_400.0)] = 10.0,
+    ax_deg: Annotated[float, typer.Option(help="where to look, degrees to the right")] = 0.0,
+    ay_deg: Annotated[float, typer.Option(help="where to look, degrees down")] = 0.0,
+    distance_m: Annotated[
+        float | None, typer.Option(help="where both eyes meet; usually infinity", min=0.5)
+    ] = None,
+    compress: Annotated[
+        bool, typer.Option("--compress", help="each frame by zlib; it may not keep up at the full rate")
+    ] = False,
+    packed: Annotated[
+        bool, typer.Option("--packed", help="grey of twelve bits in three bytes for two pixels")
+    ] = False,
+) -> None:
+    """Record all three cameras, with the mirrors' pose at every exposure."""
+    from foveacam_server.recording_command.record import RecordWish, record_rig, record_table
+
+    recorded = RecordWish(
+        file=file,
+        seconds=seconds,
+        direction_deg=(ax_deg, ay_deg),
+        distance_m=distance_m,
+        compress=compress,
+        packed=packed,
+    )
+    columns = (TextColumn("recording"), BarColumn(), TextColumn("{task.fields[told]}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=wish.as_json) as progress:
+        task = progress.add_task("recording", total=seconds, told="opening the rig")
+        found = record_rig(
+            wish, recorded, tell=lambda done_s, told: progress.update(task, completed=done_s, told=told)
+        )
+    _show(found, record_table(found), as_json=wish.as_json)
+
+
+@app.command()
+def info(file: FileArgument, *, as_json: JsonOption = False) -> None:
+    """Say what a recording holds: streams, times, rig, and what was lost."""
+    from foveacam_server.recording_command.information import information, information_table
+
+    found = information(file)
+    _show(found, information_table(found), as_json=as_json)
+
+
+@app.command()
+def export(
+    file: FileArgument,
+    target: Annotated[Path, typer.Argument(help="film to make; it must end in .mp4")],
+    *,
+    show: Annotated[
+        str | None, typer.Option(help="a stream's name, side-by-side or anaglyph; usually the wide stream")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="frames a second, resampled in time; usually as recorded")
+    ] = None,
+    codec: Annotated[str | None, typer.Option(help="avc1, vp09 or mp4v; usually the best there is")] = None,
+    start_s: Annotated[float, typer.Option(help="where to begin, seconds", min=0.0)] = 0.0,
+    end_s: Annotated[float | None, typer.Option(help="where to end, seconds", min=0.0)] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make a film (MP4) of one stream, of both eyes side by side, or as an anaglyph."""
+    from foveacam_server.recording_command.export import export_wish, film, film_table
+
+    wish = export_wish(show=show, fps=fps, codec=codec, start_s=start_s, end_s=end_s)
+    columns = (TextColumn("encoding"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=as_json) as progress:
+        task = progress.add_task("encoding", total=None)
+        found = film(
+            file,
+            wish,
+            target,
+            progress=lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    _show(found, film_table(found), as_json=as_json)
+
+
+def _show(found: Mapping[str, object], table: Table, *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(found, allow_nan=False))
+    else:
+        Console().print(table)

@@ -1,0 +1,63 @@
+"""`foveacam recording export`: a film of a recording."""
+
+from pathlib import Path
+
+from rich.table import Table
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.recording.movie import Codec, MovieWish, Progress, export_movie
+from foveacam_pipeline.capture.recording.reader import Recording
+
+WIDE = ""
+"""Shows the wide stream, whatever its name."""
+
+
+def export_wish(
+    *, show: str | None, fps: float | None, codec: str | None, start_s: float, end_s: float | None
+) -> MovieWish:
+    """Return what was asked; raise `InvalidInput` for a codec that there is not."""
+    try:
+        chosen = None if codec is None else Codec(codec)
+    except ValueError as error:
+        raise InvalidInput(
+            f"export: there is no codec {codec!r} here; choose {', '.join(Codec)} or leave it out"
+        ) from error
+    return MovieWish(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
+
+
+def film(file: Path, wish: MovieWish, target: Path, *, progress: Progress) -> dict[str, object]:
+    """Make the film and return what was made."""
+    with Recording(file) as recording:
+        show = wish.show or _wide_stream(recording)
+        asked = MovieWish(show=show, fps=wish.fps, codec=wish.codec, start_s=wish.start_s, end_s=wish.end_s)
+        made = export_movie(recording, asked, target, progress=progress)
+    return {
+        "file": str(made.path),
+        "shows": show,
+        "codec": made.codec.value,
+        "fps": round(made.fps, 3),
+        "frames": made.frames,
+        "width": made.width,
+        "height": made.height,
+        "bytes": target.stat().st_size,
+    }
+
+
+def _wide_stream(recording: Recording) -> str:
+    wide = recording.of_role(Role.WIDE)
+    if wide is None:
+        raise InvalidInput(
+            f"export: there is no wide stream; say --show and {', '.join(recording.streams) or 'none'}"
+        )
+    return wide.name
+
+
+def film_table(found: dict[str, object]) -> Table:
+    """Return what was made, for people."""
+    table = Table(title=str(found["file"]))
+    table.add_column("what")
+    table.add_column("value", justify="right")
+    for name, value in found.items():
+        if name != "file":
+            table.add_row(name, str(value))
+    return table
