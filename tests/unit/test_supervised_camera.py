@@ -94,6 +94,21 @@ def test_a_call_that_hangs_is_a_timeout_for_its_caller_and_says_what_hangs(devic
         becomes(lambda: camera.link.phase in DOWN, within_s=0.5)
 
 
+def test_a_command_does_not_wait_behind_a_call_that_hangs(device: FakeCamera) -> None:
+    patience = replace(QUICK, call_ns=60_000 * MS, alive_ns=300 * MS, abandon_ns=500 * MS)
+    with (
+        streaming(supervised(device, settings=TRIGGERED, patience=patience)) as camera,
+        hanging(device, "alive"),
+    ):
+        asked = device.calls["alive"]
+        becomes(lambda: device.calls["alive"] > asked)
+        began_s = time.monotonic()
+        with pytest.raises(Timeout, match=r"camera left: asked to configure.*asked to read a register"):
+            camera.configure(replace(TRIGGERED, gain_db=3.0))
+
+        assert time.monotonic() - began_s < 20.0  # its own deadline is a minute
+
+
 def test_a_reader_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> None:
     with streaming(supervised(device, patience=QUICK)) as camera:
         camera.read()

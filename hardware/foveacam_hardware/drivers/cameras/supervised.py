@@ -225,19 +225,31 @@ class SupervisedCamera:
     # The thread -------------------------------------------------------------------------------------------
 
     def _ask(self, name: str, work: Callable[[CameraWorker], T], *, within_ns: int) -> T:
-        """Let the thread do something; a caller waits no longer than said."""
+        """Let the thread do something; a caller waits no longer than said, nor behind a call that is late."""
         done: concurrent.futures.Future[object] = concurrent.futures.Future()
         self._inbox.put(Command(name=name, work=work, done=done))
+        began_ns = self._clock.now_ns()
         try:
-            return done.result(within_ns / 1e9)  # type: ignore[return-value]  # the future of this very work
+            return self._result(done, looks=max(1, round(within_ns / 1e9 / LOOK_S)))  # type: ignore[return-value]  # the future of this very work
         except concurrent.futures.TimeoutError:
             done.cancel()
+            took_s = (self._clock.now_ns() - began_ns) / 1e9
             late = self.link.reason or "its library has not answered yet"
             raise Timeout(
-                f"camera {self._role}: asked to {name}, and it did not within {within_ns / 1e9:.1f} s: {late}"
+                f"camera {self._role}: asked to {name}, and it did not within {took_s:.1f} s: {late}"
             ) from None
         except FoveaError as error:
             raise type(error)(f"camera {self._role}: {error}") from error
+
+    def _result(self, done: "concurrent.futures.Future[object]", *, looks: int) -> object:
+        """Wait for a command's result, looking now and then whether the thread hangs in another call."""
+        for _ in range(looks):
+            try:
+                return done.result(LOOK_S)
+            except concurrent.futures.TimeoutError:
+                if not done.done() and self._heed() is not None:
+                    break
+        return done.result(0.0)
 
     def _heed(self) -> Call | None:
         """Return the call that is late; a thread that hangs for long is replaced by another."""

@@ -30,6 +30,8 @@ class Patience:
     ask_ns: int = 300_000_000
     open_ns: int = 10_000_000_000
     call_ns: int = 5_000_000_000
+    run_ns: int = 2_000_000_000
+    """To start or to stop."""
     alive_ns: int = 500_000_000
     abandon_ns: int = 3_000_000_000
     """How long after its deadline a call that does not return is given up with its thread."""

@@ -260,7 +260,7 @@ class CameraWorker:
             self._stream(device)
 
     def _stream(self, device: CameraDevice) -> None:
-        self._held.call("start", device.start)
+        self._held.call("start", device.start, within_ns=self._patience.run_ns)
         now_ns = self._clock.now_ns()
         self._run = CameraRun(
             self._role,
@@ -278,7 +278,7 @@ class CameraWorker:
         if self._run is None:
             return
         self._forget_run()
-        self._held.call("stop", device.stop)
+        self._held.call("stop", device.stop, within_ns=self._patience.run_ns)
         self._desk.go(CameraPhase.READY, now_ns=self._clock.now_ns())
 
     def _forget_run(self) -> None:
