@@ -166,14 +166,13 @@ class _Problem:
         slope_v = np.hypot(g[3] - v * g[6], g[4] - v * g[7]) * np.abs(below) / self._unit_px
         across, across_du, across_ds = _cover(u, slope_u * state[MOVED])
         down, down_dv, down_ds = _cover(v, slope_v * state[MOVED])
-        rows = down @ self._black
-        white = 1.0 - np.einsum("nj,nj->n", rows, across)
+        rows = self._black.T @ down
+        white = 1.0 - _summed(rows, across)
         light = state[10] + (state[11] * u + state[12] * v) / HALF
-        by_u = -light * np.einsum("nj,nj->n", rows, across_du) + white * state[11] / HALF
-        by_v = -light * np.einsum("nj,nj->n", down_dv @ self._black, across) + white * state[12] / HALF
+        by_u = -light * _summed(rows, across_du) + white * state[11] / HALF
+        by_v = -light * _summed(self._black.T @ down_dv, across) + white * state[12] / HALF
         by_blur = -light * (
-            np.einsum("nj,nj->n", rows, across_ds) * slope_u
-            + np.einsum("nj,nj->n", down_ds @ self._black, across) * slope_v
+            _summed(rows, across_ds) * slope_u + _summed(self._black.T @ down_ds, across) * slope_v
         )
         by_below = -(by_u * u + by_v * v)
         jacobian = np.empty((len(x), len(state)))
@@ -229,7 +228,7 @@ class _Problem:
         """Return the rms standard error of the outer corners' coordinates."""
         scale = np.linalg.norm(jacobian, axis=0)
         scale[scale == 0.0] = 1.0
-        normal = (jacobian / scale).T @ (jacobian / scale)
+        normal = (jacobian.T @ jacobian) / np.outer(scale, scale)
         covariance = np.linalg.pinv(normal, hermitian=True)[:MOVED, :MOVED] / np.outer(
             scale[:MOVED], scale[:MOVED]
         )
@@ -243,12 +242,18 @@ class _Problem:
 
 
 def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
-    """Return how much of each cell of a row lies under a blurred point, (n, 6), and its slopes by both."""
-    offset = (place[:, None] - np.arange(-HALF, HALF + 1.0)) / blur[:, None]
+    """Return how much of each cell of a row lies under a blurred point, (6, n), and its slopes by both."""
+    sharpness = 1.0 / blur
+    offset = np.multiply.outer(-np.arange(-HALF, HALF + 1.0), sharpness) + place * sharpness
     step = ndtr(offset)
-    bell = np.exp(-0.5 * offset**2) * (1.0 / np.sqrt(2.0 * np.pi)) / blur[:, None]
-    by_blur = -bell * offset
-    return -np.diff(step, axis=1), -np.diff(bell, axis=1), -np.diff(by_blur, axis=1)
+    bell = np.exp(-0.5 * offset * offset) * (sharpness / np.sqrt(2.0 * np.pi))
+    by_blur = bell * offset
+    return step[:-1] - step[1:], bell[:-1] - bell[1:], by_blur[1:] - by_blur[:-1]
+
+
+def _summed(one: Rows, other: Rows) -> Rows:
+    """Return the sum over cells of what two arrays (6, n) have in common, (n,)."""
+    return np.asarray(np.einsum("jn,jn->n", one, other), dtype=np.float64)
 
 
 def _candidates(x0: int, y0: int, x1: int, y1: int) -> Rows:
@@ -256,7 +261,9 @@ def _candidates(x0: int, y0: int, x1: int, y1: int) -> Rows:
     width, count = x1 - x0 + 1, max(0, (x1 - x0 + 1) * (y1 - y0 + 1))
     index = np.arange(count)
     if count > LARGEST_CANDIDATES:
-        index = np.unique(np.random.default_rng(count).integers(0, count, LARGEST_CANDIDATES))
+        drawn = np.zeros(count, dtype=np.bool_)
+        drawn[np.random.default_rng(count).integers(0, count, LARGEST_CANDIDATES)] = True
+        index = np.flatnonzero(drawn)
     return np.column_stack([x0 + index % width, y0 + index // width]).astype(np.float64)
 
 
