@@ -1,0 +1,123 @@
+"""A dataset as Hugging Face's `datasets` loads it: parquet with the images inside, and a card.
+
+`load_dataset("path/of/the/export")` needs nothing else. Writing parquet needs pyarrow, the extra `export`.
+"""
+
+import json
+import shutil
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.dataset.document import DOCUMENT
+from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
+from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
+
+POINTS_A_FILE = 64
+NUMBERS = ("point", "scan", "column", "row", "bracket", "left_t_ns", "right_t_ns", "exposure_ns")
+ANGLES = (
+    "left_ax_rad", "left_ay_rad", "right_ax_rad", "right_ay_rad", "left_x_v", "left_y_v", "right_x_v",
+    "right_y_v", "aim_ax_rad", "aim_ay_rad", "distance_m", "rail_m",
+)  # fmt: skip
+PICTURES = tuple(role.value for role in (Role.LEFT, Role.RIGHT, Role.WIDE))
+
+
+def export_hugging_face(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
+    """Write data/*.parquet, README.md and the dataset's own description into an empty folder."""
+    arrow, parquet = _pyarrow()
+    schema = _schema(arrow)
+    files = [dataset[start : start + POINTS_A_FILE] for start in range(0, len(dataset), POINTS_A_FILE)]
+    (folder / "data").mkdir()
+    for number, part in enumerate(files):
+        path = folder / "data" / f"train-{number:05d}-of-{len(files):05d}.parquet"
+        with parquet.ParquetWriter(path, schema, compression="none") as writer:
+            for point in part:
+                writer.write_table(arrow.Table.from_pylist(list(rows_of(point)), schema=schema))
+                choice.told(point.index)
+    (folder / "README.md").write_text(card(dataset), encoding="utf-8")
+    shutil.copyfile(dataset.folder / DOCUMENT, folder / DOCUMENT)
+
+
+def rows_of(point: DatasetPoint) -> Iterator[dict[str, object]]:
+    """Yield one row for each bracket: numbers, and images as PNG in `datasets`' form."""
+    for bracket in point.brackets:
+        place = point.place
+        first = {
+            role: next((f for f in point.frames if f.role is role and f.bracket == bracket), None)
+            for role in (Role.LEFT, Role.RIGHT)
+        }
+        left, right = first[Role.LEFT], first[Role.RIGHT]
+        gazes = (left and left.gaze_rad, right and right.gaze_rad)
+        drives = (left and left.volts_v, right and right.volts_v)
+        numbers = (place.index, place.scan, place.column, place.row, bracket)
+        times = (left and left.t_ns, right and right.t_ns, left and left.exposure_ns)
+        pairs = [value for pair in (*gazes, *drives, place.aim_rad) for value in (pair or (None, None))]
+        yield {
+            **dict(zip(NUMBERS, (*numbers, *times), strict=True)),
+            **dict(zip(ANGLES, (*pairs, place.distance_m, place.rail_m), strict=True)),
+            **{name: _picture(point, Role(name), bracket) for name in PICTURES},
+        }
+
+
+def features() -> dict[str, dict[str, str]]:
+    """Return the columns as `datasets` names their kinds."""
+    return {
+        **{name: {"dtype": "int64", "_type": "Value"} for name in NUMBERS},
+        **{name: {"dtype": "float64", "_type": "Value"} for name in ANGLES},
+        **{name: {"_type": "Image"} for name in PICTURES},
+    }
+
+
+def card(dataset: Dataset) -> str:
+    """Return README.md: what `datasets` reads at its head, and what people do."""
+    header = dataset.document.header
+    lines = [
+        "---",
+        "license: other",
+        f"license_name: {json.dumps(header.licence)}",
+        "configs:",
+        "- config_name: default",
+        "  data_files:",
+        "  - split: train",
+        "    path: data/train-*.parquet",
+        "---",
+        f"# {header.label or dataset.folder.name}",
+        "",
+        f"{len(dataset)} points of a foveated stereo rig, taken {header.created_utc}: raw left and right "
+        "fovea and the wide view, gaze angles (rad) and mirror volts of every exposure.",
+        f"The calibration, plan and conditions are in `{DOCUMENT}`. Licence: {header.licence}.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _picture(point: DatasetPoint, role: Role, bracket: int) -> dict[str, object] | None:
+    bracket = 0 if role is Role.WIDE else bracket
+    if not any(kept.role is role and kept.bracket == bracket for kept in point.frames):
+        return None
+    frame = point.stacked(role, bracket=bracket)
+    name = f"{point.index:05d}-{role.value}-b{bracket}.png"
+    return {"bytes": bytes(encode(frame.image, Codec.PNG)), "path": name}
+
+
+def _schema(arrow: ModuleType) -> object:
+    picture = arrow.struct([("bytes", arrow.binary()), ("path", arrow.string())])
+    columns = [
+        *((name, arrow.int64()) for name in NUMBERS),
+        *((name, arrow.float64()) for name in ANGLES),
+        *((name, picture) for name in PICTURES),
+    ]
+    metadata = {"huggingface": json.dumps({"info": {"features": features()}})}
+    return arrow.schema(columns, metadata=metadata)
+
+
+def _pyarrow() -> tuple[ModuleType, ModuleType]:
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError as error:
+        raise InvalidInput(
+            "an export for Hugging Face needs pyarrow, which is not installed; "
+            "pip install 'foveacam-duo[export]'"
+        ) from error

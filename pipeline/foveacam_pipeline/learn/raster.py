@@ -1,0 +1,124 @@
+"""A raster dataset for PyTorch: one item a pair, rectified by the dataset's own calibration when asked for.
+
+torch is imported when `torch_dataset` is called, not before; without it `PairIndex` still counts.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import accumulate
+from pathlib import Path
+from types import ModuleType
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.stereo.rectify import SCALES
+from foveacam_pipeline.stereo.values import RectifiedPair
+
+
+class TorchDataset(Protocol):
+    """What `torch.utils.data.DataLoader` needs of a dataset."""
+
+    def __len__(self) -> int:
+        """Return how many items there are."""
+
+    def __getitem__(self, index: int) -> dict[str, object]:
+        """Return one item."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairPlace:
+    """Where a pair is: in which dataset, at which of its points (by position), in which bracket."""
+
+    dataset: int
+    position: int
+    bracket: int
+
+
+class PairIndex:
+    """Counts the pairs of several datasets through: each point and bracket is one."""
+
+    def __init__(self, datasets: Sequence[Dataset]) -> None:
+        self._places = [
+            [(position, bracket) for position, point in enumerate(dataset) for bracket in point.brackets]
+            for dataset in datasets
+        ]
+        self._ends = list(accumulate(len(places) for places in self._places))
+
+    def __len__(self) -> int:
+        return self._ends[-1] if self._ends else 0
+
+    def __getitem__(self, index: int) -> PairPlace:
+        count = len(self)
+        if not -count <= index < count:
+            raise IndexError(f"pair {index} was asked for, there are {count}")
+        index %= count
+        dataset = bisect_right(self._ends, index)
+        position, bracket = self._places[dataset][index - (self._ends[dataset - 1] if dataset else 0)]
+        return PairPlace(dataset=dataset, position=position, bracket=bracket)
+
+
+def torch_dataset(paths: Sequence[str | Path], *, scale: float = 0.5) -> TorchDataset:
+    """Return a `torch.utils.data.Dataset` of the pairs of all datasets; raise InvalidInput without torch.
+
+    An item: `left`, `right` (c, h, w) float32 in 0..1; `valid_left`, `valid_right` (h, w) bool; `f_px`,
+    `baseline_m`, `offset_px` float32 (total disparity = residual + offset); `dataset`, `point` and `bracket`.
+    """
+    torch = _torch()
+    if scale not in SCALES:
+        raise InvalidInput(f"pairs at scale {scale!r}: 0.5 or 1.0 is needed")
+    datasets = [Dataset.open(path) for path in paths]
+    for dataset in datasets:
+        if dataset.calibration is None:
+            raise InvalidInput(
+                f"{dataset.folder} has no calibration: it has no rectified pairs; leave it out"
+            )
+    index = PairIndex(datasets)
+
+    class RasterPairs(torch.utils.data.Dataset):  # type: ignore[name-defined,misc]  # torch may be missing
+        """Items are made in the process that asks, so that a loader's workers share the work."""
+
+        def __len__(self) -> int:
+            return len(index)
+
+        def __getitem__(self, number: int) -> dict[str, object]:
+            place = index[number]
+            point = datasets[place.dataset][place.position]
+            item = item_of(point.rectified(scale=scale, bracket=place.bracket))
+            tensors = {name: torch.from_numpy(value) for name, value in item.items()}
+            return {**tensors, "dataset": place.dataset, "point": point.index, "bracket": place.bracket}
+
+    return RasterPairs()
+
+
+def item_of(pair: RectifiedPair) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of one item."""
+    return {
+        "left": _planes(pair.left),
+        "right": _planes(pair.right),
+        "valid_left": pair.valid_left,
+        "valid_right": pair.valid_right,
+        "f_px": np.array(pair.f_px, dtype=np.float32),
+        "baseline_m": np.array(pair.baseline_m, dtype=np.float32),
+        "offset_px": np.array(pair.offset_px, dtype=np.float32),
+    }
+
+
+def _planes(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    planes = image[None] if image.ndim == 2 else np.moveaxis(image, 2, 0)
+    return np.ascontiguousarray(planes, dtype=np.float32) / np.float32(255.0)
+
+
+def _torch() -> ModuleType:
+    try:
+        import_module("torch.utils.data")
+        return import_module("torch")
+    except ImportError as error:
+        raise InvalidInput(
+            "a dataset for PyTorch needs torch, which is not installed; pip install 'foveacam-duo[learn]'"
+        ) from error
