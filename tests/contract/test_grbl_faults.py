@@ -57,6 +57,21 @@ def test_a_board_set_up_wrongly_is_refused_at_once(settings: dict[int, float], w
     assert state.fault is not None
 
 
+def test_a_board_that_says_it_moves_and_stands_still_is_stopped_and_reported(homed: Bench) -> None:
+    homed.board.impair(seized=True)
+    homed.driver.move_to(bearing(20.0, 0.0))
+    assert homed.wait(1.9).fault is None
+
+    state = homed.wait(0.5)
+
+    assert not state.moving
+    assert "has stood still for 2 s" in (state.fault or "")
+    homed.board.impair(seized=False)
+    homed.driver.move_to(bearing(20.0, 0.0))
+    assert homed.rest().fault is None
+    assert homed.stands_at(20.0, 0.0)
+
+
 def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None:
     homed.board.impair(settings={10: 0.0})
 

@@ -33,10 +33,11 @@ class FakeRail:
     def __init__(self) -> None:
         self.position_m = 0.0
         self.commands: list[str] = []
+        self.fault: str | None = None
 
     @property
     def state(self) -> RailState:
-        return RailState(connected=True, homed=True, position_m=self.position_m)
+        return RailState(connected=True, homed=True, position_m=self.position_m, fault=self.fault)
 
     def connect(self) -> None:
         return
@@ -114,6 +115,15 @@ def test_a_hold_goes_past_the_queue_while_a_job_has_the_rig(on_rail: OnRail) -> 
         on_rail.desk.hold()
 
     assert on_rail.rail.commands == ["hold"]
+
+
+def test_its_alarm_is_told_until_it_is_over_and_keeps_nobody_from_looking(on_rail: OnRail) -> None:
+    on_rail.rail.fault = "rail: alarm 1, a limit switch was hit; home it"
+    assert on_rail.setup.wait_for("device.fault")["device"] == "rail"
+    on_rail.setup.hardware.check_may_move()
+
+    on_rail.rail.fault = None
+    assert on_rail.setup.wait_for("device.recovered") == {"device": "rail"}
 
 
 def test_a_rig_without_a_rail_says_how_to_name_one(setup: Setup) -> None:

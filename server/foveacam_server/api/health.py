@@ -5,7 +5,7 @@ from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
 from foveacam_server.api.models import Told
-from foveacam_server.runtime.device_watch import PAN_TILT
+from foveacam_server.runtime.device_watch import BASE
 from foveacam_server.runtime.metrics import registry_of
 from foveacam_server.runtime.rig_status import RigState
 from foveacam_server.runtime.services import ServicesDep
@@ -51,7 +51,7 @@ async def readyz(services: ServicesDep) -> JSONResponse:
     missing = [
         ReadyProblem(device=problem.device, detail=problem.detail)
         for problem in status.problems
-        if problem.device != PAN_TILT  # nobody needs it to foveate
+        if problem.device not in BASE  # nobody needs them to foveate
     ]
     if status.state is RigState.OPENING:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))

@@ -9,6 +9,7 @@ from foveacam_hardware.contract import (
     FoveaError,
     NotConnected,
     PanTiltState,
+    RailState,
     Timeout,
 )
 from foveacam_server.runtime.events import EventLog, Level
@@ -22,9 +23,11 @@ LATE_LOOKS = 3
 """Looks in a row that may time out before a camera is called lost."""
 RETRIED = "check its cable and power; it is tried again by itself"
 
-MIRRORS, WIDE, PAN_TILT = "mirrors", "wide", "pan_tilt"
+MIRRORS, WIDE, PAN_TILT, RAIL = "mirrors", "wide", "pan_tilt", "rail"
 FOVEAE = (MIRRORS, "left", "right")
 """Devices without which there is no look."""
+BASE = (PAN_TILT, RAIL)
+"""Devices that no look needs."""
 
 _DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
 _CAMERA = re.compile(r"\bcamera (wide|left|right)\b")
@@ -44,6 +47,8 @@ class DeviceWatch:
         self._problems: dict[str, DeviceProblem] = {}
         self._told: tuple[DeviceProblem, ...] = ()
         self._probation: set[str] = set()
+        self._reached: set[str] = set()
+        """Pan-tilt and rail, where they answered when last seen."""
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = 0
         self._late_looks = 0
@@ -150,16 +155,28 @@ class DeviceWatch:
     def seen(self, rig: Rig, status: RigStatus) -> None:
         """Learn from a look at every device."""
         if status.pan_tilt is not None:
-            self.pan_tilt_seen(status.pan_tilt.state)
+            self.base_seen(PAN_TILT, status.pan_tilt.state)
+        if status.rail is not None:
+            self.base_seen(RAIL, status.rail)
         if self._keeper is not None:
             self._keeper.notice(rig)
 
-    def pan_tilt_seen(self, state: PanTiltState) -> None:
-        """Write down whether the pan-tilt can be used."""
+    def base_seen(self, device: str, state: PanTiltState | RailState) -> None:
+        """Write down whether pan-tilt or rail can be used: an alarm or a stall, and then that it is lost."""
         if state.connected and state.fault is None:
-            self._recovered(PAN_TILT)
-        else:
-            self.fault(PAN_TILT, detail=state.fault or "the pan-tilt does not answer")
+            self._reached.add(device)
+            self._recovered(device)
+            return
+        detail = state.fault or f"the {device.replace('_', '-')} does not answer"
+        if state.connected:
+            self._reached.add(device)
+            self.fault(device, detail=detail, remedy=detail.rpartition("; ")[2])
+            self._probation.add(device)  # it answers: there is nothing to try again
+            return
+        if device in self._reached:
+            self._reached.discard(device)
+            self._problems.pop(device, None)  # to be lost is told, whatever ailed it before
+        self.fault(device, detail=detail)
 
     def _ready_mirrors(self, rig: Rig) -> bool:
         try:

@@ -21,6 +21,8 @@ from foveacam_hardware.contract import (
     PanTilt,
     PanTiltLimits,
     PanTiltState,
+    Rail,
+    RailState,
     Role,
     Span,
     Station,
@@ -106,6 +108,8 @@ class RigStatus:
     max_v: float = 0.0
     """Largest differential drive of the mirrors."""
     pan_tilt: PanTiltStatus | None = None
+    rail: RailState | None = None
+    """None when it has none."""
     stations: tuple[Station, ...] = ()
     markers: MarkerPrint = field(default_factory=MarkerPrint)
     """What it is calibrated with."""
@@ -172,6 +176,14 @@ def pan_tilt_status(pan_tilt: PanTilt) -> PanTiltStatus:
     )
 
 
+def rail_state(rail: Rail) -> RailState:
+    """Return what is known of the rail; one that does not answer is not connected."""
+    try:
+        return rail.state
+    except FoveaError as error:
+        return RailState(connected=False, fault=str(error))
+
+
 def rig_status(
     rig: Rig,
     *,
@@ -201,6 +213,7 @@ def rig_status(
         controller=rig.mirrors.info,
         max_v=rig.mirrors.limits.max_v,
         pan_tilt=None if rig.pan_tilt is None else pan_tilt_status(rig.pan_tilt),
+        rail=None if rig.rail is None else rail_state(rig.rail),
         stations=tuple(rig.stations),
         markers=rig.markers,
         settle_us=rig.settle_us,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, NotConnected, Timeout
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
+from foveacam_hardware.drivers.positioners.grbl_journey import Journey
 from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, Sent
 from foveacam_hardware.drivers.positioners.grbl_start import MOVING, READY, greet
 from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, Ok, Report, jog
@@ -19,8 +20,8 @@ from foveacam_hardware.wire.link import LinkFactory
 
 HOMING_S = 90.0
 """While homing it says nothing at all; the way from end to end takes a fraction of this."""
-START_NS = 500_000_000
-"""At rest elsewhere, this long after a move was taken, it has been stopped on the way."""
+LONG_NS, PAUSE_NS = 1_000_000_000, 10_000_000_000
+"""A connect that took so long in vain is not tried again for a while: whoever waits has other devices."""
 GARBLED = frozenset({1, 2, 3, 11, 15, 16, 20, 22})
 """Refusals that a damaged line draws."""
 
@@ -67,8 +68,8 @@ class GrblBoard:
         self._fault: str | None = None
         self._homing: Sent | None = None
         self._homing_ends_ns = 0
-        self._goals: dict[str, float] = {}
-        self._begun_ns: int | None = None  # when the move to the goals was taken; None while it waits
+        self._journey = Journey(self._axes)
+        self._pause_ends_ns: int | None = None
         self._held = threading.Event()
 
     def state(self, user: str) -> BoardState:
@@ -96,6 +97,9 @@ class GrblBoard:
             self._users.add(user)
             if self._session is not None and self.state(user).connected:
                 return
+            began_ns = self._clock.now_ns()
+            if self._pause_ends_ns is not None and began_ns < self._pause_ends_ns:
+                raise NotConnected(self._fault or f"{self._name}: it said nothing; connect it again")
             session = GrblSession(self._link_factory(), self._clock, name=self._name)
             try:
                 self.version = greet(
@@ -103,8 +107,11 @@ class GrblBoard:
                 )
             except FoveaError as failure:
                 session.close()
+                now_ns = self._clock.now_ns()
+                self._pause_ends_ns = now_ns + PAUSE_NS if now_ns - began_ns > LONG_NS else None
                 self._forget(str(failure))
                 raise
+            self._pause_ends_ns = None
             self._forget(None)
             self._session, self._restarts = session, session.restarts
             self._homed = not self.has_switches
@@ -121,7 +128,7 @@ class GrblBoard:
             if self._users:
                 self._held.set()
                 return
-            self._session = None
+            self._session = self._pause_ends_ns = None
             if session is not None:
                 session.close()
             self._forget(None)
@@ -153,11 +160,12 @@ class GrblBoard:
             if not self._homed:
                 found = self._fault or f"{self._name}: it does not know where it stands; home it first"
                 raise DeviceFault(f"{found} (asked to move)")
-            self._goals, self._begun_ns, self._fault = {**self._goals, **goals}, None, None
+            self._fault = None
+            self._journey.plan(goals)
             if self._moving:
                 session.realtime(JOG_CANCEL)
             else:
-                self._begin(session, self._goals)
+                self._begin(session)
             self._moving = True
 
     def hold(self, user: str) -> None:
@@ -194,13 +202,16 @@ class GrblBoard:
             return
         if self._held.is_set():
             self._held.clear()
-            self._goals, self._begun_ns = {}, None
-        if self._goals and self._begun_ns is None and report.state not in MOVING:
-            self._begin(session, self._goals)
+            self._journey.end()
+        if self._journey.waits and report.state not in MOVING:
+            self._begin(session)
             report = session.report()
-        self._place = session.place(report)
-        moving = report.state in MOVING
-        self._moving = self._goals_ahead(self._place, moving=moving) or moving
+        self._place, moving = session.place(report), report.state in MOVING
+        trouble = self._journey.trouble(self._place, moving=moving, t_ns=self._clock.now_ns())
+        if trouble is not None:
+            self._fault = f"{self._name}: {trouble}"
+            session.realtime(JOG_CANCEL)
+        self._moving = self._journey.ahead or moving
 
     def _home_found(self, session: GrblSession, sent: Sent) -> bool:
         """Return whether the search has ended well; when it ended badly, say why."""
@@ -221,7 +232,8 @@ class GrblBoard:
         )
         self._restarts = session.restarts
         if found:
-            self._homed, self._goals = True, {axis.letter: axis.rest for axis in self._axes.values()}
+            self._homed = True
+            self._journey.plan({axis.letter: axis.rest for axis in self._axes.values()})
         return found
 
     def _lose_place(self, session: GrblSession, report: Report) -> None:
@@ -237,28 +249,12 @@ class GrblBoard:
         again = "home it again" if self.has_switches else "bring it to its zero and restart it"
         self._forget(self._fault if why is None else f"{self._name}: {why}; {again}")
 
-    def _goals_ahead(self, place: tuple[float, ...], *, moving: bool) -> bool:
-        """Return whether a move has still to end; notice one that ended elsewhere."""
-        if not self._goals or self._begun_ns is None:
-            return bool(self._goals)
-        if all(
-            abs(place[self._axes[letter].index] - goal) <= self._axes[letter].arrived
-            for letter, goal in self._goals.items()
-        ):
-            self._goals = {}
-        elif not moving and self._clock.now_ns() > self._begun_ns + START_NS:
-            self._goals = {}
-            self._fault = (
-                f"{self._name}: it came to rest elsewhere than it was sent to: stopped on its way, at the"
-                " board or by another program, or misheard; move it again"
-            )
-        return bool(self._goals)
-
-    def _begin(self, session: GrblSession, goals: dict[str, float]) -> None:
-        """Send the move; once more when the line was damaged on its way."""
+    def _begin(self, session: GrblSession) -> None:
+        """Send the move that waits; once more when the line was damaged on its way."""
+        goals = self._journey.goals
         feed_per_min = 60.0 * min(self._axes[letter].speed_per_s for letter in goals)
         line = jog(goals, feed_per_min=feed_per_min)
-        self._goals = {}
+        self._journey.end()
         try:
             session.ask(line)
         except LineRefused as refusal:
@@ -269,7 +265,7 @@ class GrblBoard:
             if session.report().state not in MOVING:  # else it was taken, and the answer got lost
                 session.end_line()
                 session.ask(line)
-        self._goals, self._begun_ns = goals, self._clock.now_ns()
+        self._journey.begin(goals, t_ns=self._clock.now_ns())
 
     def _clear_alarm(self, session: GrblSession) -> None:
         """Leave an alarm: some hear nothing but a reset."""
@@ -282,8 +278,8 @@ class GrblBoard:
     def _forget(self, fault: str | None) -> None:
         """Begin anew, knowing nothing of the place, for a reason or for none."""
         self._homed = self._moving = False
-        self._homing = self._begun_ns = self._place = None
-        self._goals = {}
+        self._homing = self._place = None
+        self._journey.end()
         self._fault = fault
 
     def _lose(self, fault: str) -> None:
