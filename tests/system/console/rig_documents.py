@@ -8,6 +8,9 @@ from .calibration_results import UTC
 Document = dict[str, Any]  # Any: JSON, written out below
 
 NUMBERS = ("exposure_ms", "gain_db", "black_level", "frame_rate_hz")
+MODES = ("exposure_auto", "frame_rate_auto")
+FOUND_MS = 12.5
+"""What the foveae find to be a good exposure."""
 
 
 def camera(role: str) -> Document:
@@ -30,18 +33,22 @@ def camera(role: str) -> Document:
         "underrun": 0,
         "settings": {
             "exposure_ms": 8.0,
+            "exposure_auto": "off",
             "gain_db": 0.0,
             "black_level": 0.0,
             "frame_rate_hz": 30.0,
+            "frame_rate_auto": False,
             "pixel_format": "BayerRG8",
             "trigger": "none" if role == "wide" else "hardware",
             "kept": False,
         },
         "ranges": {
             "exposure_ms": {"low": 0.03, "high": 1000.0},
+            "exposure_auto": ["off", "once", "continuous"] if role == "wide" else ["off", "once"],
             "gain_db": {"low": 0.0, "high": 24.0},
             "black_level": {"low": 0.0, "high": 12.0},
             "frame_rate_hz": {"low": 1.0, "high": 226.0},
+            "frame_rate_auto": True,
             "pixel_formats": ["Mono8", "BayerRG8", "BayerRG12p"],
         },
         "link": {"phase": "streaming", "reason": "", "since_s": 312.4, "epoch": 1},
@@ -147,14 +154,17 @@ def rail() -> Document:
 def changed(rig: Document, role: str, body: Document | None) -> tuple[Document, Document]:
     """Return the rig and the answer after a change, or after a reset where there is no body.
 
-    Exposures are taken in whole 0.01 ms, as a camera with lines would.
+    Exposures are taken in whole 0.01 ms, as a camera with lines would. Foveae that are asked for one exposure
+    have found it at once.
     """
+    if body is not None and body["linked"] and body.get("exposure_auto") == "once":
+        body = body | {"exposure_auto": "off", "exposure_ms": FOUND_MS}
     rig = copy.deepcopy(rig)
     roles = ("left", "right") if body is not None and body["linked"] else (role,)
     for found in rig["cameras"]:
         if found["role"] in roles:
             wish = camera(role)["settings"] if body is None else body | {"kept": True}
-            for name in (*NUMBERS, "pixel_format", "kept"):
+            for name in (*NUMBERS, *MODES, "pixel_format", "kept"):
                 if name in wish:
                     value = wish[name]
                     found["settings"][name] = round(value, 2) if name == "exposure_ms" else value
@@ -172,7 +182,7 @@ def divergence(rig: Document) -> list[Document]:
         next(found["settings"] for found in rig["cameras"] if found["role"] == eye)
         for eye in ("left", "right")
     )
-    names = ("exposure_ms", "gain_db", "black_level", "pixel_format")
+    names = ("exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format")
     return [
         {"setting": name, "left": left[name], "right": right[name]}
         for name in names

@@ -1,12 +1,13 @@
 """The rig's page on the simulated rig: read-back, a pair set apart, a camera that goes and returns."""
 
+import re
 from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, expect
 from tests.system.conftest import API, Running, running
 
-from foveacam_hardware.contract import Role
+from foveacam_hardware.contract import AutoMode, Role
 
 from .conftest import Console, OpenConsole
 
@@ -61,6 +62,19 @@ def test_value_that_the_camera_refuses_leaves_the_old_one_and_says_the_range(
     expect(camera(console, "Wide camera").locator(".refused:not(:empty)")).to_contain_text("0.03 to 1000 ms")
     expect(entry).to_have_value("7.999")
     assert rig.rig.wide.settings == before
+
+
+def test_exposure_that_the_camera_sets_is_read_back_and_left_by_hand(rig: Running, console: Console) -> None:
+    wide = camera(console, "Wide camera")
+    entry = exposure(console, "Wide camera")
+    rig.http.patch(f"{API}/cameras/wide", json={"exposure_ms": 1.0})
+    expect(entry).to_have_value(re.compile(r"^(1|0\.99\d)"))
+    wide.get_by_label("Automatic exposure").select_option("continuous")
+    expect(entry).to_have_value(re.compile(r"^([4-9]|\d\d)\b"), timeout=PATIENCE_MS)
+    expect(entry).to_be_disabled()
+    wide.get_by_label("Automatic exposure").select_option("off")
+    expect(entry).to_be_enabled()
+    assert rig.rig.wide.settings.exposure_auto is AutoMode.OFF
 
 
 def test_foveae_that_somebody_set_apart_are_brought_together(rig: Running, console: Console) -> None:

@@ -4,6 +4,7 @@ import { choiceField } from "../calibration/parts.js";
 import { changing, h, say } from "../dom.js";
 import { count, millis, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { exposureMode, ownRate } from "./automatic.js";
 import { Dial } from "./dial.js";
 import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, takesOrders } from "./words.js";
 
@@ -113,8 +114,11 @@ function makeControls(role, { store, orders }) {
     return { camera: changed?.cameras.find((camera) => camera.role === role), refusal };
   };
   const format = makeFormat(ask);
+  const of = CAMERAS[role].toLowerCase();
+  /** @type {Partial<Record<NumberName, import("./automatic.js").Automatic>>} */
+  const automatic = { exposure_ms: exposureMode(of, (patch) => ask(patch, true)), frame_rate_hz: ownRate(of, (patch) => ask(patch, false)) };
   const dials = new Map(NUMBERS.map((name) => [name, new Dial({
-    ...SETTINGS[name], ...LOOKS[name], of: CAMERAS[role].toLowerCase(),
+    ...SETTINGS[name], ...LOOKS[name], of, beside: automatic[name]?.element, below: automatic[name]?.below,
     ask: async (value) => {
       const { camera, refusal } = await ask({ [name]: value }, name !== "frame_rate_hz");
       return { taken: camera?.settings?.[name] ?? null, refusal };
@@ -125,7 +129,7 @@ function makeControls(role, { store, orders }) {
   const waits = h("p", { class: "aside-note" }, icon("warn"), "The foveae differ: choose above whose settings count.");
   const kept = h("span", { class: "why" });
   const reset = h("button", { type: "button", class: "plain", on: { click: () => void orders.reset(role) } }, icon("again"), "Reset to the rig file");
-  const fields = h("fieldset", { class: "controls" }, h("legend", { class: "unseen", text: `Settings of the ${CAMERAS[role].toLowerCase()}` }),
+  const fields = h("fieldset", { class: "controls" }, h("legend", { class: "unseen", text: `Settings of the ${of}` }),
     pair, waits, format.element, [...dials.values()].map(({ element }) => element), pace, h("div", { class: "actions" }, reset, kept));
   return { element: fields, update: (/** @type {ConsoleState} */ state, /** @type {CameraDocument | undefined} */ camera) => {
     const open = takesOrders(camera) && state.stream !== "down";
@@ -135,7 +139,10 @@ function makeControls(role, { store, orders }) {
     pair.hidden = !linked(state) || apart;
     waits.hidden = !apart;
     format.update(camera, open);
-    for (const [name, dial] of dials) dial.update(camera?.ranges?.[name], camera?.settings?.[name], open);
+    for (const [name, dial] of dials) {
+      const itself = automatic[name]?.update(camera, open) ?? false;
+      dial.update(camera?.ranges?.[name], camera?.settings?.[name], open, itself);
+    }
     say(pace, camera?.settings?.trigger === "hardware" ? "The controller's pulses set its pace; the frame rate counts only when it runs free." : "");
     reset.disabled = !camera?.settings?.kept || !open;
     say(kept, camera?.settings ? (camera.settings.kept ? "Changed here; asked again at every start." : "As the rig file says.") : "");

@@ -9,8 +9,8 @@ import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./sc
  * @typedef {{taken: number | null, refusal: string | null}} Outcome
  * @typedef {{
  *   name: string, unit: string, of: string, kind?: import("./scale.js").ScaleKind, presets?: number[], note?: string,
- *   ask: (value: number) => Promise<Outcome>
- * }} Options `of`: whose setting it is, for those who hear the page; `note`: what to know of it
+ *   beside?: HTMLElement, below?: HTMLElement, ask: (value: number) => Promise<Outcome>
+ * }} Options `of`: whose setting it is, for those who hear the page; `note`: what to know of it; `beside`, `below`: who else may set it
  */
 
 let dials = 0;
@@ -41,31 +41,40 @@ export class Dial {
     this.#kind = options.kind ?? "linear";
     dials += 1;
     const id = `dial-${dials}`;
-    const { name, unit, of, note } = options;
+    const { name, unit, of, note, beside, below } = options;
     this.#entry = h("input", { type: "number", id, step: "any", inputmode: "decimal", on: { input: () => this.#edit(), change: () => this.#typed(), blur: () => this.#leave(), keydown: (/** @type {KeyboardEvent} */ event) => this.#key(event) } });
     this.#slider = h("input", { type: "range", min: 0, max: WAY, step: 1, "aria-label": `${name} of the ${of}, slider`, on: { input: () => this.#slide(), change: () => this.#slid() } });
     this.element = h("div", { class: "dial", role: "group", "aria-label": `${name} of the ${of}` },
-      h("div", { class: "line" }, h("label", { for: id, text: name }), this.#range, h("span", { class: "entry" }, this.#entry, h("span", { class: "unit", text: unit }))),
+      h("div", { class: "line" }, h("label", { for: id, text: name }), this.#range, beside, h("span", { class: "entry" }, this.#entry, h("span", { class: "unit", text: unit }))),
       h("div", { class: "track" }, this.#slider, this.#scale), this.#presets,
-      note ? h("p", { class: "aside-note", text: note }) : null, this.#taken, this.#refused);
+      note ? h("p", { class: "aside-note", text: note }) : null, below, this.#taken, this.#refused);
   }
 
   /**
    * @param {Span | undefined} span what the camera accepts
    * @param {number | undefined} value what it has
    * @param {boolean} open whether it takes anything now
+   * @param {boolean} [itself] whether the camera sets it itself: it is shown, and cannot be set by hand
    */
-  update(span, value, open) {
+  update(span, value, open, itself = false) {
     const fixed = !span || span.high <= span.low;
+    const locked = !open || fixed || itself;
+    if (itself) this.#forget();
     this.#span = span ?? { low: 0, high: 0 };
     this.#value = value ?? NaN;
-    this.#entry.disabled = !open || fixed;
-    this.#slider.disabled = !open || fixed;
+    this.#entry.disabled = this.#slider.disabled = locked;
     this.#slider.hidden = this.#scale.hidden = this.#presets.hidden = fixed;
-    for (const button of this.#presets.querySelectorAll("button")) button.disabled = !open;
+    for (const button of this.#presets.querySelectorAll("button")) button.disabled = locked;
     this.#layScale();
     say(this.#range, fixed ? (open ? "cannot be set" : "") : spanText(this.#span, this.#options.unit));
     this.#show();
+  }
+
+  /** What was typed in, or taken, is of before the camera set it itself. */
+  #forget() {
+    this.#editing = false;
+    say(this.#taken, "");
+    say(this.#refused, "");
   }
 
   #layScale() {

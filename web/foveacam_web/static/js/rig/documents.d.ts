@@ -3,15 +3,20 @@
 import type { Role } from "../types.js";
 
 export type Span = { low: number; high: number };
+export type ExposureAuto = "off" | "once" | "continuous";
 export type CameraRanges = {
   exposure_ms: Span;
+  exposure_auto: ExposureAuto[];
   gain_db: Span;
   black_level: Span;
   frame_rate_hz: Span;
+  frame_rate_auto: boolean;
   pixel_formats: string[];
 };
 export type NumberName = "exposure_ms" | "gain_db" | "black_level" | "frame_rate_hz";
 export type CameraSettings = Record<NumberName, number> & {
+  exposure_auto: ExposureAuto;
+  frame_rate_auto: boolean;
   pixel_format: string;
   trigger: "none" | "hardware" | "software";
   kept: boolean;
@@ -41,9 +46,9 @@ export type CameraDocument = {
   link?: CameraLink;
 };
 
-export type SettingName = NumberName | "pixel_format" | "trigger";
+export type SettingName = NumberName | "exposure_auto" | "pixel_format" | "trigger";
 export type Difference = { setting: SettingName; left: number | string; right: number | string };
-export type CameraPatch = Partial<Record<NumberName, number>> & { pixel_format?: string };
+export type CameraPatch = Partial<Record<NumberName, number>> & { exposure_auto?: ExposureAuto; frame_rate_auto?: boolean; pixel_format?: string };
 export type CamerasChanged = { cameras: CameraDocument[]; divergence: Difference[] };
 
 export type TriggerDocument = { settle_us: number; settle_source: string; interval_ms: number | null; rate_hz: number | null };

@@ -30,6 +30,7 @@ const PHASES = Object.freeze({
 /** @type {Readonly<Record<SettingName, {name: string, unit: string}>>} */
 export const SETTINGS = Object.freeze({
   exposure_ms: { name: "Exposure", unit: "ms" },
+  exposure_auto: { name: "Automatic exposure", unit: "" },
   gain_db: { name: "Gain", unit: "dB" },
   black_level: { name: "Black level", unit: "" },
   frame_rate_hz: { name: "Frame rate", unit: "Hz" },

@@ -1,0 +1,95 @@
+// What a camera may set by itself: a choice beside its exposure, a box beside its frame rate. Only what it has is offered.
+
+import { changing, h, say } from "../dom.js";
+import { sentence } from "../format.js";
+
+/**
+ * @typedef {import("./documents.js").CameraDocument} CameraDocument
+ * @typedef {import("./documents.js").CameraPatch} CameraPatch
+ * @typedef {import("./documents.js").ExposureAuto} ExposureAuto
+ * @typedef {(patch: CameraPatch) => Promise<{refusal: string | null}>} Ask
+ * @typedef {{
+ *   element: HTMLElement, below: HTMLElement,
+ *   update: (camera: CameraDocument | undefined, open: boolean) => boolean
+ * }} Automatic `below`: what is said of it; `update` tells whether the camera sets the value itself now
+ */
+
+/** @type {Readonly<Record<ExposureAuto, string>>} */
+const MODES = Object.freeze({ off: "Off", once: "Once", continuous: "Continuous" });
+const READ_BACK = "Set by the camera, read back once a second.";
+/** @type {Readonly<Record<ExposureAuto, string>>} */
+const SAID = Object.freeze({ off: "", once: "The camera is looking for an exposure…", continuous: READ_BACK });
+
+/**
+ * Off, once or continuous.
+ * @param {string} of whose exposure it is
+ * @param {Ask} ask
+ * @returns {Automatic}
+ */
+export function exposureMode(of, ask) {
+  const input = h("select", { "aria-label": `Automatic exposure of the ${of}`, on: { change: () => void order.send({ exposure_auto: /** @type {ExposureAuto} */ (input.value) }) } });
+  const element = h("span", { class: "itself" }, h("span", { "aria-hidden": "true", text: "Automatic" }), input);
+  const offer = changing(input, (/** @type {ExposureAuto[]} */ modes) => modes.map((value) => h("option", { value, text: MODES[value] })));
+  const order = makeOrder(ask, (camera, open, busy) => {
+    const has = camera?.ranges?.exposure_auto ?? [];
+    const now = camera?.settings?.exposure_auto ?? "off";
+    offer([...new Set([...has, now])]);
+    element.hidden = has.length < 2;
+    input.disabled = !open || busy;
+    if (!busy && input.value !== now) input.value = now;
+    const looks = busy && input.value === "once" && camera?.settings?.trigger === "hardware";
+    return { itself: now !== "off", words: looks ? "Looking for one exposure for both foveae…" : SAID[now] };
+  });
+  return { element, below: order.told, update: order.update };
+}
+
+/**
+ * Whether the camera runs at a rate of its own.
+ * @param {string} of whose rate it is
+ * @param {Ask} ask
+ * @returns {Automatic}
+ */
+export function ownRate(of, ask) {
+  const input = h("input", { type: "checkbox", "aria-label": `Automatic frame rate of the ${of}`, on: { change: () => void order.send({ frame_rate_auto: input.checked }) } });
+  const element = h("label", { class: "itself" }, input, h("span", { "aria-hidden": "true", text: "automatic" }));
+  const order = makeOrder(ask, (camera, open, busy) => {
+    const now = camera?.settings?.frame_rate_auto ?? false;
+    element.hidden = !camera?.ranges?.frame_rate_auto && !now;
+    input.disabled = !open || busy;
+    if (!busy) input.checked = now;
+    return { itself: now, words: now ? READ_BACK : "" };
+  });
+  return { element, below: order.told, update: order.update };
+}
+
+/**
+ * One order at a time; what is said of it, or why it was refused.
+ * @param {Ask} ask
+ * @param {(camera: CameraDocument | undefined, open: boolean, busy: boolean) => {itself: boolean, words: string}} show
+ */
+function makeOrder(ask, show) {
+  const note = h("p", { class: "aside-note", role: "status" });
+  const refused = h("p", { class: "refused", role: "alert" });
+  /** @type {{camera: CameraDocument | undefined, open: boolean}} */
+  let seen = { camera: undefined, open: false };
+  let busy = false;
+  const update = (/** @type {CameraDocument | undefined} */ camera, /** @type {boolean} */ open) => {
+    seen = { camera, open };
+    const { itself, words } = show(camera, open, busy);
+    say(note, words);
+    return itself;
+  };
+  const send = async (/** @type {CameraPatch} */ patch) => {
+    busy = true;
+    say(refused, "");
+    update(seen.camera, seen.open);
+    try {
+      const { refusal } = await ask(patch);
+      say(refused, refusal ? sentence(refusal) : "");
+    } finally {
+      busy = false;
+      update(seen.camera, seen.open);
+    }
+  };
+  return { told: h("div", { class: "itself-told" }, note, refused), update, send };
+}
