@@ -10,11 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tests.unit.fake_camera import FakeCamera, supervised
+from tests.unit.played import PlayedRig
 
 from foveacam_hardware.camera_config import OpenCvCameraConfig, PylonCameraConfig
 from foveacam_hardware.contract import Camera, MonotonicClock, Role
 from foveacam_hardware.rig import load_rig_config, open_rig
 from foveacam_hardware.rig_cameras import build_camera
+from foveacam_hardware.rig_replay import replay_rig
 from foveacam_hardware.sim.far_ends.gige_camera import GigeCamera, Request
 
 from .gige_cameras import LOOPBACK, alone_on_loopback, aravis_camera, await_on_network, fake_program
@@ -84,6 +86,12 @@ def network_stream() -> Iterator[NewCamera]:
         yield lambda: build_camera(Role.WIDE, given, clock=MonotonicClock())
 
 
+@contextmanager
+def recording() -> Iterator[NewCamera]:
+    """A recording that is played over and over."""
+    yield lambda: replay_rig(PlayedRig(frames=40)).wide
+
+
 KINDS: dict[str, Kind] = {
     "scripted": scripted,
     "aravis": aravis,
@@ -91,6 +99,7 @@ KINDS: dict[str, Kind] = {
     "pylon": pylon,
     "opencv movie": movie,
     "opencv stream": network_stream,
+    "recording": recording,
 }
 
 

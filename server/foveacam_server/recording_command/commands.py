@@ -6,9 +6,15 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.console import Console, RenderableType
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 
 from foveacam_server.calibrate_command.choices import JsonOption, Wish, on_rig
 
@@ -53,7 +59,7 @@ def record(
         packed=packed,
     )
     columns = (TextColumn("recording"), BarColumn(), TextColumn("{task.fields[told]}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=wish.as_json) as progress:
+    with _progress(*columns, silent=wish.as_json) as progress:
         task = progress.add_task("recording", total=seconds, told="opening the rig")
         found = record_rig(
             wish, recorded, tell=lambda done_s, told: progress.update(task, completed=done_s, told=told)
@@ -64,10 +70,10 @@ def record(
 @app.command()
 def info(file: FileArgument, *, as_json: JsonOption = False) -> None:
     """Say what a recording holds: streams, times, rig, and what was lost."""
-    from foveacam_server.recording_command.information import information, information_table
+    from foveacam_server.recording_command.information import information, information_shown
 
     found = information(file)
-    _show(found, information_table(found), as_json=as_json)
+    _show(found, information_shown(found), as_json=as_json)
 
 
 @app.command()
@@ -91,7 +97,7 @@ def export(
 
     wish = export_wish(show=show, fps=fps, codec=codec, start_s=start_s, end_s=end_s)
     columns = (TextColumn("encoding"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=as_json) as progress:
+    with _progress(*columns, silent=as_json) as progress:
         task = progress.add_task("encoding", total=None)
         found = film(
             file,
@@ -102,8 +108,14 @@ def export(
     _show(found, film_table(found), as_json=as_json)
 
 
-def _show(found: Mapping[str, object], table: Table, *, as_json: bool) -> None:
+def _progress(*columns: ProgressColumn, silent: bool) -> Progress:
+    """Return a bar that goes again; none where nobody would see it move."""
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, transient=True, disable=silent or not console.is_terminal)
+
+
+def _show(found: Mapping[str, object], shown: RenderableType, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(found, allow_nan=False))
     else:
-        Console().print(table)
+        Console().print(shown)

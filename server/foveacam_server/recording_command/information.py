@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+from rich.console import Group
 from rich.table import Table
+from rich.text import Text
 
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import SESSION
@@ -64,7 +66,7 @@ def _rig(recording: Recording) -> dict[str, object] | None:
     }
 
 
-def information_table(found: dict[str, object]) -> Table:
+def information_shown(found: dict[str, object]) -> Group:
     """Return the same for people."""
     end = "ended as meant" if found["finalized"] else "not ended as meant"
     lost = found["truncated"]
@@ -74,7 +76,7 @@ def information_table(found: dict[str, object]) -> Table:
     rig = found["rig"]
     whose = f"rig {rig['rig_id']}, calibration {rig['calibration_id']}" if isinstance(rig, dict) else "no rig"
     title = f"{found['file']}: {float(str(found['duration_s'])):.2f} s, {end}; {whose}"
-    table = Table(title=title)
+    table = Table()
     for name in ("stream", "role", "frames", "fps", "size", "format"):
         table.add_column(name, justify="right" if name in ("frames", "fps") else "left")
     streams = found["streams"]
@@ -82,4 +84,4 @@ def information_table(found: dict[str, object]) -> Table:
         form = f"{told['pixel_format']}{', zlib' if told['compressed'] else ''}, {told['bits']} bit"
         size = f"{told['width']} x {told['height']}"
         table.add_row(stream, told["role"] or "", str(told["frames"]), f"{told['fps']:.2f}", size, form)
-    return table
+    return Group(Text(title), table)

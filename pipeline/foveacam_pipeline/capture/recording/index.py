@@ -23,6 +23,8 @@ from foveacam_pipeline.capture.recording.framing import CHUNK_HEAD, MAGIC, MESSA
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, IndexError, OverflowError, EOFError, MemoryError)
 """What a damaged file makes the library raise."""
 LARGEST_CHUNK = 1 << 30
+SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + 20
+"""A file with a footer is longer."""
 
 
 class Entry(NamedTuple):
@@ -76,6 +78,8 @@ def index_of(data: memoryview, file: io.BufferedReader, *, what: str) -> Index:
 
 def _by_summary(data: memoryview, file: io.BufferedReader) -> Index | None:
     """Return what the file's own summary says; None when there is none or it cannot be believed."""
+    if len(data) < SHORTEST:
+        return None
     try:
         file.seek(0)
         summary = make_reader(file).get_summary()

@@ -3,6 +3,7 @@
 import io
 import mmap
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
@@ -34,6 +35,7 @@ from foveacam_pipeline.capture.recording.values import (
     role_of,
 )
 
+LAST_NS = (1 << 63) - 1
 NEAR = 3
 """Messages before and after a frame among which its telemetry is looked for first."""
 
@@ -170,8 +172,9 @@ class Recording:
         if self._unpacked is not None:
             self._unpacked[1].release()
         self._unpacked = None
-        self._data.release()
-        self._map.close()
+        with suppress(BufferError):  # an error that is being told may still hold a piece; it goes with that
+            self._data.release()
+            self._map.close()
         self._file.close()
 
     def __enter__(self) -> "Recording":
@@ -186,10 +189,11 @@ class Recording:
 
     @staticmethod
     def _in_order(index: Index) -> dict[int, list[int]]:
-        """Return the numbers of each channel's entries in order of time."""
+        """Return the numbers of each channel's entries in order of time; times that cannot be are left out."""
         found: dict[int, list[int]] = {}
         for number, entry in enumerate(index.entries):
-            found.setdefault(entry.channel, []).append(number)
+            if entry.t_ns <= LAST_NS:
+                found.setdefault(entry.channel, []).append(number)
         for numbers in found.values():
             numbers.sort(key=lambda number: index.entries[number].t_ns)
         return found

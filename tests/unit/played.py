@@ -1,0 +1,49 @@
+"""A recording without a file, for tests of what plays one."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import DeviceInfo, MirrorVolts, Role
+from foveacam_hardware.drivers.replay.source import Recorded
+
+BEGIN_NS = 7_000_000_000_000
+
+
+class PlayedCamera:
+    """Frames that tell their number, `period_ns` apart."""
+
+    def __init__(self, role: Role, *, frames: int, period_ns: int, late_ns: int = 0) -> None:
+        self.info = DeviceInfo(vendor="test", model="played", serial=f"played-{role}")
+        self.t_ns: NDArray[np.int64] = BEGIN_NS + late_ns + np.arange(frames, dtype=np.int64) * period_ns
+        self._role = role
+
+    def frame(self, index: int) -> Recorded:
+        image = np.full((6, 8), index % 256, dtype=np.uint8)
+        return Recorded(image=image, bits=8, volts=self.volts(index), exposure_ns=2_000_000)
+
+    def volts(self, index: int) -> MirrorVolts | None:
+        return None if self._role is Role.WIDE else MirrorVolts(x_v=float(index), y_v=-1.0)
+
+
+class PlayedRig:
+    """Implements `RecordedRig`; both foveae at the same moments, the wide camera a little later."""
+
+    rig_id = "played"
+    name = "A recording"
+    baseline_m = 0.2
+
+    def __init__(
+        self, *, frames: int = 10, period_ns: int = 20_000_000, roles: tuple[Role, ...] = tuple(Role)
+    ) -> None:
+        self.cameras: Mapping[Role, PlayedCamera] = {
+            role: PlayedCamera(
+                role, frames=frames, period_ns=period_ns, late_ns=3_000_000 if role is Role.WIDE else 0
+            )
+            for role in roles
+        }
+        self.closed = False
+
+    def close(self) -> None:
+        self.closed = True

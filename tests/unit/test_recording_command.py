@@ -1,0 +1,113 @@
+"""`foveacam record` and `foveacam recording`: what they make and say, and one line for what is refused."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.unit.played import PlayedRig
+
+from foveacam_hardware.contract import InvalidInput, VirtualClock
+from foveacam_hardware.rig_replay import replay_rig
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_server import cli
+from foveacam_server.recording_command.record import RecordWish, record_opened
+
+from .recordings import record
+
+START_NS = 1_000_000_000
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FOVEACAM_DATA", str(tmp_path / "data"))
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr("sys.argv", ["foveacam", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert isinstance(ended.value.code, int)
+    return ended.value.code
+
+
+def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -> None:
+    told: list[str] = []
+    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+        wish = RecordWish(file=tmp_path / "a.fcap", seconds=0.3)
+        found = record_opened(rig, wish, calibration=None, tell=lambda _, words: told.append(words))
+
+    streams = found["streams"]
+    assert isinstance(streams, dict) and set(streams) == {"left", "center", "right"}
+    assert all(counts["written"] == counts["published"] > 4 for counts in streams.values())
+    assert "0 dropped" in told[-1]
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert recording.rig is not None and recording.rig.rig_id == "played"
+        for frame in recording.frames(["left", "right"]):
+            assert frame.pose.volts is not None
+            assert frame.pose.volts.x_v == float(frame.image[0, 0])
+            assert (frame.pose.volts_source, frame.pose.exposure_ns) == ("fin-averaged", 2_000_000)
+
+
+def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:
+    wish = RecordWish(file=tmp_path / "a.fcap", seconds=0.3, direction_deg=(1.0, 0.0))
+    with (
+        replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig,
+        pytest.raises(InvalidInput, match="needs a calibration"),
+    ):
+        record_opened(rig, wish, calibration=None, tell=lambda *_: None)
+    assert not (tmp_path / "a.fcap").exists()
+
+
+def test_info_says_what_a_recording_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record(tmp_path / "a.fcap")
+    assert run(monkeypatch, "recording", "info", str(tmp_path / "a.fcap"), "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+
+    assert (told["finalized"], told["truncated"], told["duration_s"]) == (True, None, 0.1)
+    assert told["streams"]["center"]["frames"] == 6
+    assert told["streams"]["center"]["role"] == "wide"
+
+
+def test_info_of_one_that_was_cut_off_says_what_was_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.fcap"
+    record(path)
+    path.write_bytes(path.read_bytes()[:9000])
+    monkeypatch.setenv("COLUMNS", "400")
+    assert run(monkeypatch, "recording", "info", str(path)) == 0
+
+    assert "cut off: the file ends before its recording does" in capsys.readouterr().out
+
+
+def test_export_makes_a_film(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record(tmp_path / "a.fcap")
+    target = tmp_path / "a.mp4"
+    order = ["recording", "export", str(tmp_path / "a.fcap"), str(target), "--codec", "mp4v", "--json"]
+    assert run(monkeypatch, *order) == 0
+    told = json.loads(capsys.readouterr().out)
+
+    assert (told["shows"], told["frames"], told["codec"]) == ("center", 6, "mp4v")
+    assert told["bytes"] == target.stat().st_size
+
+
+@pytest.mark.parametrize(
+    ("order", "why"),
+    [
+        (("record", "a.avi"), "end it in .fcap"),
+        (("recording", "info", "none.fcap"), "there is no such file"),
+        (("recording", "export", "none.fcap", "a.mp4", "--codec", "divx"), "there is no codec"),
+        (("serve", "--replay", "none.fcap"), "there is no such file"),
+    ],
+)
+def test_what_is_refused_is_told_in_one_line(
+    order: tuple[str, ...], why: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, *order) == 2
+    captured = capsys.readouterr()
+    assert why in captured.err
+    assert captured.err.count("\n") == 1
