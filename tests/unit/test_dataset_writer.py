@@ -134,17 +134,14 @@ def test_a_folder_with_files_in_it_is_left_alone(folder: Path) -> None:
     assert [path.name for path in folder.iterdir()] == ["holiday.txt"]
 
 
-def broken_disk(at: int, number: int) -> Callable[[Path, memoryview], None]:
-    """Return what writes a file until the `at`-th, and then fails with an error of the system."""
-    count, lock, write = [0], threading.Lock(), disk.write_part
+def broken_disk(first: str, number: int) -> Callable[[Path, memoryview], None]:
+    """Return what writes files until the name of one begins with `first`; none from there on."""
 
     def fail(path: Path, content: memoryview) -> None:
-        with lock:
-            count[0] += 1
-            full = count[0] >= at
-        if full:
+        if path.name >= first:
+            disk.part_of(path).write_bytes(bytes(content[:10]))
             raise OSError(number, "no")
-        write(path, content)
+        disk.write_part(path, content)
 
     return fail
 
@@ -156,7 +153,7 @@ def broken_disk(at: int, number: int) -> Callable[[Path, memoryview], None]:
 def test_an_error_of_the_disk_comes_back_and_costs_no_earlier_point(
     folder: Path, monkeypatch: pytest.MonkeyPatch, number: int, words: str
 ) -> None:
-    monkeypatch.setattr(point_store, "write_part", broken_disk(5, number))
+    monkeypatch.setattr(point_store, "write_part", broken_disk("00001-left", number))
     with (
         pytest.raises(DeviceFault, match=f"point 1.*{words}"),
         DatasetWriter.create(folder, header(9)) as writer,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, read_document
+from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
 from foveacam_pipeline.capture.dataset.journal import JOURNAL, Journal, read_journal
 from foveacam_pipeline.capture.dataset.lock import LOCK, is_held
@@ -99,6 +99,8 @@ def info(path: str | Path) -> DatasetInfo:
 
 def _states(folder: Path, document: DatasetDocument, journal: Journal) -> Iterator[str]:
     held = is_held(folder)
+    if document.stated_hash != lasting_hash(document):
+        yield f"{DOCUMENT}: something but state, label and licence was changed after it was written."
     if document.state is State.RUNNING and not held:
         yield f"{DOCUMENT}: the dataset was {INTERRUPTED}."
     if journal.torn and not held:

@@ -18,7 +18,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT as CALIBRATION_FORMAT
 from foveacam_pipeline.models.calibration_file import VERSION as CALIBRATION_VERSION
 from foveacam_pipeline.models.calibration_file import calibration_from
-from foveacam_pipeline.models.content import plain
+from foveacam_pipeline.models.content import content_id, plain
 
 DOCUMENT = "dataset.json"
 FORMAT = "foveacam-dataset"
@@ -55,6 +55,7 @@ class _Document(BaseModel):
     model_config = ConfigDict(extra="ignore", strict=False, allow_inf_nan=False)
 
     id: Annotated[str, Field(min_length=1, max_length=100)]
+    hash: str
     created_utc: datetime
     software: dict[str, str]
     points: Annotated[int, Field(gt=0)]
@@ -71,12 +72,16 @@ class _Document(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DatasetDocument:
-    """The content of `dataset.json`. `why`: what ended a partial dataset, in words."""
+    """The content of `dataset.json`. `why`: what ended a partial dataset, in words.
+
+    `stated_hash`: what the file says that its lasting part hashes to; None before it was written.
+    """
 
     header: Header
     software: dict[str, str]
     state: State
     why: str = ""
+    stated_hash: str | None = None
 
     def ended(self, state: State, why: str = "") -> "DatasetDocument":
         """Return the same in another state."""
@@ -101,14 +106,37 @@ def new_document(header: Header) -> DatasetDocument:
 def write_document(folder: Path, document: DatasetDocument) -> None:
     """Put `dataset.json` on the disk, whole. Raise OSError, or InvalidInput for numbers that JSON lacks."""
     header = document.header
-    content = {
-        "format": FORMAT,
-        "version": VERSION,
+    try:
+        content = {
+            "format": FORMAT,
+            "version": VERSION,
+            "hash": lasting_hash(document),
+            "state": document.state.value,
+            "why": document.why,
+            "label": header.label,
+            "licence": header.licence,
+            **_lasting(document),
+            "calibration": None if header.calibration is None else calibration_document(header.calibration),
+        }
+        text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(
+            f"the dataset's plan, rig or conditions are no JSON ({error}); fix them"
+        ) from error
+    write_file(folder / DOCUMENT, text.encode("utf-8", "strict"))
+
+
+def lasting_hash(document: DatasetDocument) -> str:
+    """Return the hash of what never changes in `dataset.json`: all but state, label and licence."""
+    calibration = document.header.calibration
+    lasting = plain(_lasting(document))
+    return content_id({"lasting": lasting, "calibration": None if calibration is None else calibration.id})
+
+
+def _lasting(document: DatasetDocument) -> dict[str, object]:
+    header = document.header
+    return {
         "id": header.id,
-        "state": document.state.value,
-        "why": document.why,
-        "label": header.label,
-        "licence": header.licence,
         "created_utc": header.created_utc,
         "software": document.software,
         "points": header.points,
@@ -116,15 +144,7 @@ def write_document(folder: Path, document: DatasetDocument) -> None:
         "rig": header.rig,
         "conditions": header.conditions,
         "plan": header.plan,
-        "calibration": None if header.calibration is None else calibration_document(header.calibration),
     }
-    try:
-        text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            f"the dataset's plan, rig or conditions are no JSON ({error}); fix them"
-        ) from error
-    write_file(folder / DOCUMENT, text.encode("utf-8", "strict"))
 
 
 def read_document(folder: Path) -> DatasetDocument:
@@ -153,7 +173,9 @@ def read_document(folder: Path) -> DatasetDocument:
         created_utc=str(found["created_utc"]),
         id=read.id,
     )
-    return DatasetDocument(header=header, software=read.software, state=read.state, why=read.why)
+    return DatasetDocument(
+        header=header, software=read.software, state=read.state, why=read.why, stated_hash=read.hash
+    )
 
 
 def calibration_document(calibration: Calibration) -> dict[str, object]:

@@ -4,24 +4,39 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from typing import Protocol
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.capture.dataset.point_store import BegunPoint
 from foveacam_pipeline.capture.dataset.values import Point
 
 logger = logging.getLogger(__name__)
 
 
-class HandOver:
-    """Calls `keep(point)` for every point handed over, in order, on a thread of its own.
+class Keeper(Protocol):
+    """Where points go: `begin` returns at once, `keep` when the point is on the disk."""
 
-    At most `depth` points wait. The first error of `keep` ends it: it comes back from every call thereafter.
+    def begin(self, point: Point) -> BegunPoint:
+        """Start on a point."""
+
+    def keep(self, begun: BegunPoint) -> None:
+        """Finish it; raise FoveaError when that cannot be."""
+
+    def drop(self, begun: BegunPoint) -> None:
+        """Give it up."""
+
+
+class HandOver:
+    """Keeps every point handed over, in order, on a thread of its own.
+
+    At most `depth` points wait, begun already. The first error ends it: those that wait are dropped, and the
+    error comes back from every call thereafter.
     """
 
-    def __init__(self, keep: Callable[[Point], None], *, depth: int) -> None:
-        self._keep = keep
+    def __init__(self, keeper: Keeper, *, depth: int) -> None:
+        self._keeper = keeper
         self._depth = depth
-        self._points: deque[Point] = deque()
+        self._points: deque[BegunPoint] = deque()
         self._changed = threading.Condition()
         self._busy = False
         self._closing = False
@@ -37,17 +52,17 @@ class HandOver:
             return len(self._points) + self._busy
 
     def put(self, point: Point) -> None:
-        """Hand a point over; wait while the queue is full. Raise what `keep` raised."""
+        """Hand a point over; wait while the queue is full. Raise what ended it."""
         started_s = time.monotonic()
         with self._changed:
             self._changed.wait_for(lambda: self._error is not None or len(self._points) < self._depth)
             self.waited_s += time.monotonic() - started_s
             self._raise_error()
-            self._points.append(point)
+            self._points.append(self._keeper.begin(point))
             self._changed.notify_all()
 
     def flush(self) -> None:
-        """Wait until everything handed over is kept. Raise what `keep` raised."""
+        """Wait until everything handed over is kept. Raise what ended it."""
         with self._changed:
             self._changed.wait_for(lambda: self._error is not None or not (self._points or self._busy))
             self._raise_error()
@@ -64,33 +79,38 @@ class HandOver:
             raise self._error
 
     def _run(self) -> None:
-        while (point := self._next()) is not None:
-            error: FoveaError | None = None
-            try:
-                self._keep(point)
-            except FoveaError as refused:
-                error = refused
-            except Exception as unforeseen:
-                logger.exception("point %d was not kept", point.place.index)
-                error = FoveaError(
-                    f"point {point.place.index} was not kept: {unforeseen}; resume the dataset"
-                )
-            del point
+        while (begun := self._next()) is not None:
+            error = self._kept(begun)
+            del begun
             with self._changed:
                 self._busy = False
                 self._error = error
+                left = list(self._points) if error is not None else []
                 if error is not None:
                     self._points.clear()
                 self._changed.notify_all()
             if error is not None:
+                for each in left:
+                    self._keeper.drop(each)
                 return
 
-    def _next(self) -> Point | None:
+    def _kept(self, begun: BegunPoint) -> FoveaError | None:
+        index = begun.place.index
+        try:
+            self._keeper.keep(begun)
+        except FoveaError as refused:
+            return refused
+        except Exception as unforeseen:
+            logger.exception("point %d was not kept", index)
+            return FoveaError(f"point {index} was not kept: {unforeseen}; resume the dataset")
+        return None
+
+    def _next(self) -> BegunPoint | None:
         with self._changed:
             self._changed.wait_for(lambda: self._closing or bool(self._points))
             if not self._points:
                 return None
             self._busy = True
-            point = self._points.popleft()
+            begun = self._points.popleft()
             self._changed.notify_all()
-            return point
+            return begun

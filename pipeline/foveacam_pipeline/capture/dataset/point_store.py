@@ -4,14 +4,15 @@ import hashlib
 import logging
 import re
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset.disk import finish_part, part_of, sync_folder, write_part
 from foveacam_pipeline.capture.dataset.images import Codec, encode
 from foveacam_pipeline.capture.dataset.journal import Journal, JournalFile
-from foveacam_pipeline.capture.dataset.values import FrameRecord, Point, PointRecord, Shot
+from foveacam_pipeline.capture.dataset.values import FrameRecord, Place, Point, PointRecord, Shot
 from foveacam_pipeline.models.calibration import Calibration
 
 IMAGES = "images"
@@ -21,8 +22,18 @@ OWN_FILE = re.compile(r"\.?\d{5,}-(wide|left|right)-b\d+-s\d+\.(tiff|png)(\.part
 logger = logging.getLogger(__name__)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BegunPoint:
+    """A point whose files are being written under their temporary names."""
+
+    place: Place
+    skipped: str
+    paths: tuple[Path, ...]
+    files: tuple[Future[FrameRecord], ...]
+
+
 class PointStore:
-    """The folder of a dataset, open for points; not for two threads at a time."""
+    """The folder of a dataset, open for points: one thread begins them, one commits them, in one order."""
 
     def __init__(
         self, folder: Path, journal: Journal, *, codec: Codec, calibration: Calibration | None, encoders: int
@@ -34,22 +45,33 @@ class PointStore:
         self._journal = JournalFile(folder, journal)
         self._pool = ThreadPoolExecutor(encoders, thread_name_prefix="dataset-encoder")
 
-    def store(self, point: Point) -> PointRecord:
-        """Put a point on the disk for good. Raise OSError; then nothing of it is left, if that can be."""
+    def begin(self, point: Point) -> "BegunPoint":
+        """Let the encoders start on the files of a point; it is to be committed or dropped."""
         paths = [self._images / self._name(point.place.index, shot) for shot in point.shots]
+        files = [self._pool.submit(self._written, *pair) for pair in zip(point.shots, paths, strict=True)]
+        return BegunPoint(place=point.place, skipped=point.skipped, paths=tuple(paths), files=tuple(files))
+
+    def commit(self, begun: "BegunPoint") -> PointRecord:
+        """Put a point on the disk for good. Raise OSError; then nothing of it is left, if that can be."""
         try:
-            frames = self._all_written(point.shots, paths)
-            for path in paths:
+            wait(begun.files)
+            frames = tuple(file.result() for file in begun.files)
+            for path in begun.paths:
                 finish_part(path)
-            if paths:
+            if begun.paths:
                 sync_folder(self._images)
-            record = PointRecord(place=point.place, frames=tuple(frames), skipped=point.skipped)
+            record = PointRecord(place=begun.place, frames=frames, skipped=begun.skipped)
             self._journal.append(record)
         except Exception:
             if self._journal.clean:
-                remove(paths)
+                remove(begun.paths)
             raise
         return record
+
+    def drop(self, begun: "BegunPoint") -> None:
+        """Give up a point that was begun: its files go."""
+        wait(begun.files)
+        remove(begun.paths)
 
     def close(self) -> None:
         """End its threads and close the journal."""
@@ -59,12 +81,6 @@ class PointStore:
     def _name(self, index: int, shot: Shot) -> str:
         role = shot.frame.role.value
         return f"{index:05d}-{role}-b{shot.bracket}-s{shot.stack}.{self._codec.value}"
-
-    def _all_written(self, shots: Sequence[Shot], paths: Sequence[Path]) -> list[FrameRecord]:
-        """Write all frames of a point; when one fails, the others are waited for before that is told."""
-        futures = [self._pool.submit(self._written, *pair) for pair in zip(shots, paths, strict=True)]
-        wait(futures)
-        return [future.result() for future in futures]
 
     def _written(self, shot: Shot, path: Path) -> FrameRecord:
         """Encode one frame and put it on the disk under its temporary name."""

@@ -29,7 +29,12 @@ from foveacam_pipeline.capture.dataset.hand_over import HandOver
 from foveacam_pipeline.capture.dataset.index import write_index
 from foveacam_pipeline.capture.dataset.journal import Journal, read_journal
 from foveacam_pipeline.capture.dataset.lock import FolderLock
-from foveacam_pipeline.capture.dataset.point_store import IMAGES, PointStore, remove_unacknowledged
+from foveacam_pipeline.capture.dataset.point_store import (
+    IMAGES,
+    BegunPoint,
+    PointStore,
+    remove_unacknowledged,
+)
 from foveacam_pipeline.capture.dataset.values import (
     Place,
     Point,
@@ -64,11 +69,10 @@ class DatasetWriter:
         self, folder: Path, document: DatasetDocument, lock: FolderLock, settings: WriterSettings
     ) -> None:
         """Take over a folder that is locked. Raise OSError."""
-        self._folder, self._document, self._lock, self._settings = folder, document, lock, settings
+        self._folder, self._document, self._lock = folder, document, lock
         journal = _prepared(folder, document)
         self._records = list(journal.records)
         self._next = len(self._records)
-        self._written_bytes = 0
         self._ended = False
         header = document.header
         self._store = PointStore(
@@ -78,7 +82,10 @@ class DatasetWriter:
             calibration=header.calibration,
             encoders=settings.encoders,
         )
-        self._hand_over = HandOver(self._keep, depth=settings.depth)
+        self._keeper = _Keeper(
+            folder=folder, store=self._store, records=self._records, on_kept=settings.on_kept
+        )
+        self._hand_over = HandOver(self._keeper, depth=settings.depth)
 
     @classmethod
     def create(cls, folder: Path, header: Header, settings: WriterSettings = DEFAULT) -> Self:
@@ -133,7 +140,7 @@ class DatasetWriter:
             planned=self.header.points,
             acknowledged=len(self._records),
             queued=self._hand_over.queued,
-            written_bytes=self._written_bytes,
+            written_bytes=self._keeper.written_bytes,
             waited_s=self._hand_over.waited_s,
         )
 
@@ -209,14 +216,31 @@ class DatasetWriter:
             self._store.close()
             self._lock.release()
 
-    def _keep(self, point: Point) -> None:
-        """Run on the writer's thread."""
-        with disk_errors(f"point {point.place.index}", self._folder):
-            record = self._store.store(point)
-        self._records.append(record)
-        self._written_bytes += sum(frame.size_bytes for frame in record.frames)
-        if self._settings.on_kept is not None:
-            self._settings.on_kept(point.place.index)
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class _Keeper:
+    """What the hand-over's thread does with a point."""
+
+    folder: Path
+    store: PointStore
+    records: list[PointRecord]
+    on_kept: Callable[[int], None] | None
+    written_bytes: int = 0
+
+    def begin(self, point: Point) -> BegunPoint:
+        return self.store.begin(point)
+
+    def keep(self, begun: BegunPoint) -> None:
+        index = begun.place.index
+        with disk_errors(f"point {index}", self.folder):
+            record = self.store.commit(begun)
+        self.records.append(record)
+        self.written_bytes += sum(frame.size_bytes for frame in record.frames)
+        if self.on_kept is not None:
+            self.on_kept(index)
+
+    def drop(self, begun: BegunPoint) -> None:
+        self.store.drop(begun)
 
 
 def _prepared(folder: Path, document: DatasetDocument) -> Journal:
