@@ -24,6 +24,7 @@ LINKED = (
     "black_level",
     "pixel_format",
     "frame_rate_hz",
+    "frame_rate_auto",
     "width_px",
     "height_px",
     "trigger",

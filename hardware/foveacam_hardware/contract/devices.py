@@ -1,7 +1,7 @@
 """Protocols of the devices. Drivers and the simulation implement them; procedures know nothing else."""
 
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from foveacam_hardware.contract.camera_values import (
     CameraCounters,
@@ -45,7 +45,7 @@ class Camera(Protocol):
 
     @property
     def settings(self) -> CameraSettings:
-        """What it runs with."""
+        """What it runs with; of what it sets itself, what it said within the last second."""
         ...
 
     @property
@@ -100,6 +100,14 @@ class Camera(Protocol):
         ...
 
 
+class PendingExposure(Protocol):
+    """A triggered exposure that was asked for."""
+
+    def wait(self) -> ExposureReceipt:
+        """Return once it is over; once. Raise `Timeout`, `DeviceFault` or `NotConnected` when it failed."""
+        ...
+
+
 class Mirrors(Protocol):
     """The pair of steering mirrors and the trigger lines, behind one controller."""
 
@@ -145,6 +153,10 @@ class Mirrors(Protocol):
 
     def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
         """Move, settle, trigger both foveae, and return once the exposure is over."""
+        ...
+
+    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+        """Do the same without waiting: the exposure is over when its `wait` returns. One at a time."""
         ...
 
     def park(self) -> None:
@@ -280,4 +292,26 @@ class Head(Protocol):
 
     def set_low_pass(self, cutoff_hz: int) -> int:
         """Run the mirrors' drive filters at another cut-off, Hz; return the one before."""
+        ...
+
+
+@runtime_checkable
+class TriggerHead(Head, Protocol):
+    """A head that looks in two steps, so that the mirrors move on while the cameras are read.
+
+    `settle_us`: how long it waits after a move, unless it is told otherwise.
+    """
+
+    settle_us: int
+
+    def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
+        """Begin to steer, settle and expose both foveae; the one begun before must be over."""
+        ...
+
+    def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
+        """Return left and right of an exposure; raise `DeviceFault` for one that is missing."""
+        ...
+
+    def wide_since(self, t_ns: int) -> Frame:
+        """Return the newest wide frame exposed at `t_ns` or later, waiting for one if there is none."""
         ...
