@@ -25,6 +25,8 @@ from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
+from .controllers import Controllers, started
+
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
 HALF_STEP_V = 200 / 65_535 / 2 + 1e-9
@@ -52,6 +54,12 @@ class Bench:
 Make = Callable[[tuple[int, int, int]], Bench]
 
 
+@pytest.fixture(scope="module")
+def controllers() -> Iterator[Controllers]:
+    with started() as running:
+        yield running
+
+
 @pytest.fixture(params=["loopback", "process"])
 def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     benches: list[Bench] = []
@@ -63,15 +71,14 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
             controller = LoopbackController(clock, cables, strict=True, version=version)
             benches.append(Bench(controller, cables, clock))
         else:
-            process = ControllerProcess(cables, strict=True, version=version)
+            controllers: Controllers = request.getfixturevalue("controllers")
+            process = controllers.fresh(cables, strict=True, version=version)
             benches.append(Bench(process, cables, MonotonicClock()))
         return benches[-1]
 
     yield build
     for bench in benches:
         bench.mirrors.close()
-        if isinstance(bench.controller, ControllerProcess):
-            bench.controller.close()
 
 
 @pytest.fixture
@@ -373,18 +380,18 @@ def test_a_controller_found_enabled_is_switched_off_and_started_properly(make: M
     assert bench.mirrors.state.volts == PARKED
 
 
-def test_a_second_driver_is_told_that_the_port_is_held() -> None:
-    with ControllerProcess(RecordingCables()) as process:
-        first = ControllerMirrors(process.open, MonotonicClock())
-        first.connect()
-        second = ControllerMirrors(process.open, MonotonicClock())
-        with pytest.raises(NotConnected, match="held by another program"):
-            second.connect()
-        assert "held" in (second.state.fault or "")
-        first.steer(ASIDE)
-        first.close()
+def test_a_second_driver_is_told_that_the_port_is_held(controllers: Controllers) -> None:
+    process = controllers.fresh(RecordingCables(), strict=False)
+    first = ControllerMirrors(process.open, MonotonicClock())
+    first.connect()
+    second = ControllerMirrors(process.open, MonotonicClock())
+    with pytest.raises(NotConnected, match="held by another program"):
         second.connect()
-        second.close()
+    assert "held" in (second.state.fault or "")
+    first.steer(ASIDE)
+    first.close()
+    second.connect()
+    second.close()
 
 
 def test_errors_of_the_driver_are_of_the_one_tree(bench: Bench) -> None:

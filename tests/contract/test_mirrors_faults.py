@@ -20,7 +20,9 @@ from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.loopback import LoopbackController, LoopbackLink
+
+from .controllers import Controllers, started
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
@@ -66,18 +68,50 @@ def loopback(*, strict: bool) -> Rig:
     return Rig(controller, cables)
 
 
+class WaitingLink(LoopbackLink):
+    """A link on which only a deadline tells that no answer comes, as on a port."""
+
+    @property
+    def quiet(self) -> None:  # type: ignore[override]  # a link may not know
+        return None
+
+
+class WaitingController(LoopbackController):
+    """A controller in this process whose silence lasts as long as that of one behind a port."""
+
+    def open(self) -> LoopbackLink:
+        return WaitingLink(self.far_end, self.clock)
+
+
+@pytest.fixture(scope="module")
+def controllers() -> Iterator[Controllers]:
+    with started() as running:
+        yield running
+
+
+def behind_a_port(request: pytest.FixtureRequest) -> Rig:
+    controllers: Controllers = request.getfixturevalue("controllers")
+    cables = RecordingCables()
+    return Rig(controllers.fresh(cables, strict=False), cables)
+
+
 @pytest.fixture(params=["loopback", "process"])
 def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
+    built = loopback(strict=False) if request.param == "loopback" else behind_a_port(request)
+    yield built
+    built.mirrors.close()
+
+
+@pytest.fixture(params=["loopback", "process"])
+def waiting(request: pytest.FixtureRequest) -> Iterator[Rig]:
+    """A rig whose controller lets a host wait when it is silent, in this process too."""
     if request.param == "loopback":
-        built = loopback(strict=False)
-        yield built
-        built.mirrors.close()
-        return
-    cables = RecordingCables()
-    with ControllerProcess(cables) as process:
-        built = Rig(process, cables)
-        yield built
-        built.mirrors.close()
+        cables = RecordingCables()
+        built = Rig(WaitingController(VirtualClock(1_000_000_000), cables), cables)
+    else:
+        built = behind_a_port(request)
+    yield built
+    built.mirrors.close()
 
 
 def actions(rig: Rig) -> dict[str, Callable[[], object]]:
@@ -192,18 +226,18 @@ def test_silence_is_reported_and_ends_with_a_reconnect(rig: Rig) -> None:
     assert rig.mirrors.state.fault is None
 
 
-def test_unplugging_ends_a_pending_request_at_once(rig: Rig) -> None:
-    rig.controller.configure(silent=True)
+def test_unplugging_ends_a_pending_request_at_once(waiting: Rig) -> None:
+    waiting.controller.configure(silent=True)
     with ThreadPoolExecutor(1) as pool:
         began_s = time.monotonic()
-        pending = pool.submit(rig.mirrors.ping)
-        rig.controller.unplug()
+        pending = pool.submit(waiting.mirrors.ping)
+        waiting.controller.unplug()
         with pytest.raises(NotConnected, match="plug"):
             pending.result(timeout=5)
 
     assert time.monotonic() - began_s < REPORT_WITHIN_S
-    assert not rig.mirrors.state.connected
-    assert "plug" in (rig.mirrors.state.fault or "")
+    assert not waiting.mirrors.state.connected
+    assert "plug" in (waiting.mirrors.state.fault or "")
 
 
 @pytest.mark.parametrize("keep_power", [False, True])
@@ -256,9 +290,12 @@ class MovingCables(RecordingCables):
             self.moved.set()
 
 
-def test_park_moves_the_mirrors_at_once_while_another_thread_waits_for_its_exposure() -> None:
+def test_park_moves_the_mirrors_at_once_while_another_thread_waits_for_its_exposure(
+    controllers: Controllers,
+) -> None:
     cables = MovingCables()
-    with ControllerProcess(cables, strict=True) as process, ThreadPoolExecutor(1) as pool:
+    process = controllers.fresh(cables, strict=True)
+    with ThreadPoolExecutor(1) as pool:
         mirrors = ControllerMirrors(process.open, MonotonicClock())
         mirrors.connect()
         pending = pool.submit(mirrors.expose, ASIDE, settle_us=400_000, pulse_us=4000)
@@ -278,12 +315,11 @@ def test_park_moves_the_mirrors_at_once_while_another_thread_waits_for_its_expos
         mirrors.close()
 
 
-def test_park_waits_for_no_pending_request_of_a_silent_controller() -> None:
-    rig = loopback(strict=False)
-    rig.controller.configure(silent=True)
+def test_park_waits_for_no_pending_request_of_a_silent_controller(waiting: Rig) -> None:
+    waiting.controller.configure(silent=True)
     with ThreadPoolExecutor(1) as pool:
-        pending = pool.submit(rig.outcome, rig.mirrors.ping)
-        rig.mirrors.park()
+        pending = pool.submit(waiting.outcome, waiting.mirrors.ping)
+        waiting.mirrors.park()
         assert not pending.done()
         assert pending.result(timeout=5) == "silent"
 

@@ -34,6 +34,10 @@ class StrangeLink:
     def backlog(self) -> Backlog:
         return NO_BACKLOG
 
+    @property
+    def quiet(self) -> None:
+        return None
+
     def write(self, data: bytes) -> None:
         with self._arrived:
             self._inbox += self._answer(data)

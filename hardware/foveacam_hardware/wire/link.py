@@ -74,6 +74,11 @@ class PortLink(Link, Protocol):
         """Return what waits to go out."""
         ...
 
+    @property
+    def quiet(self) -> bool | None:
+        """Whether all answers have been heard, so that none will come; None: only a deadline tells."""
+        ...
+
 
 LinkFactory: TypeAlias = Callable[[], Link]
 """Opens a fresh link, or raises `NotConnected`."""
@@ -109,6 +114,11 @@ class SerialLink:
         except (serial.SerialException, OSError, TypeError):
             return Backlog(stalls=self._stalls)
         return Backlog(queued_bytes=struct.unpack("I", answer)[0], stalls=self._stalls)
+
+    @property
+    def quiet(self) -> None:
+        """Nobody can know."""
+        return
 
     def write(self, data: bytes) -> None:
         """Send a whole packet in one call; what a full port leaves over follows at once."""

@@ -1,5 +1,6 @@
 """What comes back for a request: its phases as they arrive, a refusal with its remedy, or silence."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
@@ -11,6 +12,8 @@ STALL_S = 0.05
 """After a deadline the reader gets this long to hand over what arrived while this process was stalled."""
 MALFORMED = "Invalid packet"
 """What a request is called that arrived without one of its bytes: every one has a fixed size."""
+GLANCE_S = 0.002
+"""How often a link is asked that knows when no answer will come."""
 
 _REMEDIES = {
     "Strobe timeout": "check the strobe cables and that both cameras wait for triggers;"
@@ -37,9 +40,10 @@ class Arrival:
 class Reply:
     """What comes back for one request."""
 
-    def __init__(self, request: Packet, sent_ns: int) -> None:
+    def __init__(self, request: Packet, sent_ns: int, *, quiet: Callable[[], bool | None]) -> None:
         self.request = request
         self.sent_ns = sent_ns
+        self._quiet = quiet
         self._inbox: SimpleQueue[tuple[Packet, int] | NotConnected] = SimpleQueue()
 
     def put(self, item: tuple[Packet, int] | NotConnected) -> None:
@@ -64,6 +68,15 @@ class Reply:
         return Arrival(packet, self.sent_ns, t_ns)
 
     def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
+        """Return what comes within a time; on a link that knows, without waiting for what never comes."""
+        if self._quiet() is None:
+            return self._get(timeout_s)
+        while (item := self._get(GLANCE_S)) is None:
+            if self._quiet():
+                return self._get(0.0)
+        return item
+
+    def _get(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
         try:
             return self._inbox.get(timeout=timeout_s)
         except Empty:

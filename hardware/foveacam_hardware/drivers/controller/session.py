@@ -169,7 +169,7 @@ class Session:
         for method, prop, payload in messages:
             self._sequence = next_sequence(self._sequence)
             packet = Packet(method, prop, self._sequence, payload)
-            replies.append(Reply(packet, self._clock.now_ns()))
+            replies.append(Reply(packet, self._clock.now_ns(), quiet=lambda: self._link.quiet))
         self._waiting.update((reply.request.sequence, reply) for reply in replies)
         self._unanswered |= {reply.request.sequence for reply in replies}
         self._write([reply.request for reply in replies])

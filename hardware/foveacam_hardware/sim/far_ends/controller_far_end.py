@@ -48,7 +48,7 @@ class ControllerFarEnd:
         self.packets_received: deque[Packet] = deque(maxlen=4096)
         """What the host has asked, for those who check what a driver sends."""
         self.malformed = 0
-        """Frames that were no packets."""
+        """Frames that were no packets, since it was switched on."""
         self._out = bytearray()
         self._decoder = CobsDecoder()
         self._inbox: deque[bytes | None] = deque()
@@ -114,6 +114,7 @@ class ControllerFarEnd:
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self.dead = False
+        self.malformed = 0
         self._out.clear()
         self._inbox.clear()
         self._decoder.reset()

@@ -24,6 +24,7 @@ class LoopbackLink:
         self._arrived = threading.Condition()
         self._inbox = bytearray()
         self._open = True
+        self._listening = False  # whether the reader has dealt with all that it was given, and waits
         self.identity = PortIdentity(name="simulated")
         self._check()
 
@@ -35,6 +36,12 @@ class LoopbackLink:
     def backlog(self) -> Backlog:
         """Nothing ever waits."""
         return NO_BACKLOG
+
+    @property
+    def quiet(self) -> bool:
+        """Whether the reader has dealt with all there is: a write lets the far end finish first."""
+        with self._arrived:
+            return self._listening and not self._inbox
 
     def write(self, data: bytes) -> None:
         """Hand `data` to the far end, and let it finish."""
@@ -51,10 +58,12 @@ class LoopbackLink:
         """Return what the far end has answered."""
         with self._arrived:
             if not self._inbox:
+                self._listening = True
                 self._arrived.wait(timeout_s)
             self._check()
             data = bytes(self._inbox)
             self._inbox.clear()
+            self._listening = not data
             return data
 
     def close(self) -> None:

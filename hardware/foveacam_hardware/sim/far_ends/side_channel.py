@@ -23,7 +23,7 @@ class ControllerStatus:
     dead: bool
     enabled: bool
     malformed: int
-    """Packets received that were no packets, since the process started."""
+    """Packets received that were no packets, since it was switched on."""
 
 
 class ChannelClosed(Exception):
