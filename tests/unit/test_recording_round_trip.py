@@ -7,11 +7,12 @@ import pytest
 from mcap.reader import NonSeekingReader, make_reader
 
 from foveacam_hardware.contract import DeviceInfo, InvalidInput, Role
+from foveacam_pipeline.capture.recording.pixels import pack_12p
 from foveacam_pipeline.capture.recording.poses import wide_from_fovea
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RecordedRig, wide_lens_of
-from foveacam_pipeline.capture.recording.values import Descriptor
+from foveacam_pipeline.capture.recording.values import Descriptor, RawFrame, StreamFormat
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.footprint import fovea_corners_px, fovea_footprint_px
@@ -83,6 +84,19 @@ def test_twelve_bits_come_back_packed_or_not_compressed_or_not(
         form = recording.stream("left").form
         assert (form.packed, form.compressed, form.bits) == (packed, compress, 12)
         np.testing.assert_array_equal(recording.frame("left", 0).image, deep)
+
+
+def test_packed_bytes_of_a_camera_are_kept_as_they_came(tmp_path: Path) -> None:
+    mosaic = np.zeros((4, 6), dtype=np.uint16)
+    mosaic[::2, ::2] = 3000
+    sent = pack_12p(mosaic)
+    form = StreamFormat(pixel_format="BayerRG12p", dtype="U8", height=4, width=6, channels=1, bits=12)
+    with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
+        recorder.publish("left", RawFrame(payload=sent, form=form, seq=0, t_ns=1))
+
+    assert sent.tobytes() in (tmp_path / "a.fcap").read_bytes()
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert recording.frame("left", 0).image[1, 2].tolist() == [3000, 0, 0]
 
 
 def test_the_library_reads_it_and_finds_telemetry_before_its_frame(tmp_path: Path) -> None:

@@ -189,7 +189,7 @@ class Recording:
 
     @staticmethod
     def _in_order(index: Index) -> dict[int, list[int]]:
-        """Return the numbers of each channel's entries in order of time; times that cannot be are left out."""
+        """Return the numbers of each channel's entries in order of time, without times that cannot be."""
         found: dict[int, list[int]] = {}
         for number, entry in enumerate(index.entries):
             if entry.t_ns <= LAST_NS:
