@@ -1,6 +1,7 @@
 """A dataset's writer: what it acknowledged is there, whole, whatever happens next."""
 
 import errno
+import math
 import os
 import threading
 from collections.abc import Callable
@@ -115,6 +116,22 @@ def test_two_frames_with_one_name_are_refused(folder: Path) -> None:
     shot = Shot(frame=noise_frame(Role.LEFT, 0))
     with DatasetWriter.create(folder, header(1)) as writer, pytest.raises(InvalidInput, match="number them"):
         writer.add(Point(place=Place(index=0), shots=(shot, shot)))
+
+
+def test_gazes_that_run_parallel_have_no_distance(folder: Path) -> None:
+    point = noise_point(0)
+    with DatasetWriter.create(folder, header(1)) as writer:
+        writer.add(replace(point, place=replace(point.place, distance_m=math.inf)))
+        writer.finish()
+    assert Dataset.open(folder)[0].place.distance_m is None
+
+
+def test_numbers_that_are_none_are_refused_before_the_disk_sees_them(folder: Path) -> None:
+    point = noise_point(0)
+    with DatasetWriter.create(folder, header(1)) as writer:
+        with pytest.raises(InvalidInput, match="pass None"):
+            writer.add(replace(point, place=replace(point.place, rail_m=math.nan)))
+        assert writer.next_point == 0
 
 
 def test_a_second_writer_is_kept_out(folder: Path) -> None:

@@ -3,7 +3,9 @@
 A point is one pose of both mirrors. Angles are radians here and in the files, volts differential.
 """
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from foveacam_hardware.contract import Frame, InvalidInput, Role
@@ -34,7 +36,8 @@ class Shot:
 class Place:
     """Where a point stands in its plan. `index` counts points from 0, through all scans.
 
-    `aim_rad`: (ax, ay) asked for, as seen from the rig's origin; `distance_m`: where both gazes were to meet.
+    `aim_rad`: (ax, ay) asked for, as seen from the rig's origin; `distance_m`: where both gazes were to meet;
+    None, or infinity, where they were to run parallel.
     `rail_m`, `pan_rad`, `tilt_rad`: the rig's own pose; None where there is no such device.
     """
 
@@ -106,9 +109,15 @@ class Progress:
     waited_s: float
 
 
-def check_point(point: Point) -> None:
-    """Raise InvalidInput for a point that could not be kept without loss or doubt."""
+def checked_point(point: Point) -> Point:
+    """Return a point as it is kept; raise InvalidInput when it could not be without loss or doubt."""
     what = f"point {point.place.index}"
+    place = point.place
+    if place.distance_m == math.inf:
+        place = replace(place, distance_m=None)
+    _check_finite(
+        what, (place.distance_m, place.rail_m, place.pan_rad, place.tilt_rad, *(place.aim_rad or ()))
+    )
     if bool(point.shots) == bool(point.skipped):
         raise InvalidInput(f"{what}: give its frames, or say why it is skipped")
     keys = [(shot.frame.role, shot.bracket, shot.stack) for shot in point.shots]
@@ -117,9 +126,21 @@ def check_point(point: Point) -> None:
     if any(shot.bracket < 0 or shot.stack < 0 for shot in point.shots):
         raise InvalidInput(f"{what}: brackets and stacks are counted from 0")
     for shot in point.shots:
-        wide_bits = shot.frame.image.dtype.itemsize * 8
-        if not 1 <= shot.frame.bits <= wide_bits:
-            raise InvalidInput(
-                f"{what}: {shot.frame.bits} bits in a frame of {wide_bits}-bit pixels; "
-                "pass the frame's true bits"
-            )
+        _check_shot(what, shot)
+    return replace(point, place=place)
+
+
+def _check_shot(what: str, shot: Shot) -> None:
+    frame = shot.frame
+    drive = () if frame.volts is None else (frame.volts.x_v, frame.volts.y_v)
+    _check_finite(f"{what}, {frame.role.value}", (*drive, *(shot.gaze_rad or ())))
+    pixel_bits = frame.image.dtype.itemsize * 8
+    if not 1 <= frame.bits <= pixel_bits:
+        raise InvalidInput(
+            f"{what}: {frame.bits} bits in a frame of {pixel_bits}-bit pixels; pass the frame's true bits"
+        )
+
+
+def _check_finite(what: str, values: Iterable[float | None]) -> None:
+    if not all(value is None or math.isfinite(value) for value in values):
+        raise InvalidInput(f"{what}: a volt, angle or place is not finite; pass None for what is not known")

@@ -41,7 +41,7 @@ from foveacam_pipeline.capture.dataset.values import (
     PointRecord,
     Progress,
     State,
-    check_point,
+    checked_point,
 )
 
 logger = logging.getLogger(__name__)
@@ -151,7 +151,7 @@ class DatasetWriter:
         back as DeviceFault; points that are out of turn or out of the plan are refused.
         """
         self._check_open()
-        check_point(point)
+        point = checked_point(point)
         index = point.place.index
         if index != self._next or index >= self.header.points:
             raise InvalidInput(
