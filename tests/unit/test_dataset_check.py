@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, check, info, rectify_dataset
+from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, check, describe, info, rectify_dataset
 from foveacam_pipeline.capture.dataset.rectified import read_pairs
 
 from .dataset_scenes import header, noise_point, noise_texture, painted, plane_point, written
@@ -126,3 +126,11 @@ def test_info_tells_the_figures(folder: Path) -> None:
     )
     assert found.sizes_px["left"] == "8 x 6, 8 bits"
     assert found.size_bytes == sum(path.stat().st_size for path in (folder / "images").iterdir())
+
+
+def test_label_and_licence_may_be_changed_but_not_under_a_writers_hands(folder: Path, tmp_path: Path) -> None:
+    describe(folder, label="a shelf, 5 m", licence="CC-BY-4.0")
+    assert (info(folder).label, info(folder).licence) == ("a shelf, 5 m", "CC-BY-4.0")
+    assert check(folder) == []
+    with DatasetWriter.create(tmp_path / "running", header(1)), pytest.raises(Busy):
+        describe(tmp_path / "running", label="mine")

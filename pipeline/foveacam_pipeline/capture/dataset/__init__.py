@@ -1,6 +1,7 @@
 """Datasets on disk: a writer that survives crashes, a reader, a check. The format: `pipeline/DATASETS.md`."""
 
 from foveacam_pipeline.capture.dataset.checking import DatasetInfo, check, info
+from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, Header
 from foveacam_pipeline.capture.dataset.images import Codec, largest_bytes
 from foveacam_pipeline.capture.dataset.names import dataset_name
@@ -27,6 +28,7 @@ __all__ = [
     "WriterSettings",
     "check",
     "dataset_name",
+    "describe",
     "info",
     "largest_bytes",
     "rectify_dataset",
