@@ -48,6 +48,20 @@ def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -
             assert (frame.pose.volts_source, frame.pose.exposure_ns) == ("fin-averaged", 2_000_000)
 
 
+def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
+    def interrupt(done_s: float, _words: str) -> None:
+        if done_s > 0.05:
+            raise KeyboardInterrupt
+
+    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+        record_opened(
+            rig, RecordWish(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, tell=interrupt
+        )
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert recording.finalized
+        assert 1 < len(recording.stream("left")) < 10
+
+
 def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:
     wish = RecordWish(file=tmp_path / "a.fcap", seconds=0.3, direction_deg=(1.0, 0.0))
     with (

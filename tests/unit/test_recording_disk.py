@@ -128,6 +128,18 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_for_ever(tmp_path: Path) 
         assert (len(recording.stream("left")), recording.finalized) == (1, False)
 
 
+def test_a_recording_that_an_error_ended_is_whole_and_does_not_say_that_it_ended_as_meant(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(KeyError), Recorder(tmp_path / "a.fcap", SESSION) as recorder:
+        publish_all(recorder)
+        raise KeyError
+
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert (recording.truncation, recording.finalized) == (None, False)
+        assert len(list(recording.frames())) == TICKS * len(STREAMS)
+
+
 def test_an_error_in_the_body_is_not_hidden_by_that_of_the_disk(tmp_path: Path) -> None:
     disk = SmallDisk(tmp_path / "a.fcap", room=8_000)
     with pytest.raises(KeyError), Recorder(tmp_path / "a.fcap", SESSION, disk=disk) as recorder:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -55,7 +56,7 @@ def record_opened(
     session = Session(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
     options = RecordingOptions(compress=recorded.compress)
     recorder = Recorder(recorded.file, session, options=options)
-    with recorder:
+    with recorder, suppress(KeyboardInterrupt):
         _looks(rig, recorder, recorded, volts=volts, calibration=calibration, tell=tell)
     return {
         "file": str(recorded.file),
@@ -97,7 +98,7 @@ def _looks(
     calibration: Calibration | None,
     tell: Tell,
 ) -> None:
-    """Look again and again until the time is over or the disk fails."""
+    """Look again and again until the time is over, the disk fails, or somebody presses Ctrl-C."""
 
     def publish(frame: Frame) -> None:
         found = raw_frame(frame, calibration=calibration, packed=recorded.packed)

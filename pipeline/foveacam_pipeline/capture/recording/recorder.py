@@ -63,7 +63,7 @@ class Recorder:
         self._streams: dict[str, StreamStatistics] = {}
         self._ring: deque[tuple[str, RawFrame] | Descriptor] = deque()
         self._changed = threading.Condition()
-        self._closing = False
+        self._closing = self._as_meant = False
         self._deadline_s = float("inf")
         self._failure: FoveaError | None = None
         self._thread = threading.Thread(target=self._run, name="foveacam-recording", daemon=True)
@@ -115,11 +115,14 @@ class Recorder:
             self._changed.notify()
             return True
 
-    def close(self) -> dict[str, StreamStatistics]:
-        """Write what waits and the file's end; return the counts, or raise what ended the recording."""
+    def close(self, *, as_meant: bool = True) -> dict[str, StreamStatistics]:
+        """Write what waits and the file's end; return the counts, or raise what ended the recording.
+
+        `as_meant`: whether the recording ends because it was to; else the file says that it did not.
+        """
         with self._changed:
             if not self._closing:
-                self._closing = True
+                self._closing, self._as_meant = True, as_meant
                 self._deadline_s = time.monotonic() + self._options.finish_s
             self._changed.notify()
         self._thread.join(self._options.finish_s + 1.0)
@@ -139,7 +142,7 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self.close()
+            self.close(as_meant=error is None)
         except FoveaError:
             if error is None:
                 raise
@@ -196,7 +199,8 @@ class Recorder:
     def _finish(self) -> None:
         counts = {stream: json.dumps(found.document()) for stream, found in self.statistics.items()}
         self._container.add_metadata(STATISTICS, counts)
-        if not any(Loss.DEADLINE in found.losses for found in self.statistics.values()):
+        in_time = not any(Loss.DEADLINE in found.losses for found in self.statistics.values())
+        if in_time and self._as_meant:
             self._container.add_metadata(FINALIZE, {"durationSec": json.dumps(self._duration_s())})
         self._container.finish()
 
