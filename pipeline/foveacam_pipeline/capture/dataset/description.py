@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, read_document, write_document
 from foveacam_pipeline.capture.dataset.lock import FolderLock
@@ -17,12 +18,14 @@ def describe(path: str | Path, *, label: str | None = None, licence: str | None 
     with disk_errors("its description", folder):
         lock = FolderLock(folder)
         try:
-            document = read_document(folder).described(label=_short(label), licence=_short(licence))
+            document = read_document(folder).described(label=_fitting(label), licence=_fitting(licence))
             write_document(folder, document)
         finally:
             lock.release()
     return document
 
 
-def _short(text: str | None) -> str | None:
-    return None if text is None else text[:LONGEST]
+def _fitting(text: str | None) -> str | None:
+    if text is not None and len(text) > LONGEST:
+        raise InvalidInput(f"a label or licence of {len(text)} characters: {LONGEST} are kept; shorten it")
+    return text
