@@ -1,7 +1,9 @@
 """The room of markers for tests: scenes changed on purpose, a true lens, and a watcher who takes notes."""
 
+import re
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import foveacam_hardware.sim.scenes as scenes
-from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_hardware.contract import MirrorVolts, PixelFormat, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.optics import gaze
@@ -20,6 +22,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 ROOM = Path(scenes.__file__).with_name("calibration.toml")
+NOISE = re.compile(r'\{kind="noise", color="(#\w+)", accent="(#\w+)".*?\}')
 EYES = (Role.LEFT, Role.RIGHT)
 SIZE = (1440, 1080)
 
@@ -44,15 +47,27 @@ class Notebook:
         self.last[name] = image
 
 
-def changed_room(folder: Path, *changes: tuple[str, str]) -> str:
-    """Write the room with some of its text replaced; return the path of the scene file."""
+def changed_room(folder: Path, *changes: tuple[str, str], plain: bool = False) -> str:
+    """Write the room with some of its text replaced; return the path of the scene file.
+
+    `plain`: its walls have no texture and are drawn in half of the time, for who looks at markers alone.
+    """
     text = ROOM.read_text()
+    if plain:
+        text, count = NOISE.subn(r'{kind="plain", color="\2"}', text)
+        assert count > 0
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
     path = folder / "room.toml"
     path.write_text(text)
     return str(path)
+
+
+def make_grey(rig: Rig) -> None:
+    """Let all cameras deliver grey values: colours cost time and say nothing about markers."""
+    for camera in (rig.wide, rig.left, rig.right):
+        camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
 
 
 def true_wide() -> Intrinsics:

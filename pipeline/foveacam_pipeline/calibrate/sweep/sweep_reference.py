@@ -48,15 +48,14 @@ def nodes_to_return_to(sweep: Sweep) -> list[int]:
 
 
 def returned(sweeps: Sequence[Sweep]) -> bool:
-    """Return whether after the last run of these sweeps the rig has returned to nodes out in the field."""
-    seen = [(pose, sweep) for sweep in sweeps for pose in (*sweep.poses, *sweep.repeats)]
-    last = max((pose.run for pose, _ in seen), default="")
-    out = [
-        pose
-        for pose, sweep in seen
-        if pose.run == last and pose.repeat > 0 and pose.index != middle_node(sweep.header.plan)
-    ]
-    return len(out) >= len(CROSS) - 1
+    """Return whether in the last run of these sweeps the rig has returned to nodes out in the field."""
+    last = max((pose.run for sweep in sweeps for pose in (*sweep.poses, *sweep.repeats)), default="")
+    for sweep in sweeps:
+        middle = {middle_node(sweep.header.plan)}
+        again = {pose.index for pose in sweep.repeats if pose.run == last} - middle
+        if again and again >= set(nodes_to_return_to(sweep)) - middle:
+            return True
+    return False
 
 
 @dataclass(slots=True, kw_only=True)

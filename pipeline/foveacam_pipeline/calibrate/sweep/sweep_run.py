@@ -75,6 +75,9 @@ def run_sweep(
         base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
     )
     run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
+    if known is not None:  # before anything moves
+        sizes = known.header.wide_size, known.header.fovea_size
+        check_same(known.header, run.header(station, *sizes), path)
     by_hand = HandTurned(
         head=head,
         clock=clock,
@@ -141,20 +144,7 @@ class _Run:
         fovea_size = self.meter.fovea_size
         if fovea_size is None:
             raise InvalidInput("sweep: no eye delivered a picture; check both cameras")
-        settings = self.settings
-        header = SweepHeader(
-            rig_id=settings.rig_id,
-            created_utc=settings.created_utc,
-            station=station,
-            layout=settings.layout,
-            plan=self.plan,
-            wide_size=at_rest.size,
-            fovea_size=fovea_size,
-            max_v=settings.max_v,
-            wide_serial=settings.wide_serial,
-            left_serial=settings.left_serial,
-            right_serial=settings.right_serial,
-        )
+        header = self.header(station, at_rest.size, fovea_size)
         if known is None:
             save_sweep(Sweep(header=header), self.path)
             return Sweep(header=header)
@@ -162,6 +152,25 @@ class _Run:
         for pose in (*known.poses, *known.repeats):
             self.meter.learn(pose)
         return known
+
+    def header(
+        self, station: Station, wide_size: tuple[int, int], fovea_size: tuple[int, int]
+    ) -> SweepHeader:
+        """Return what this run would write at the head of its file; sizes are (width, height), px."""
+        settings = self.settings
+        return SweepHeader(
+            rig_id=settings.rig_id,
+            created_utc=settings.created_utc,
+            station=station,
+            layout=settings.layout,
+            plan=self.plan,
+            wide_size=wide_size,
+            fovea_size=fovea_size,
+            max_v=settings.max_v,
+            wide_serial=settings.wide_serial,
+            left_serial=settings.left_serial,
+            right_serial=settings.right_serial,
+        )
 
     def measured(self, sweep: Sweep, by_hand: HandTurned) -> Sweep:
         """Measure what is missing or was refused."""
