@@ -1,10 +1,11 @@
 """The proof: every byte of a session is lost once, in each direction, and the host is never confused.
 
-Against the strict far end, which errs as controllers in the field do, and against one that does not. Whatever
-happens is either without effect, or told to whoever asked, with the mirrors parked where the controller
-still lives; and a whole session works again afterwards (after a power cycle where only that helps).
+Against the strict far end, which errs as controllers in the field do; against one that does not, a quarter of
+them. Whatever happens is either without effect, or told to whoever asked, with the mirrors parked where the
+controller still lives; and a whole session works again afterwards (if need be after a power cycle).
 """
 
+import random
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -20,7 +21,6 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller.guard import Care
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind, LineFaults
@@ -32,10 +32,6 @@ HALF_STROKE_CODES = 27_853
 """±85 V about the bias."""
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
 AFAR = StereoVolts(left=MirrorVolts(x_v=-60.0, y_v=31.0), right=MirrorVolts(x_v=47.5, y_v=-150.0))
-QUICK = Care(answer_s=0.05, probe_s=0.04)
-"""In one process and on virtual time an answer is there at once or never."""
-TRIES = 3
-"""A machine that is busy elsewhere may make an answer late where no byte was lost: then once more."""
 TOLD = (Timeout, NotConnected, DeviceFault)
 BEYOND = 10**9
 
@@ -83,7 +79,7 @@ def bench(*, strict: bool) -> Bench:
     clock = VirtualClock(1_000_000_000)
     cables = RecordingCables()
     controller = LoopbackController(clock, cables, strict=strict)
-    return Bench(controller, cables, ControllerMirrors(controller.open, clock, care=QUICK))
+    return Bench(controller, cables, ControllerMirrors(controller.open, clock))
 
 
 def session_bytes(direction: str) -> int:
@@ -96,21 +92,12 @@ def session_bytes(direction: str) -> int:
 
 def lose(direction: str, skip: int, *, strict: bool) -> str:
     """Run a session without its byte number `skip`, check all that must hold, and return how it ended."""
-    for tries_left in reversed(range(TRIES)):
-        built = bench(strict=strict)
-        line = built.line(direction)
-        line.add(Damage(kind=DamageKind.DROP, skip=skip))
-        try:
-            outcome = damaged_session(built)
-            if line.pending:
-                continue
-            built.session()
-        except TOLD:
-            if not tries_left:
-                raise
-        else:
-            break
+    built = bench(strict=strict)
+    line = built.line(direction)
+    line.add(Damage(kind=DamageKind.DROP, skip=skip))
+    outcome = damaged_session(built)
     assert not line.pending
+    built.session()
     assert not built.cables.rail_on
     driven = [codes for _, codes in built.cables.drives if any(codes)]
     assert all(abs(code - BIAS_CODE) <= HALF_STROKE_CODES for codes in driven for code in codes)
@@ -151,11 +138,12 @@ def reported(built: Bench, told: FoveaError) -> str:
 @pytest.mark.parametrize("direction", ["device", "host"])
 def test_every_byte_of_a_session_may_be_lost_once(direction: str, strict: bool) -> None:
     size = session_bytes(direction)
+    assert size > 400
+    every = range(size)
+    skips = every if strict else random.Random(4).sample(every, size // 4)  # noqa: S311 - repeatable
     with ThreadPoolExecutor(16) as pool:
-        outcomes = list(pool.map(lambda skip: lose(direction, skip, strict=strict), range(size)))
+        found = set(pool.map(lambda skip: lose(direction, skip, strict=strict), skips))
 
-    assert len(outcomes) == size > 400
-    found = set(outcomes)
     assert found <= {"absorbed", "recovered", "refused", "stopped"}
     assert ("stopped" in found) == (strict and direction == "device")
     assert {"absorbed", "recovered"} <= found
