@@ -18,6 +18,7 @@ from foveacam_hardware.contract import (
     OutOfRange,
     Role,
     StereoVolts,
+    TriggerHead,
     VirtualClock,
 )
 from foveacam_hardware.rig import Rig
@@ -61,6 +62,22 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         late_ms = (sighting.wide.t_ns - sighting.left.t_ns) / 1e6
 
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
+
+
+def test_the_mirrors_move_on_while_the_last_exposure_is_read(rig: Rig) -> None:
+    head = rig.head
+    assert isinstance(head, TriggerHead)
+    settle_us, exposure_us = head.settle_us, rig.left.settings.exposure_ns // 1000
+    first = head.begin(both(20.0, 0.0), settle_us=settle_us).wait()
+    second = head.begin(both(-20.0, 0.0), settle_us=settle_us)
+    left, right = head.frames_of(first)
+    after = second.wait()
+
+    assert left.t_ns == right.t_ns == pytest.approx(first.t_exposure_ns, abs=2000)
+    assert (after.t_exposure_ns - first.t_exposure_ns) / 1e3 < settle_us + exposure_us + 1000.0
+    drive = head.frames_of(after)[0].volts
+    assert drive is not None
+    assert drive.x_v == pytest.approx(-20.0, abs=0.004)
 
 
 def test_the_mirror_has_settled_when_the_exposure_begins(rig: Rig) -> None:

@@ -27,6 +27,7 @@ from foveacam_hardware.contract import (
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
+    PendingExposure,
     PixelFormat,
     Rail,
     RailPlace,
@@ -110,6 +111,9 @@ class FakeMirrors:
         return volts
 
     def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+        raise AssertionError("the fake head does not expose")
+
+    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
         raise AssertionError("the fake head does not expose")
 
     def park(self) -> None:

@@ -12,7 +12,15 @@ from foveacam_hardware.contract.camera_values import (
     TriggerSource,
 )
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
-from foveacam_hardware.contract.devices import Camera, Head, Mirrors, PanTilt, Rail
+from foveacam_hardware.contract.devices import (
+    Camera,
+    Head,
+    Mirrors,
+    PanTilt,
+    PendingExposure,
+    Rail,
+    TriggerHead,
+)
 from foveacam_hardware.contract.errors import (
     Busy,
     Cancelled,
@@ -85,6 +93,7 @@ __all__ = [
     "PanTiltLimits",
     "PanTiltPose",
     "PanTiltState",
+    "PendingExposure",
     "PixelFormat",
     "Rail",
     "RailLimits",
@@ -100,6 +109,7 @@ __all__ = [
     "StreamTelemetry",
     "Timeout",
     "TriggerBudget",
+    "TriggerHead",
     "TriggerSource",
     "VirtualClock",
     "same_exposure",

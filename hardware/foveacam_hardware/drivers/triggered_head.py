@@ -16,6 +16,7 @@ from foveacam_hardware.contract import (
     InvalidInput,
     Mirrors,
     MirrorVolts,
+    PendingExposure,
     Sighting,
     StereoVolts,
     Timeout,
@@ -59,10 +60,26 @@ class TriggeredHead:
         """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
         wait_us = self.settle_us if settle_us is None else settle_us
         receipt = self._mirrors.expose(volts, settle_us=wait_us, pulse_us=self._pulse_us())
-        wide = self._wide_since(receipt.t_exposure_ns)  # first: it runs freely, and soon there is a newer one
-        left = self._frame(self._left, receipt, receipt.volts.left)
-        right = self._frame(self._right, receipt, receipt.volts.right)
+        wide = self.wide_since(receipt.t_exposure_ns)  # first: it runs freely, and soon there is a newer one
+        left, right = self.frames_of(receipt)
         return Sighting(left=left, right=right, wide=wide, volts=receipt.volts)
+
+    def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
+        """Begin to steer, settle and expose both foveae; what the one before saw can be read meanwhile."""
+        return self._mirrors.begin_exposure(volts, settle_us=settle_us, pulse_us=self._pulse_us())
+
+    def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
+        """Return what both foveae saw in an exposure that is over."""
+        left = self._frame(self._left, receipt, receipt.volts.left)
+        return left, self._frame(self._right, receipt, receipt.volts.right)
+
+    def wide_since(self, t_ns: int) -> Frame:
+        """Return the newest wide frame exposed at `t_ns` or later; wait for one where there is none."""
+        age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
+        frame = self._wide.latest(max_age_ms=age_ms)
+        while frame.t_ns < t_ns:
+            frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
+        return frame
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame without moving anything."""
@@ -112,14 +129,6 @@ class TriggeredHead:
                     f" came {late_ns / 1e6:.1f} ms after it; check for a second trigger source or lost frames"
                 )
             logger.debug("camera %s: dropped a frame %.1f ms old", camera.role, -late_ns / 1e6)
-
-    def _wide_since(self, t_ns: int) -> Frame:
-        """Return a wide frame exposed at `t_ns` or later."""
-        age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
-        frame = self._wide.latest(max_age_ms=age_ms)
-        while frame.t_ns < t_ns:
-            frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
-        return frame
 
 
 def _refuse_own_will(camera: Camera) -> None:

@@ -1,5 +1,7 @@
 """One triggered exposure in the controller's words: its times checked, its phases awaited, its report."""
 
+from collections.abc import Callable
+
 from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
@@ -10,6 +12,17 @@ from foveacam_hardware.wire.controller_payloads import FrameReport
 STROBE_GRACE_US = 5000
 """After the pulse, how long the controller lets an exposure last."""
 MAX_U32 = 0xFFFF_FFFF
+
+
+class ExposureUnderWay:
+    """Implements the contract's PendingExposure."""
+
+    def __init__(self, end: Callable[[], ExposureReceipt]) -> None:
+        self._end = end
+
+    def wait(self) -> ExposureReceipt:
+        """Return the report of the exposure once it is over."""
+        return self._end()
 
 
 def longest_s(*, settle_us: int, pulse_us: int) -> float:

@@ -19,13 +19,20 @@ from foveacam_hardware.contract import (
     MirrorLimits,
     MirrorState,
     NotConnected,
+    PendingExposure,
     StereoVolts,
     Timeout,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.exposure import await_frame, check_times, longest_s, receipt
+from foveacam_hardware.drivers.controller.exposure import (
+    ExposureUnderWay,
+    await_frame,
+    check_times,
+    longest_s,
+    receipt,
+)
 from foveacam_hardware.drivers.controller.governor import Governor
 from foveacam_hardware.drivers.controller.guard import Care, Watch, set_watch
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
@@ -35,6 +42,7 @@ from foveacam_hardware.drivers.controller.session import Session
 from foveacam_hardware.drivers.controller.targets import STREAMS, Targets
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
 from foveacam_hardware.wire.controller import Property
+from foveacam_hardware.wire.controller_payloads import FrameReport
 from foveacam_hardware.wire.link import PortLinkFactory
 
 logger = logging.getLogger(__name__)
@@ -175,13 +183,18 @@ class ControllerMirrors:
 
         The controller gives up on an exposure shorter than the pulse or longer than the pulse + 5 ms.
         """
+        with self._procedure:
+            return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us).wait()
+
+    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+        """Ask for the same and return at once; the controller keeps the times by itself."""
         check_times(settle_us=settle_us, pulse_us=pulse_us)
         with self._procedure:
-            dialogue = self._ready()
-            if self._clock_map is None or not self._controller.has_frames:
+            dialogue, clock_map = self._ready(), self._clock_map
+            if clock_map is None or not self._controller.has_frames:
                 found = f"controller: firmware {self._info.version} has no triggered exposures"
                 raise DeviceFault(f"{found}; update it to 2.0")
-            age_ns = self._clock_map.age_ns(self._clock.now_ns())
+            age_ns = clock_map.age_ns(self._clock.now_ns())
             if age_ns is None or age_ns > CLOCK_MAX_AGE_NS:
                 self._ping(dialogue)
             if not self._targets.tracked:
@@ -191,11 +204,12 @@ class ControllerMirrors:
             _, update, frame = self._targets.expose(
                 dialogue.session, volts, settle_us=settle_us, pulse_us=pulse_us, t_ns=self._clock.now_ns()
             )
-            duration_s = longest_s(settle_us=settle_us, pulse_us=pulse_us)
-            report = self._recovery.guarded(
-                dialogue, lambda: await_frame(dialogue, update, frame, duration_s=duration_s)
-            )
-            return receipt(report, self._clock_map)
+        duration_s = longest_s(settle_us=settle_us, pulse_us=pulse_us)
+
+        def report() -> FrameReport:
+            return await_frame(dialogue, update, frame, duration_s=duration_s)
+
+        return ExposureUnderWay(lambda: receipt(self._recovery.guarded(dialogue, report), clock_map))
 
     @property
     def low_pass_hz(self) -> int:

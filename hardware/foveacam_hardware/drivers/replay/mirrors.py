@@ -15,6 +15,7 @@ from foveacam_hardware.contract import (
     MirrorLimits,
     MirrorState,
     OutOfRange,
+    PendingExposure,
     StereoVolts,
 )
 from foveacam_hardware.drivers.replay.camera import ReplayCamera
@@ -102,6 +103,10 @@ class ReplayMirrors:
         self._refuse("steer")
 
     def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+        """Refuse."""
+        self._refuse("steer and expose")
+
+    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
         """Refuse."""
         self._refuse("steer and expose")
 

@@ -1,0 +1,25 @@
+"""Raster captures: a plan taken point after point into a dataset, on any rig behind the contract."""
+
+from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess, trigger_head
+from foveacam_pipeline.capture.run.capture import run_capture
+from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
+from foveacam_pipeline.capture.run.room import image_size, writer_settings
+from foveacam_pipeline.capture.run.survey import check_exposures, prepare
+from foveacam_pipeline.capture.run.values import Phase, Report, RunSettings
+
+__all__ = [
+    "CaptureRig",
+    "CaptureWatcher",
+    "Phase",
+    "Report",
+    "RigAccess",
+    "RunSettings",
+    "check_exposures",
+    "conditions_document",
+    "image_size",
+    "prepare",
+    "rig_document",
+    "run_capture",
+    "trigger_head",
+    "writer_settings",
+]
