@@ -1,9 +1,13 @@
-"""Compiles the controller's firmware for this machine, once a test run."""
+"""Compiles the controller's firmware for this machine, whenever its sources have changed since."""
 
+import fcntl
 import functools
+import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -21,28 +25,43 @@ def built(name: str, *, sanitized: bool = False) -> Path:
 
 
 class _Folder:
-    """Where products go; it goes with the process."""
+    """Where products go: beside the sources, else to a folder that goes with the process."""
 
-    def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="fovea-firmware-")
-        self.path = Path(self._folder.name)
+    def __init__(self, name: str) -> None:
+        self.path = SOURCES / "build" / name
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            writable = os.access(self.path, os.W_OK)
+        except OSError:
+            writable = False
+        if not writable:
+            self._folder = tempfile.TemporaryDirectory(prefix="fovea-firmware-")
+            self.path = Path(self._folder.name)
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep other test processes out meanwhile."""
+        with (self.path / ".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
 
 
 @functools.cache
 def _folder(sanitize: str) -> _Folder:
-    del sanitize  # a folder for each
-    return _Folder()
+    return _Folder("tests-checked" if sanitize else "tests")
 
 
 @functools.cache
 def _make(name: str, sanitize: str) -> Path:
-    folder = _folder(sanitize).path
-    command = ["make", "--silent", "--directory", str(SOURCES), f"OUT={folder}", f"SANITIZE={sanitize}"]
-    made = subprocess.run(
-        [*command, str(folder / name)], capture_output=True, text=True, check=False, timeout=100
-    )
+    folder = _folder(sanitize)
+    product = folder.path / name
+    command = ["make", "--silent", "--directory", str(SOURCES), f"OUT={folder.path}", f"SANITIZE={sanitize}"]
+    with folder.alone():
+        made = subprocess.run(
+            [*command, str(product)], capture_output=True, text=True, check=False, timeout=100
+        )
     assert made.returncode == 0, f"the firmware does not compile:\n{made.stderr}"
-    return folder / name
+    return product
 
 
 @functools.cache
