@@ -22,6 +22,8 @@ from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
 
+from ..contract.controllers import Controllers, started  # noqa: TID252 - tests are no installed package
+
 REST = (29490,) * 8
 HOST = Path(__file__).parent / "guarded_host.py"
 PATIENCE_S = 30.0
@@ -76,10 +78,15 @@ def cables() -> WatchedCables:
     return WatchedCables()
 
 
+@pytest.fixture(scope="module")
+def controllers() -> Iterator[Controllers]:
+    with started() as running:
+        yield running
+
+
 @pytest.fixture
-def controller(cables: WatchedCables) -> Iterator[ControllerProcess]:
-    with ControllerProcess(cables, strict=True) as process:
-        yield process
+def controller(controllers: Controllers, cables: WatchedCables) -> ControllerProcess:
+    return controllers.fresh(cables, strict=True)
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGSEGV])
@@ -180,12 +187,14 @@ def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
     mirrors.close()
 
 
-def test_a_byte_lost_while_the_guardian_parks_does_not_stop_it(cables: WatchedCables) -> None:
-    with ControllerProcess(cables) as controller:
-        with hosting(controller, "wait") as host:
-            # The last byte of the packets to rest: without it the first request to switch off is lost.
-            controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=4 * 24 - 1))
-            host.process.kill()
-            assert cables.off.wait(PATIENCE_S)
-            host.await_guardians_end()
-        assert cables.codes == REST
+def test_a_byte_lost_while_the_guardian_parks_does_not_stop_it(
+    controllers: Controllers, cables: WatchedCables
+) -> None:
+    controller = controllers.fresh(cables, strict=False)
+    with hosting(controller, "wait") as host:
+        # The last byte of the packets to rest: without it the first request to switch off is lost.
+        controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=4 * 24 - 1))
+        host.process.kill()
+        assert cables.off.wait(PATIENCE_S)
+        host.await_guardians_end()
+    assert cables.codes == REST
