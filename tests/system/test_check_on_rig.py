@@ -17,6 +17,8 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_server.runtime.calibrations import SHIPPED
 
+from .calibration_room import make_grey
+
 QUICK = CheckSettings(columns=4, rows=3)
 LOWERED_PX = 3.0
 
@@ -24,6 +26,7 @@ LOWERED_PX = 3.0
 @pytest.fixture(scope="module")
 def rig() -> Iterator[Rig]:
     with open_simulated("calibration", inline=True) as opened:
+        make_grey(opened)
         opened.mirrors.enable()
         opened.head.look(PARKED)
         yield opened

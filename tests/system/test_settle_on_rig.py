@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import CameraSettings, PixelFormat, Role
+from foveacam_hardware.contract import CameraSettings, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.low_pass import DriveHistory
 from foveacam_hardware.sim.presets import Preset, find_preset
@@ -16,24 +16,36 @@ from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, Settl
 from foveacam_pipeline.calibrate.settle.settle_wait import wait_us
 from foveacam_pipeline.verge.aim import EYES
 
+from .calibration_room import make_grey
+
 pytestmark = pytest.mark.timeout(300)
 
 QUICK = SettleSettings(
     axes=("x",), delays=18, longest_us=16_000, ringing_delays=20, ringing_us=6_000, settled_us=30_000
 )
+WALL = """
+format = "foveacam-scene"
+version = 1
+title = "A wall with texture of some ten fovea pixels, and nothing else to draw"
+
+[materials]
+stone = {kind="noise", color="#3a352c", accent="#cdbfa6", contrast=1.4, coarsest_m=0.02, finest_m=0.002}
+
+[[objects]]
+name = "wall"
+shape = "quad"
+material = "stone"
+position_m = [0, 0, 3]
+size_m = [4, 3]
+"""
 MAX_V = 170.0
 TOLERANCE_US = {"rig120": 350.0, "paper": 100.0}
 """Half the time between two delays."""
 
 
 def plainly(rig: Rig) -> CameraSettings:
-    """Make both foveae's pictures grey, which are drawn faster; return what they are exposed with."""
-    for camera in (rig.left, rig.right):
-        camera.configure(
-            CameraSettings(
-                exposure_ns=camera.settings.exposure_ns, pixel_format=PixelFormat.MONO8, triggered=True
-            )
-        )
+    """Make all pictures grey, which are drawn faster; return what the foveae are exposed with."""
+    make_grey(rig)
     return rig.left.settings
 
 
@@ -47,10 +59,14 @@ def true_time_us(preset: Preset, share: float) -> float:
 
 
 @pytest.fixture(scope="module", params=["paper", "rig120"])
-def measured(request: pytest.FixtureRequest) -> tuple[Preset, SettleReport]:
+def measured(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Preset, SettleReport]:
     warm_up()
     preset = find_preset(request.param)
-    with open_simulated("bench", preset.name, inline=True) as rig:
+    scene = tmp_path_factory.mktemp("scene") / "wall.toml"
+    scene.write_text(WALL)
+    with open_simulated(str(scene), preset.name, inline=True) as rig:
         before = plainly(rig)
         report = characterise(
             rig.head,
