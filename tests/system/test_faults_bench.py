@@ -13,7 +13,7 @@ def test_killed_hosts_and_servers_leave_parked_mirrors_within_a_second() -> None
 
     figures = faults_kill.measure(tally, True)
 
-    assert figures["parked"] == figures["kills"] == 4
+    assert figures["parked"] == figures["kills"] == 2
     assert 0 < figures["parked_max_s"] <= 1.0
     assert tally.figures()["hangs"] == tally.limit_violations == 0
 
@@ -24,7 +24,8 @@ def test_broken_lines_are_noticed_and_all_is_well_again_without_a_restart() -> N
     faults_serial.measure(tally, True)
 
     figures = tally.figures()
-    assert figures["sequences"] == faults_serial.QUICK_SEQUENCES
+    assert figures["sequences"] == len(faults_serial.QUICK_NUMBERS)
+    assert {"line_silence", "line_stop", "line_cut"} <= set(tally.kinds)
     assert figures["faults"] > figures["absorbed"]
     assert (figures["hangs"], figures["unparked"], figures["limit_violations"]) == (0, 0, 0)
     assert figures["detected_max_s"] <= 2.0  # 1 s on a machine that is not busy elsewhere

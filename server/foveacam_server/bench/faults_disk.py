@@ -31,6 +31,7 @@ AWAY_S = (0.3, 2.0)
 NOTICE_S, RECOVER_S = 5.0, 15.0
 STEER_S = 0.5
 """Longest that a position may take meanwhile, else the rig waits for the disk."""
+STEER_PERIOD_S = 0.02
 ANY_PAGES = 1_073_741_823
 
 
@@ -117,6 +118,7 @@ def _suffer(tally: FaultTally, disk: Disk, host: BenchHost, rng: random.Random) 
     kept = True
     while (time.monotonic_ns() - began_ns) / 1e9 < away_s:
         kept &= _steers(host, rng)
+        time.sleep(STEER_PERIOD_S)
     sleep_until(began_ns, away_s)
     disk.free(host)
     back_ns = time.monotonic_ns()

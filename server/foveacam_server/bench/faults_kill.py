@@ -19,7 +19,7 @@ from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_server.bench.faults_tally import FaultTally, LimitCables, p95
 from foveacam_server.bench.server_process import ServerProcess, free_port
 
-SMALL_HOSTS, QUICK_SMALL_HOSTS = 45, 3
+SMALL_HOSTS, QUICK_SMALL_HOSTS = 45, 1
 SERVERS, QUICK_SERVERS = 5, 1
 SEED = 9
 LONGEST_LIFE_S = 0.4
