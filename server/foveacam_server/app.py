@@ -12,6 +12,7 @@ from foveacam_server.api import (
     calibration_sessions,
     calibrations,
     cameras,
+    captures,
     clouds,
     depth,
     drift_checks,
@@ -41,6 +42,7 @@ API = "/api/v1"
 _RESOURCES = (
     rig,
     cameras,
+    captures,
     mirrors,
     pan_tilt,
     rail,

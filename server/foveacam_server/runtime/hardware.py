@@ -119,6 +119,11 @@ class HardwareThread:
         self.check_may_move()
         return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us))
 
+    def shoot(self, work: Callable[[Rig], T]) -> "Future[T]":
+        """Enqueue work that steers and exposes by itself; refused like a look."""
+        self.check_may_move()
+        return self.submit(lambda rig: self._shoot(rig, work))
+
     def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
         """Enqueue one wide frame."""
         return self.submit(lambda rig: self._wide(rig, max_age_ms))
@@ -229,18 +234,29 @@ class HardwareThread:
 
     def _look(self, rig: Rig, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         self._live.look_begins()
+        sighting = self._exposed(rig, lambda: rig.head.look(volts, settle_us=settle_us))
+        if not self._halted.is_set():
+            self._gaze = sighting.volts if rig.replayed else volts
+        self._live.show_sighting(sighting)
+        return sighting
+
+    def _shoot(self, rig: Rig, work: Callable[[Rig], T]) -> T:
+        found = self._exposed(rig, lambda: work(rig))
+        if not self._halted.is_set():
+            self._gaze = rig.mirrors.state.volts
+        return found
+
+    def _exposed(self, rig: Rig, look: Callable[[], T]) -> T:
+        """Run what looks; find out which device failed, and park again when the stop came meanwhile."""
         try:
-            sighting = rig.head.look(volts, settle_us=settle_us)
+            found = look()
         except FoveaError as error:
             self._watch.look_failed(rig, error, exposing=True)
             raise
         finally:
             self._park_again_if_halted(rig)
         self._watch.look_succeeded()
-        if not self._halted.is_set():
-            self._gaze = sighting.volts if rig.replayed else volts
-        self._live.show_sighting(sighting)
-        return sighting
+        return found
 
     def _wide(self, rig: Rig, max_age_ms: float) -> Frame:
         self._live.wide_begins(in_session=self._session_of is not None)

@@ -101,6 +101,12 @@ class JobTable:
             )
         return job
 
+    def keyed(self, idempotency_key: str) -> bool:
+        """Tell whether a job has this key."""
+        with self._store.session() as session:
+            query = select(JobRow.seq).where(JobRow.idempotency_key == idempotency_key)
+            return session.scalars(query).first() is not None
+
     def save(self, job: Job) -> None:
         """Write down how the job stands."""
         values = {

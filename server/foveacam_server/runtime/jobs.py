@@ -43,15 +43,17 @@ class JobContext:
         """Begin another part of the work: what its first report calls done was done before."""
         self._done_before = None
 
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report `done` of `total`; the time left follows from the time so far."""
+    def progress(self, done: int, *, total: int, note: str = "", left_s: float | None = None) -> None:
+        """Report `done` of `total`; the time left follows from the time so far, unless it is known."""
         job = self.job
         if self._done_before is None or (job.total and total != job.total):  # another thing is counted now
             self._began_ns, self._done_before = self._clock.now_ns(), done
         job.done, job.total, job.note = done, total, note
         spent_s = (self._clock.now_ns() - self._began_ns) / 1e9
         here = done - self._done_before
-        job.eta_s = round(spent_s / here * (total - done), 2) if here > 0 and total else None
+        if left_s is None and here > 0 and total:
+            left_s = spent_s / here * (total - done)
+        job.eta_s = None if left_s is None else round(left_s, 2)
         self._runner.told(job)
 
 
@@ -112,6 +114,10 @@ class JobRunner:
         self._tell(job)
         self._waiting.put(job)
         return job
+
+    def keyed(self, idempotency_key: str | None) -> bool:
+        """Tell whether a job was asked for with this key before: `submit` then asks for nothing new."""
+        return idempotency_key is not None and self._table.keyed(idempotency_key)
 
     def get(self, job_id: str) -> Job:
         """Return one job, as it stands now."""

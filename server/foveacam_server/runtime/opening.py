@@ -14,6 +14,7 @@ from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, lo
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.settle_times import SettleTimes
+from foveacam_server.capturing.shelf import CAPTURES
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_health import CalibrationHealth
 from foveacam_server.runtime.calibration_records import CalibrationRecords
@@ -21,6 +22,7 @@ from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.camera_desk import CameraDesk
 from foveacam_server.runtime.camera_records import CameraRecords
+from foveacam_server.runtime.captures import CaptureService, CaptureTools
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog, Level
@@ -80,6 +82,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         jobs=jobs,
         events=ground.events,
     )
+    captures = _captures(ground, lore, sights, hardware=hardware, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
     hardware.start()
@@ -110,6 +113,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         overlay=sights.overlay,
         jobs=jobs,
         clouds=study.clouds,
+        captures=captures,
         fixations=study.fixations,
         viewer=sights.viewer,
     )
@@ -208,6 +212,22 @@ def _hardware(ground: _Ground, lore: _Lore, sights: _Sights) -> HardwareThread:
     )
     ground.stack.callback(hardware.close)
     return hardware
+
+
+def _captures(
+    ground: _Ground, lore: _Lore, sights: _Sights, *, hardware: HardwareThread, jobs: JobRunner
+) -> CaptureService:
+    tools = CaptureTools(
+        hardware=hardware,
+        calibration=lore.calibration,
+        jobs=jobs,
+        sink=sights.hub,
+        overlay=sights.overlay.of,
+        distance_m=lambda: sights.overlay.distance_m,
+        events=ground.events,
+        clock=ground.clock,
+    )
+    return CaptureService(ground.store.subfolder(CAPTURES), tools)
 
 
 def _open_study(

@@ -12,6 +12,7 @@ from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.camera_desk import CameraDesk
+from foveacam_server.runtime.captures import CaptureService
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog
@@ -61,6 +62,7 @@ class Services:
     overlay: Overlay
     jobs: JobRunner
     clouds: CloudShelf
+    captures: CaptureService
     fixations: FixationService
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""

@@ -1,0 +1,141 @@
+"""The shapes of requests and answers about captures."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from foveacam_pipeline.capture.plan import RasterPlan
+from foveacam_server.api.models import Asked, Told
+
+Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""One line for people: no control characters."""
+CodecName = Literal["tiff", "png"]
+
+
+class CaptureRequest(Asked):
+    """What is to be captured, and under which name; an empty plan is the whole field of the rig."""
+
+    name: Annotated[str, Field(max_length=1000)]
+    """Becomes a folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
+    plan: RasterPlan = RasterPlan()
+    label: Text = ""
+    licence: Text = "all rights reserved"
+    codec: CodecName = "tiff"
+    """TIFF keeps up with the rig's full pace; PNG takes half the room."""
+
+
+class EstimateRequest(Asked):
+    """A plan to be estimated; `distance_m` stands in for an average that is still to be measured."""
+
+    plan: RasterPlan = RasterPlan()
+    codec: CodecName = "tiff"
+    distance_m: Annotated[float, Field(gt=0.0)] | None = None
+
+
+class CapturePatch(Asked):
+    """What may be changed of a capture."""
+
+    label: Text | None = None
+    licence: Text | None = None
+
+
+class CapturePoints(Told):
+    """The points of a capture: planned, on the disk, passed over."""
+
+    planned: int
+    taken: int
+    skipped: int
+    scans: int
+    frames: int
+
+
+class CaptureProgress(Told):
+    """How far a running capture is; bytes and rate are of this run."""
+
+    phase: Literal["survey", "rail", "points", "paused", "closing"]
+    done: int
+    total: int
+    stored: int
+    written_bytes: int
+    bytes_per_s: float
+    left_s: float | None
+    note: str
+
+
+class CaptureDocument(Told):
+    """One capture. `why`: what ended a partial one, or what somebody is asked to do before it goes on."""
+
+    id: str
+    name: str
+    label: str
+    licence: str
+    state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
+    why: str
+    removed: bool
+    created_utc: str | None
+    codec: str | None
+    rig_id: str | None
+    calibration_id: str | None
+    plan: dict[str, Any] | None  # Any: a raster plan, of this or an older version
+    conditions: dict[str, Any] | None  # Any: what the rig ran with
+    points: CapturePoints
+    size_bytes: int
+    resumable: bool
+    job_id: str | None
+    progress: CaptureProgress | None
+    url: str
+
+
+class KindDocument(Told):
+    """Files of one kind: `fovea` or `wide`."""
+
+    kind: str
+    files: int
+    raw_bytes: int
+    stored_bytes: int
+
+
+class Footprints(Told):
+    """Corners of both views of a point, wide px, clockwise from the top left of its image."""
+
+    left: list[tuple[float, float]]
+    right: list[tuple[float, float]]
+
+
+class CoverageDocument(Told):
+    """How the views of one scan lie in the wide image; shares and overlaps from 0 to 1."""
+
+    footprints: list[Footprints]
+    seen_either: float
+    seen_both: float
+    overlap_across: float | None
+    overlap_down: float | None
+    outside_wide: int
+
+
+class EstimateDocument(Told):
+    """What a plan takes. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
+
+    plan: dict[str, Any]  # Any: the raster plan, filled in
+    distance_assumed: bool
+    """Whether the distance is measured before the start, and is a guess here."""
+    points: int
+    shots: int
+    total_s: float
+    limit_s: float
+    reverge_s: float
+    rail_s: float
+    hand_moves: int
+    files: int
+    raw_bytes: int
+    stored_bytes: int
+    free_bytes: int
+    kinds: list[KindDocument]
+    warnings: list[str]
+    coverage: CoverageDocument
+
+
+class TrashEmptied(Told):
+    """How many captures were deleted for good."""
+
+    deleted: int

@@ -1,0 +1,221 @@
+"""Captures: raster datasets from plan to download."""
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Query
+from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+
+from foveacam_pipeline.capture.dataset import Codec
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.capture_models import (
+    CaptureDocument,
+    CapturePatch,
+    CaptureRequest,
+    EstimateDocument,
+    EstimateRequest,
+    TrashEmptied,
+)
+from foveacam_server.api.models import JobDocument
+from foveacam_server.capturing.download import zip_stream
+from foveacam_server.capturing.drawings import anaglyph_drawing, drawing, readable
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/captures", tags=["captures"])
+
+CaptureId = Annotated[str, Path(max_length=100)]
+Picture = Literal["thumbnail", "sheet", "coverage"]
+Form = Literal["jpg", "png"]
+_IMAGES = file_responses("image/jpeg")
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Capture a plan",
+    response_model=JobDocument,
+    responses={
+        200: {"model": CaptureDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: CaptureRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
+    services.lease.check(x_lease)
+    asked = request.model_dump(mode="json")
+    job = await asyncio.to_thread(services.captures.start, asked, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.captures.at_url)
+
+
+@router.post(
+    "/estimates",
+    summary="What a plan takes",
+    response_model=EstimateDocument,
+    responses=problems(409, 503, 504),
+)
+def estimate(request: EstimateRequest, services: ServicesDep) -> Document:
+    """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
+    return services.captures.estimate(request.plan, codec=Codec(request.codec), distance_m=request.distance_m)
+
+
+@router.get("", summary="Captures, newest first", response_model=list[CaptureDocument])
+def every(
+    services: ServicesDep,
+    text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
+    removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
+) -> list[Document]:
+    """Return all captures, or those that hold every word of `text`."""
+    return services.captures.every(text=text, removed=removed == "true")
+
+
+@router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
+def empty_trash(services: ServicesDep) -> dict[str, int]:
+    """Delete for good what was removed."""
+    return {"deleted": services.captures.shelf.empty_trash()}
+
+
+@router.get("/{capture_id}", summary="One capture", response_model=CaptureDocument, responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> Document:
+    """Return one capture; while it runs, with its progress."""
+    return services.captures.document(capture_id)
+
+
+@router.patch(
+    "/{capture_id}",
+    summary="Describe a capture",
+    response_model=CaptureDocument,
+    responses=problems(404, 409),
+)
+def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) -> Document:
+    """Change its label or its licence."""
+    return services.captures.describe(capture_id, label=change.label, licence=change.licence)
+
+
+@router.delete(
+    "/{capture_id}", status_code=204, summary="Put a capture in the trash", responses=problems(404, 409)
+)
+def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+    """Move it to the trash, whence it can be restored."""
+    services.captures.remove(capture_id)
+
+
+@router.post(
+    "/{capture_id}/restore",
+    summary="Take a capture out of the trash",
+    response_model=CaptureDocument,
+    responses=problems(404),
+)
+def restore(capture_id: CaptureId, services: ServicesDep) -> Document:
+    """Undo its removal."""
+    return services.captures.restore(capture_id)
+
+
+@router.post(
+    "/{capture_id}/resume",
+    status_code=202,
+    summary="Go on with a partial capture",
+    response_model=JobDocument,
+    responses={
+        200: {"model": CaptureDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def resume(
+    capture_id: CaptureId,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
+    services.lease.check(x_lease)
+    job = await asyncio.to_thread(services.captures.resume, capture_id, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.captures.at_url)
+
+
+@router.post(
+    "/{capture_id}/pause",
+    summary="Let a running capture wait",
+    response_model=CaptureDocument,
+    responses=problems(404, 409),
+)
+def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+    """Wait after the point under way; the rig stays with the capture."""
+    services.lease.check(x_lease)
+    return services.captures.pause(capture_id)
+
+
+@router.post(
+    "/{capture_id}/continue",
+    summary="Let a paused capture go on",
+    response_model=CaptureDocument,
+    responses=problems(404, 409),
+)
+def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+    """Go on; also says that what was asked for by hand is done."""
+    services.lease.check(x_lease)
+    return services.captures.go_on(capture_id)
+
+
+@router.get(
+    "/{capture_id}/download.zip",
+    summary="The dataset as one ZIP file",
+    response_class=StreamingResponse,
+    responses=file_responses("application/zip"),
+)
+def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
+    """Send the dataset's folder, files as they are."""
+    kept = services.captures.shelf.get(capture_id)
+    readable(kept)
+    headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
+    return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
+
+
+@router.get(
+    "/{capture_id}/{picture}.{form}",
+    summary="Thumbnail, contact sheet or coverage",
+    response_class=FileResponse,
+    responses=_IMAGES,
+)
+def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep) -> FileResponse:
+    """Draw the capture as far as it is."""
+    captures = services.captures
+    path = drawing(captures.shelf, captures.shelf.get(capture_id), picture, form=form)
+    return FileResponse(path, media_type=_media(form))
+
+
+@router.get(
+    "/{capture_id}/anaglyphs/{index}.{form}",
+    summary="One point in red and cyan",
+    response_class=FileResponse,
+    responses=_IMAGES,
+)
+def anaglyph(
+    capture_id: CaptureId,
+    index: Annotated[int, Path(ge=0, le=1_000_000)],
+    form: Form,
+    services: ServicesDep,
+    bracket: Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")] = "0",
+) -> FileResponse:
+    """Return both foveae of a point, rectified: left in red, right in green and blue."""
+    shelf = services.captures.shelf
+    path = anaglyph_drawing(shelf, shelf.get(capture_id), index=index, bracket=int(bracket), form=form)
+    return FileResponse(path, media_type=_media(form))
+
+
+def _media(form: Form) -> str:
+    return "image/png" if form == "png" else "image/jpeg"

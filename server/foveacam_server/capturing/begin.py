@@ -1,0 +1,85 @@
+"""Begins a capture's dataset, or opens one to go on with: plan filled in and checked, room on the disk."""
+
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header
+from foveacam_pipeline.capture.dataset.document import LICENCE, read_document
+from foveacam_pipeline.capture.dataset.journal import read_journal
+from foveacam_pipeline.capture.plan import RasterPlan, check_disk, plan_from
+from foveacam_pipeline.capture.run import (
+    CaptureRig,
+    CaptureWatcher,
+    RigAccess,
+    conditions_document,
+    prepare,
+    rig_document,
+    writer_settings,
+)
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
+from foveacam_server.runtime.names import new_id
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureWish:
+    """What is to be captured, and under which name."""
+
+    plan: RasterPlan
+    label: str = ""
+    licence: str = LICENCE
+    codec: Codec = Codec.TIFF
+    capture_id: str = field(default_factory=lambda: new_id("cap"))
+
+
+def begin(
+    access: RigAccess, folder: Path, wish: CaptureWish, calibration: Calibration, *, watch: CaptureWatcher
+) -> DatasetWriter:
+    """Measure what the plan lacks, check it, and return the writer of a new dataset in `folder`."""
+    access.check_may_move()
+    plan, measured_m = prepare(access, wish.plan, calibration, watch=watch)
+    facts = access.still(rig_facts)
+    check_room(plan, facts, calibration, codec=wish.codec, folder=folder.parent)
+
+    def described(rig: CaptureRig) -> Header:
+        return Header(
+            points=plan.scans * plan.points_per_scan,
+            plan=plan.model_dump(mode="json"),
+            rig=rig_document(rig),
+            conditions=conditions_document(rig, measured_m=measured_m),
+            calibration=calibration,
+            label=wish.label,
+            licence=wish.licence,
+            codec=wish.codec,
+            id=wish.capture_id,
+        )
+
+    fovea, wide = facts.sizes(calibration)
+    return DatasetWriter.create(
+        folder, access.still(described), writer_settings(plan, fovea=fovea, wide=wide)
+    )
+
+
+def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
+    """Return the writer of a dataset that was interrupted, behind its last point."""
+    access.check_may_move()
+    header = read_document(folder).header
+    plan = plan_from(header.plan, what=f"plan of {folder.name}")
+    facts = access.still(rig_facts)
+    if header.calibration is None:
+        return DatasetWriter.resume(folder)  # the capture itself refuses it, in words
+    done = len(read_journal(folder, dataset_id=header.id).records)
+    check_room(plan, facts, header.calibration, codec=header.codec, folder=folder, done=done)
+    fovea, wide = facts.sizes(header.calibration)
+    return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
+
+
+def check_room(
+    plan: RasterPlan, facts: RigFacts, calibration: Calibration, *, codec: Codec, folder: Path, done: int = 0
+) -> None:
+    """Raise OutOfRange when the disk, or the memory for one point, is too small for what is to come."""
+    fovea, wide = facts.sizes(calibration)
+    writer_settings(plan, fovea=fovea, wide=wide)
+    needed = facts.estimate(plan, calibration, codec=codec, done=done)
+    check_disk(needed, free_bytes=shutil.disk_usage(folder).free)

@@ -1,0 +1,64 @@
+"""Pictures of captures, drawn when they are asked for and kept until the capture grows."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
+from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_server.capturing.shelf import CaptureShelf, Kept
+from foveacam_server.runtime.encoder import encode_jpeg
+
+QUALITY = 85
+_KINDS: dict[str, Callable[[Dataset], NDArray[np.uint8]]] = {
+    "thumbnail": thumbnail,
+    "sheet": contact_sheet,
+    "coverage": coverage,
+}
+
+
+def drawing(shelf: CaptureShelf, kept: Kept, name: str, *, form: str) -> Path:
+    """Return the file of the thumbnail, contact sheet or coverage of a capture; `form`: jpg or png."""
+    dataset = readable(kept)
+    return _file(shelf, kept, name, form=form, draw=lambda: _KINDS[name](dataset))
+
+
+def anaglyph_drawing(shelf: CaptureShelf, kept: Kept, *, index: int, bracket: int, form: str) -> Path:
+    """Return the file of the red and cyan picture of one point, by its number in the plan."""
+    dataset = readable(kept)
+    point = next((point for point in dataset if point.index == index), None)
+    if point is None:
+        raise InvalidInput(
+            f"capture {kept.name}: point {index} was asked for, it has {len(dataset)} points of"
+            f" {dataset.document.header.points}; ask for one that was taken"
+        )
+    name = f"anaglyph-{index}-{bracket}"
+    return _file(shelf, kept, name, form=form, draw=lambda: anaglyph(point, bracket=bracket))
+
+
+def readable(kept: Kept) -> Dataset:
+    """Return the dataset of a capture; raise InvalidInput for one that is damaged."""
+    if kept.dataset is None:
+        raise InvalidInput(f"capture {kept.name} cannot be read: {kept.trouble}")
+    return kept.dataset
+
+
+def _file(
+    shelf: CaptureShelf, kept: Kept, name: str, *, form: str, draw: Callable[[], NDArray[np.uint8]]
+) -> Path:
+    folder = shelf.pictures(kept.id)
+    path = folder / f"{name}-{len(readable(kept))}.{form}"
+    if path.exists():
+        return path
+    picture = draw()
+    content = png(picture) if form == "png" else encode_jpeg(picture, quality=QUALITY)
+    with disk_errors(f"a picture of capture {kept.name}", shelf.folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for older in folder.glob(f"{name}-*.{form}"):
+            older.unlink(missing_ok=True)
+        write_file(path, memoryview(content))
+    return path

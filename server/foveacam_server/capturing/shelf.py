@@ -1,0 +1,156 @@
+"""The captures of a data directory: folders by name, found by id; what was removed waits in the trash."""
+
+import shutil
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset import Dataset, dataset_name
+from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.capture.dataset.document import DOCUMENT
+from foveacam_pipeline.capture.dataset.journal import JOURNAL
+from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_server.errors import NotFound
+
+CAPTURES = "captures"
+TRASH = ".trash"
+PICTURES = ".pictures"
+_Stamp = tuple[int, int, int, int, bool]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kept:
+    """One capture as it lies on the disk. `trouble`: why it cannot be read; then there is no dataset."""
+
+    id: str
+    folder: Path
+    dataset: Dataset | None
+    removed: bool = False
+    trouble: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is its folder's."""
+        return self.folder.name
+
+
+class CaptureShelf:
+    """Finds, removes and restores captures; the folders themselves are the record."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock = threading.Lock()
+        self._known: dict[Path, tuple[_Stamp, Kept]] = {}
+
+    def new_folder(self, name: str) -> Path:
+        """Return the folder for a new capture; raise InvalidInput for a name that is none, or is taken."""
+        path = self.folder / dataset_name(name)
+        taken = {other.name.casefold() for other in self.folder.iterdir()}
+        if path.name.casefold() in taken:
+            raise InvalidInput(
+                f"there is a capture {name!r} already; choose another name, or resume that one",
+                asked=f"a capture named {name!r}",
+                found="there is one already",
+                remedy="choose another name, or resume that one",
+            )
+        return path
+
+    def every(self) -> list[Kept]:
+        """Return all captures, newest first."""
+        found = [self._kept(path) for path in self._folders(self.folder)]
+        return sorted(found, key=_created, reverse=True)
+
+    def trash(self) -> list[Kept]:
+        """Return what was removed and can be restored, newest first."""
+        homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
+        found = [self._kept(path, removed=True) for home in homes for path in self._folders(home)]
+        return sorted(found, key=_created, reverse=True)
+
+    def get(self, capture_id: str) -> Kept:
+        """Return one capture by its id or raise NotFound."""
+        return _by_id(self.every(), capture_id, where="/api/v1/captures")
+
+    def named(self, name: str) -> Kept:
+        """Return one capture by its name or its id, or raise NotFound."""
+        for kept in self.every():
+            if name in (kept.name, kept.id):
+                return kept
+        raise NotFound(f"there is no capture {name!r} in {self.folder}", asked=name)
+
+    def remove(self, capture_id: str) -> Kept:
+        """Move a capture to the trash."""
+        kept = self.get(capture_id)
+        home = self.folder / TRASH / kept.id
+        with disk_errors(f"removing capture {kept.name}", self.folder):
+            home.mkdir(parents=True, exist_ok=True)
+            kept.folder.rename(home / kept.name)
+        return kept
+
+    def restore(self, capture_id: str) -> Kept:
+        """Take a capture out of the trash again, under its name, or one beside it where that is taken."""
+        kept = _by_id(self.trash(), capture_id, where="/api/v1/captures?removed=true")
+        target = self.folder / kept.name
+        number = 2
+        while target.exists():
+            target = self.folder / f"{kept.name} ({number})"
+            number += 1
+        with disk_errors(f"restoring capture {kept.name}", self.folder):
+            home = kept.folder.parent
+            kept.folder.rename(target)
+            home.rmdir()
+        return self.get(capture_id)
+
+    def empty_trash(self) -> int:
+        """Delete for good what was removed; return how many."""
+        removed = self.trash()
+        for kept in removed:
+            shutil.rmtree(kept.folder.parent, ignore_errors=True)
+            shutil.rmtree(self.pictures(kept.id), ignore_errors=True)
+        return len(removed)
+
+    def pictures(self, capture_id: str) -> Path:
+        """Return the folder of pictures that were drawn of a capture."""
+        return self.folder / PICTURES / capture_id
+
+    def _folders(self, home: Path) -> list[Path]:
+        return [path for path in home.iterdir() if not path.name.startswith(".") and path.is_dir()]
+
+    def _kept(self, path: Path, *, removed: bool = False) -> Kept:
+        """Return what lies in a folder, read anew only when it changed."""
+        stamp = _stamp(path)
+        with self._lock:
+            known = self._known.get(path)
+        if known is not None and known[0] == stamp:
+            return known[1]
+        try:
+            dataset = Dataset.open(path)
+            kept = Kept(id=dataset.document.header.id, folder=path, dataset=dataset, removed=removed)
+        except FoveaError as error:
+            kept = Kept(id=path.name, folder=path, dataset=None, removed=removed, trouble=str(error))
+        with self._lock:
+            self._known[path] = stamp, kept
+        return kept
+
+
+def _by_id(captures: list[Kept], capture_id: str, *, where: str) -> Kept:
+    for kept in captures:
+        if kept.id == capture_id:
+            return kept
+    raise NotFound(f"there is no capture {capture_id}; see {where} for those there are", asked=capture_id)
+
+
+def _created(kept: Kept) -> str:
+    return "" if kept.dataset is None else kept.dataset.document.header.created_utc
+
+
+def _stamp(path: Path) -> _Stamp:
+    numbers = []
+    for name in (DOCUMENT, JOURNAL):
+        try:
+            found = (path / name).stat()
+            numbers += [found.st_mtime_ns, found.st_size]
+        except OSError:
+            numbers += [0, 0]
+    return numbers[0], numbers[1], numbers[2], numbers[3], is_held(path)

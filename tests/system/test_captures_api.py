@@ -1,0 +1,237 @@
+"""Captures by REST on the simulated rig: begun, watched, cancelled, gone on with, shown, removed, refused."""
+
+import io
+import threading
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_server.runtime.store import Document
+
+from .conftest import API, PATIENCE_S, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+URL = "/captures"
+
+
+def plan(columns: int = 2, rows: int = 2, **more: object) -> Document:
+    grid = {
+        "kind": "grid",
+        "columns": columns,
+        "rows": rows,
+        "half_width_deg": 2.0,
+        "half_height_deg": 2.0,
+    }
+    return {"points": grid, "verging": {"mode": "given", "distance_m": 2.0}, **more}
+
+
+def folder_of(server: Running, name: str) -> Path:
+    return server.services.settings.data / "captures" / name
+
+
+def until(server: Running, capture_id: str, enough: Callable[[Document], bool]) -> Document:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.02)):
+        document: Document = server.get(f"{URL}/{capture_id}").json()
+        if enough(document):
+            return document
+        waiting.wait(0.02)
+    raise AssertionError(document)
+
+
+def begin(server: Running, name: str, body: Document, **headers: str) -> tuple[str, Document]:
+    """Begin a capture; return its id and its job."""
+    answer = server.post(URL, {"name": name, "plan": body}, **headers)
+    assert answer.status_code == 202, answer.text
+    job: Document = answer.json()
+    return job["id"].replace("job-", "cap-"), job
+
+
+def ended(server: Running, job: Document) -> Document:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.05)):
+        found: Document = server.get(f"/jobs/{job['id']}").json()
+        if found["state"] in ("succeeded", "failed", "cancelled"):
+            return found
+        waiting.wait(0.05)
+    raise AssertionError(found)
+
+
+@pytest.fixture(scope="module")
+def kept(server: Running) -> Document:
+    """A capture that was cancelled after its first points and gone on with to its end."""
+    capture_id, job = begin(server, "kept", plan(), Idempotency_Key="one")
+    again = server.post(URL, {"name": "kept", "plan": plan()}, Idempotency_Key="one")
+    assert again.json()["id"] == job["id"]
+    refused = server.post(URL, {"name": "another", "plan": plan()})
+    assert (refused.status_code, refused.json()["found"]) == (409, "capture kept is using the rig")
+    until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
+    server.post(f"/jobs/{job['id']}/cancel")
+    assert ended(server, job)["state"] == "cancelled"
+    partial: Document = server.get(f"{URL}/{capture_id}").json()
+    assert (partial["state"], partial["resumable"]) == ("partial", True)
+    assert "cancelled" in partial["why"]
+    assert check(folder_of(server, "kept")) == []
+
+    answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
+
+    assert answer.status_code == 200, answer.text
+    found: Document = answer.json()
+    return found
+
+
+def test_a_capture_that_was_gone_on_with_is_whole_and_its_frames_carry_their_volts(
+    server: Running, kept: Document
+) -> None:
+    dataset = Dataset.open(folder_of(server, "kept"))
+
+    assert check(dataset.folder) == []
+    assert (kept["state"], kept["points"]["taken"], kept["progress"]) == ("complete", 4, None)
+    assert [(point.place.column, point.place.row) for point in dataset] == [(0, 0), (1, 0), (1, 1), (0, 1)]
+    for point in dataset:
+        left, right = point.frame(Role.LEFT), point.frame(Role.RIGHT)
+        assert left.t_ns == right.t_ns
+        assert left.volts is not None
+        assert right.volts is not None
+        gaze = point.pose.left_rad
+        assert gaze is not None
+        assert gaze[1] == pytest.approx(np.deg2rad(-2.0 if point.place.row == 0 else 2.0), abs=1e-3)
+    assert dataset.document.header.rig["rig_id"] == "sim-rig120"
+    assert dataset.document.header.conditions["settle_us"] == 14_000
+    assert {event.kind for event in server.services.events.recent(400)} >= {
+        "capture.created",
+        "capture.progress",
+        "capture.ended",
+    }
+
+
+def test_pictures_and_the_download_show_what_was_taken(server: Running, kept: Document) -> None:
+    base = f"{API}{URL}/{kept['id']}"
+    for name in ("thumbnail.jpg", "sheet.png", "coverage.jpg", "anaglyphs/2.png"):
+        picture = server.http.get(f"{base}/{name}")
+        assert picture.status_code == 200, picture.text
+        assert cv2.imdecode(np.frombuffer(picture.content, np.uint8), cv2.IMREAD_COLOR) is not None
+    archive = zipfile.ZipFile(io.BytesIO(server.http.get(f"{base}/download.zip").content))
+
+    assert archive.testzip() is None
+    images = [name for name in archive.namelist() if name.startswith("kept/images/")]
+    assert len(images) == 12
+
+
+def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Document) -> None:
+    base = f"{API}{URL}/{kept['id']}"
+    server.http.patch(base, json={"label": "figurine at dusk"})
+    assert [found["name"] for found in server.get(URL, text="DUSK complete").json()] == ["kept"]
+    assert server.get(URL, text="dawn").json() == []
+
+    assert server.http.delete(base).status_code == 204
+    assert server.http.get(base).status_code == 404
+    assert [found["id"] for found in server.get(URL, removed="true").json()] == [kept["id"]]
+
+    restored = server.post(f"{URL}/{kept['id']}/restore").json()
+    assert (restored["name"], restored["label"], restored["removed"]) == ("kept", "figurine at dusk", False)
+    assert check(folder_of(server, "kept")) == []
+
+
+def test_a_complete_capture_is_not_gone_on_with_nor_paused(server: Running, kept: Document) -> None:
+    assert server.post(f"{URL}/{kept['id']}/resume").status_code == 422
+    assert server.post(f"{URL}/{kept['id']}/pause").status_code == 409
+
+
+def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> None:
+    capture_id, job = begin(server, "paused", plan(2, 1, wide="none"))
+    assert server.post(f"{URL}/{capture_id}/pause").status_code == 200
+    until(server, capture_id, lambda document: document["state"] == "paused")
+    refused = server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
+    assert (refused.status_code, refused.json()["found"]) == (409, "capture paused is using the rig")
+
+    server.post(f"{URL}/{capture_id}/continue")
+
+    assert ended(server, job)["state"] == "succeeded"
+    assert server.get(f"{URL}/{capture_id}").json()["state"] == "complete"
+
+
+def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> None:
+    capture_id, job = begin(server, "stopped", plan(2, 1, wide="none"))
+    server.post("/stop")
+    assert ended(server, job)["state"] == "cancelled"
+    server.http.delete(f"{API}/stop")
+
+    if server.get(f"{URL}/{capture_id}").status_code == 200:  # it had begun: what was taken is kept
+        answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
+        assert answer.json()["state"] == "complete"
+
+
+def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> None:
+    answer = server.post(f"{URL}/estimates", {})
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+
+    assert (found["points"], found["files"], found["distance_assumed"]) == (81, 243, True)
+    assert found["stored_bytes"] >= 243 * 1440 * 1080
+    assert 1.5 < found["total_s"] < 5.0
+    assert len(found["coverage"]["footprints"]) == 81
+    assert len(found["coverage"]["footprints"][0]["left"]) == 4
+    assert found["coverage"]["seen_either"] > 0.9
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ({"name": "../up", "plan": {}}, "begins with a dot"),
+        ({"name": "/etc", "plan": {}}, "separates folders"),
+        ({"name": "a\x00b", "plan": {}}, "cannot be seen"),
+        ({"name": "x" * 300, "plan": {}}, "300 characters"),
+        ({"name": "a\u202eb", "plan": {}}, "U+202E"),
+        ({"plan": {}}, "name"),
+        ({"name": "a", "plan": {"points": {"kind": "grid", "columns": 0}}}, "columns"),
+        ({"name": "a", "plan": {"points": {"kind": "set_points", "points": []}}}, "no point"),
+        ({"name": "a", "plan": {"exposures_ms": [5000.0]}}, "5000"),
+        ({"name": "a", "plan": {"rail_positions_mm": [900.0]}}, "900 mm"),
+        ({"name": "a", "plan": {"version": 9}}, "version"),
+        (
+            {
+                "name": "a",
+                "plan": {"points": {"kind": "grid", "half_width_deg": 30.0, "half_height_deg": 2.0}},
+            },
+            "beyond",
+        ),
+        ({"name": "a", "plan": {"stack_frames": 256, "stack_keep": "all"}}, "of one point"),
+    ],
+)
+def test_what_cannot_be_captured_is_refused_in_words(
+    server: Running, body: dict[str, Any], told: str
+) -> None:
+    refused = server.post(URL, body)
+
+    assert refused.status_code == 422, refused.text
+    assert told in refused.json()["detail"]
+
+
+def test_a_disk_that_is_too_small_is_refused_with_both_figures(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Usage:
+        free = 10_000_000
+
+    monkeypatch.setattr("foveacam_server.capturing.begin.shutil.disk_usage", lambda _: Usage)
+    refused = server.post(URL, {"name": "large", "plan": plan(9, 9)})
+
+    assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")
+    assert "10.0 MB are free" in refused.json()["detail"]
+    assert not folder_of(server, "large").exists()
+
+
+def test_there_is_no_capture_by_that_id(server: Running) -> None:
+    for path in ("cap-none", "cap-none/sheet.png", "cap-none/download.zip"):
+        assert server.get(f"{URL}/{path}").status_code == 404
+    for action in ("resume", "pause", "continue", "restore"):
+        assert server.post(f"{URL}/cap-none/{action}").status_code == 404
