@@ -1,0 +1,6 @@
+"""All foveae of a scan as one picture of the field of regard, its depth, its points: `build_mosaic`."""
+
+from foveacam_pipeline.capture.mosaic.build import build_mosaic
+from foveacam_pipeline.capture.mosaic.values import MosaicFigures, MosaicSettings, MosaicWatch, Silent
+
+__all__ = ["MosaicFigures", "MosaicSettings", "MosaicWatch", "Silent", "build_mosaic"]

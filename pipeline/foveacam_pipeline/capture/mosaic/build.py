@@ -1,0 +1,174 @@
+"""From a scan to its mosaic: depth of all pairs, links, adjustment, tiles, and everything that follows.
+
+A mosaic that was cancelled or cut off is gone on with by the same call: depths and tiles that are on the disk
+stay. What takes no time (links, adjustment) is done again, with the same result.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
+from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.capture.mosaic.adjust import Adjustment, adjusted, moved
+from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
+from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
+from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fuse
+from foveacam_pipeline.capture.mosaic.links import link, places
+from foveacam_pipeline.capture.mosaic.pair_depth import pair_cells
+from foveacam_pipeline.capture.mosaic.pyramid import Pyramid, paint_tiles
+from foveacam_pipeline.capture.mosaic.render import canvas_of
+from foveacam_pipeline.capture.mosaic.solid import MeshFile, write_solid
+from foveacam_pipeline.capture.mosaic.values import (
+    MosaicFigures,
+    MosaicSettings,
+    MosaicWatch,
+    Silent,
+    Steps,
+)
+from foveacam_pipeline.capture.mosaic.views import Pictures, View, calibration_of, views_of
+from foveacam_pipeline.models.calibration import Calibration
+
+DEFAULT = MosaicSettings()
+SILENT = Silent()
+OVERVIEW_PX = 2048
+TEXTURE_PX = 4096
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Laidout:
+    """A scan laid on its chart: views as adjusted, depth, and how the adjustment went."""
+
+    chart: Chart
+    views: Sequence[View]
+    depth: FieldDepth
+    adjustment: Adjustment
+    pictures: Pictures
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mosaic:
+    """What was made, and how the views lie in it."""
+
+    figures: MosaicFigures
+    laid: Laidout
+
+
+def build_mosaic(
+    dataset: Dataset,
+    folder: Path,
+    settings: MosaicSettings = DEFAULT,
+    *,
+    watch: MosaicWatch = SILENT,
+    mesh_file: MeshFile | None = None,
+) -> Mosaic:
+    """Make the mosaic of one scan in `folder`, or go on with it.
+
+    Written are mosaic.dzi with its tiles, overview.png, depth.tiff, depth_sigma.tiff, depth.png, cloud.ply,
+    mosaic.json and, by `mesh_file`, mesh.glb. Raise Cancelled, NotCalibrated, InvalidInput, DeviceFault.
+    """
+    calibration = calibration_of(dataset)
+    scan = dataset.scan(settings.scan)
+    views = views_of(scan, calibration, settings)
+    chart = chart_of(views, calibration)
+    with disk_errors("the mosaic", folder.parent):
+        kept = MosaicFolder.open(folder, scan, settings, chart)
+        pyramid = Pyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
+        steps = Steps(watch, 2 * len(views) + pyramid.leaves)
+        laid = lay_out(views, calibration, chart, settings=settings, steps=steps, kept=kept)
+        canvas = canvas_of(scan, laid.views, laid.pictures, chart=chart, filled=laid.depth.filled)
+        paint_tiles(
+            pyramid,
+            lambda x, y, width, height: canvas.tile(x, y, width=width, height=height),
+            lambda count: steps.step("tiles", count),
+        )
+        overview = pyramid.whole(pyramid.level_of(OVERVIEW_PX))
+        write_file(folder / "overview.png", encode(overview, Codec.PNG))
+        write_solid(
+            folder,
+            chart,
+            laid.depth,
+            pyramid.whole(pyramid.level_of(TEXTURE_PX)),
+            calibration=calibration,
+            eye=settings.eye,
+            cloud_points=settings.cloud_points,
+            mesh_file=mesh_file,
+        )
+        pyramid.describe()
+        figures = _figures(laid, pyramid)
+        kept.finished(figures)
+    return Mosaic(figures=figures, laid=laid)
+
+
+def lay_out(
+    views: Sequence[View],
+    calibration: Calibration,
+    chart: Chart,
+    *,
+    settings: MosaicSettings,
+    steps: Steps,
+    kept: MosaicFolder,
+) -> Laidout:
+    """Return a scan laid on its chart. Raise Cancelled."""
+    patches = []
+    for view in views:
+        cells = kept.kept_cells(view.point.index)
+        if cells is None:
+            cells = pair_cells(view.point, calibration, chart, eye=settings.eye, bracket=settings.bracket)
+            kept.keep_cells(view.point.index, cells)
+        patches.append(cells)
+        steps.step("depth of the pairs")
+    depth = fuse(chart, patches)
+    pictures = Pictures(settings)
+    adjustment = _adjustment(views, pictures, chart, depth, settings=settings, steps=steps)
+    return Laidout(
+        chart=chart,
+        views=moved(views, adjustment),
+        depth=depth,
+        adjustment=adjustment,
+        pictures=pictures,
+    )
+
+
+def chart_of(views: Sequence[View], calibration: Calibration) -> Chart:
+    """Return the chart that holds all views."""
+    corners = np.concatenate([view.look.corners(calibration, view.per_depth) for view in views])
+    return chart_about(corners, f_px=calibration.fovea_f_px)
+
+
+def _adjustment(
+    views: Sequence[View],
+    pictures: Pictures,
+    chart: Chart,
+    depth: FieldDepth,
+    *,
+    settings: MosaicSettings,
+    steps: Steps,
+) -> Adjustment:
+    wanted = places(views, chart)
+    found, rejected, last = [], 0, 0
+    for place in wanted:
+        if place.first != last:
+            steps.step("overlaps", place.first - last)
+            last = place.first
+        linked = link(place, views, pictures, chart=chart, depth=depth)
+        rejected += linked is None
+        if linked is not None:
+            found.append(linked)
+    steps.step("overlaps", len(views) - last)
+    return adjusted(len(views), found, rejected=rejected, allowed=settings.adjust)
+
+
+def _figures(laid: Laidout, pyramid: Pyramid) -> MosaicFigures:
+    tiles = sum(across * down for across, down in map(pyramid.tiles, range(pyramid.top + 1)))
+    return MosaicFigures(
+        width=laid.chart.width,
+        height=laid.chart.height,
+        views=len(laid.views),
+        tiles=tiles,
+        seams=laid.adjustment.figures,
+        depth=laid.depth.figures,
+    )

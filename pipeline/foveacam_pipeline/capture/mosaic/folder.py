@@ -1,0 +1,117 @@
+"""The folder of a mosaic: what it is made of stands in `mosaic.json`, and a half-made one is gone on with."""
+
+import hashlib
+import io
+import json
+import math
+import shutil
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset.disk import finish_part, write_file, write_part
+from foveacam_pipeline.capture.dataset.document import lasting_hash
+from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.capture.mosaic.chart import Chart
+from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
+from foveacam_pipeline.capture.mosaic.values import MosaicFigures, MosaicSettings
+
+DOCUMENT = "mosaic.json"
+FORMAT = "foveacam-mosaic"
+VERSION = 1
+WORK = ".work"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MosaicFolder:
+    """A folder that belongs to one recipe: dataset, points, settings."""
+
+    path: Path
+    recipe: dict[str, object]
+
+    @classmethod
+    def open(cls, path: Path, scan: Dataset, settings: MosaicSettings, chart: Chart) -> "MosaicFolder":
+        """Make the folder, or go on with one of the same recipe; refuse any other. Raise OSError."""
+        recipe = recipe_of(scan, settings, chart)
+        found = cls(path=path, recipe=recipe)
+        if not path.exists():
+            path.mkdir(parents=True)
+        elif any(path.iterdir()) and _read(path).get("recipe") != recipe:
+            raise InvalidInput(
+                f"{path} holds something else than this mosaic, nothing was overwritten; give another folder"
+            )
+        (path / WORK).mkdir(exist_ok=True)
+        found._write("running", None)
+        return found
+
+    def finished(self, figures: MosaicFigures) -> None:
+        """Say that all is there, and remove what only its making needed. Raise OSError."""
+        self._write("complete", figures)
+        shutil.rmtree(self.path / WORK, ignore_errors=True)
+
+    def kept_cells(self, point: int) -> CellDepth | None:
+        """Return the depth of a pair that was worked out before."""
+        try:
+            with np.load(self._cells(point)) as kept:
+                return CellDepth(
+                    row=int(kept["row"]),
+                    column=int(kept["column"]),
+                    per_depth=kept["per_depth"],
+                    sigma=kept["sigma"],
+                    pose_sigma=float(kept["pose_sigma"]),
+                )
+        except (FileNotFoundError, ValueError, KeyError, EOFError):
+            return None
+
+    def keep_cells(self, point: int, cells: CellDepth) -> None:
+        """Keep the depth of a pair for another start. Raise OSError."""
+        content = io.BytesIO()
+        np.savez(content, **asdict(cells))
+        path = self._cells(point)
+        write_part(path, content.getbuffer())
+        finish_part(path)
+
+    def _cells(self, point: int) -> Path:
+        return self.path / WORK / f"{point:05d}.npz"
+
+    def _write(self, state: str, figures: MosaicFigures | None) -> None:
+        content = {
+            "format": FORMAT,
+            "version": VERSION,
+            "state": state,
+            "recipe": self.recipe,
+            "figures": None if figures is None else finite(asdict(figures)),
+        }
+        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+        write_file(self.path / DOCUMENT, text.encode())
+
+
+def recipe_of(scan: Dataset, settings: MosaicSettings, chart: Chart) -> dict[str, object]:
+    """Return everything that decides how a mosaic looks, as JSON."""
+    files = "".join(f"{kept.file}{kept.sha256}" for point in scan for kept in point.frames)
+    recipe = {
+        "dataset": scan.document.header.id,
+        "dataset_hash": lasting_hash(scan.document),
+        "frames_sha256": hashlib.sha256(files.encode()).hexdigest(),
+        "settings": asdict(settings),
+        "chart": asdict(chart),
+    }
+    plain: dict[str, object] = json.loads(json.dumps(recipe))
+    return plain
+
+
+def finite(value: object) -> object:
+    """Return the same with null for numbers that JSON lacks."""
+    if isinstance(value, dict):
+        return {key: finite(inner) for key, inner in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _read(path: Path) -> dict[str, object]:
+    try:
+        found = json.loads((path / DOCUMENT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,166 @@
+"""The depths of all pairs on one chart: the weighted mean of those that agree; the rest is left out."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.capture.mosaic.chart import Chart
+from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
+from foveacam_pipeline.capture.mosaic.values import DepthFigures
+
+Cells = NDArray[np.float32]
+BLOCK = 128
+"""Cells of a block, each way: memory does not depend on how many pairs there are."""
+AGREE_SIGMAS = 4.0
+AGREE_SHARE = 0.003
+"""Estimates agree within so many of their errors, and so much of q for what the errors do not know."""
+LONE_SHARE = 0.03
+"""A lone cell that differs by more from the median of its neighbours is noise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FieldDepth:
+    """Depth of a chart's cells: q = 1 / Z, 1/m, (rows, columns) float32, NaN unknown, and its standard error.
+
+    `filled`: q everywhere, from the nearest cells where it is not known.
+    """
+
+    per_depth: Cells
+    sigma: Cells
+    filled: Cells
+    figures: DepthFigures
+
+    @property
+    def z_m(self) -> Cells:
+        """Depth along z, m, NaN unknown."""
+        return np.asarray(1.0 / self.per_depth, dtype=np.float32)
+
+    @property
+    def sigma_m(self) -> Cells:
+        """Its standard error, m."""
+        return np.asarray(self.sigma / self.per_depth**2, dtype=np.float32)
+
+
+@dataclass(slots=True)
+class _Tally:
+    estimates: int = 0
+    left_out: int = 0
+    several: int = 0
+    square: float = 0.0
+    degrees: int = 0
+
+
+def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
+    """Return the depth of a chart from patches that overlap."""
+    shape = chart.rows, chart.columns
+    per_depth, sigma = (np.full(shape, np.nan, dtype=np.float32) for _ in range(2))
+    tally = _Tally()
+    for rows, columns in _blocks(shape):
+        layers = [_cut(patch, rows, columns) for patch in patches if _meets(patch, rows, columns)]
+        if layers:
+            per_depth[rows, columns], sigma[rows, columns] = _agreed(np.array(layers), tally)
+    lone = _lone(per_depth)
+    tally.left_out += int(lone.sum())
+    per_depth[lone], sigma[lone] = np.nan, np.nan
+    known = np.isfinite(per_depth)
+    figures = DepthFigures(
+        known=float(known.mean()),
+        seen_twice=tally.several / max(1, int(known.sum())),
+        between_pairs_rel_rms=float(np.sqrt(tally.square / max(1, tally.degrees))),
+        outliers=tally.left_out / max(1, tally.estimates),
+        median_sigma_rel=float(np.median(sigma[known] / per_depth[known])) if known.any() else float("nan"),
+    )
+    return FieldDepth(per_depth=per_depth, sigma=sigma, filled=fill(per_depth), figures=figures)
+
+
+def fill(values: Cells) -> Cells:
+    """Return (h, w) without NaN: gaps get the mean of what lies about them, the nearer the more of it."""
+    known = np.isfinite(values)
+    if not known.any():
+        return np.zeros_like(values)
+    if known.all():
+        return values.copy()
+    weight = known.astype(np.float32)
+    height, width = values.shape
+    size = (max(1, (width + 1) // 2), max(1, (height + 1) // 2))
+    total = cv2.resize(np.where(known, values, np.float32(0.0)), size, interpolation=cv2.INTER_AREA)
+    share = np.asarray(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        smaller = np.asarray(total / share, dtype=np.float32)
+    smaller[share < 1e-3] = np.nan
+    coarse = fill(smaller)
+    around = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(np.where(known, values, around), dtype=np.float32)
+
+
+def _blocks(shape: tuple[int, int]) -> Iterator[tuple[slice, slice]]:
+    for top in range(0, shape[0], BLOCK):
+        for left in range(0, shape[1], BLOCK):
+            yield slice(top, min(shape[0], top + BLOCK)), slice(left, min(shape[1], left + BLOCK))
+
+
+def _meets(patch: CellDepth, rows: slice, columns: slice) -> bool:
+    over = patch.rows.start < rows.stop and rows.start < patch.rows.stop
+    return bool(over and patch.columns.start < columns.stop and columns.start < patch.columns.stop)
+
+
+def _cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
+    """Return (3, h, w): q, its matching error and the pose's, NaN outside the patch."""
+    out = np.full((3, rows.stop - rows.start, columns.stop - columns.start), np.nan, dtype=np.float32)
+    top, bottom = max(rows.start, patch.rows.start), min(rows.stop, patch.rows.stop)
+    left, right = max(columns.start, patch.columns.start), min(columns.stop, patch.columns.stop)
+    here = (slice(top - rows.start, bottom - rows.start), slice(left - columns.start, right - columns.start))
+    there = (slice(top - patch.row, bottom - patch.row), slice(left - patch.column, right - patch.column))
+    out[0][here], out[1][here] = patch.per_depth[there], patch.sigma[there]
+    out[2][here] = patch.pose_sigma
+    return out
+
+
+def _agreed(layers: Cells, tally: _Tally) -> tuple[Cells, Cells]:
+    """Return q and its error, (h, w), of the weightiest group that agrees, where it has more than half."""
+    q, own, pose = layers[:, 0], layers[:, 1], layers[:, 2]
+    known = np.isfinite(q)
+    variance = own**2 + pose**2
+    weight = np.where(known, 1.0 / variance, 0.0)
+    support = np.zeros_like(weight)
+    groups = np.zeros((len(q), *q.shape), dtype=np.bool_)
+    for k in range(len(q)):
+        allowed = AGREE_SIGMAS * np.sqrt(variance + variance[k]) + AGREE_SHARE * np.abs(q[k])
+        groups[k] = known & known[k] & (np.abs(q - q[k]) <= allowed)
+        support[k] = np.sum(np.where(groups[k], weight, 0.0), axis=0)
+    best = np.argmax(support, axis=0)
+    group = np.take_along_axis(groups, best[None, None], axis=0)[0]
+    total = np.sum(np.where(group, weight, 0.0), axis=0)
+    sure = total > 0.5 * np.sum(weight, axis=0)
+    group &= sure
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.sum(np.where(group, weight * q, 0.0), axis=0) / total
+        matching = 1.0 / np.sum(np.where(group, 1.0 / own**2, 0.0), axis=0)
+    shared = np.max(np.where(group, pose, 0.0), axis=0)
+    _count(tally, q, known, group, mean)
+    sigma = np.sqrt(matching + shared**2)
+    return np.where(sure, mean, np.nan).astype(np.float32), np.where(sure, sigma, np.nan).astype(np.float32)
+
+
+def _count(
+    tally: _Tally, q: Cells, known: NDArray[np.bool_], group: NDArray[np.bool_], mean: NDArray[np.floating]
+) -> None:
+    tally.estimates += int(known.sum())
+    tally.left_out += int((known & ~group).sum())
+    members = group.sum(axis=0)
+    several = members > 1
+    tally.several += int(several.sum())
+    with np.errstate(invalid="ignore"):
+        apart = np.where(group, q / mean - 1.0, 0.0)
+    tally.square += float(np.sum(np.where(several, np.sum(apart**2, axis=0), 0.0)))
+    tally.degrees += int(np.sum(np.where(several, members - 1, 0)))
+
+
+def _lone(per_depth: Cells) -> NDArray[np.bool_]:
+    """Return cells that differ from the median of their 5 x 5 surroundings, gaps filled."""
+    middle = cv2.medianBlur(fill(per_depth), 5)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(per_depth - middle) > LONE_SHARE * middle)

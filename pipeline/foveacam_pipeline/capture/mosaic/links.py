@@ -1,0 +1,134 @@
+"""Corresponding places of views that overlap: how far apart one thing stands in two views, and how bright.
+
+Places lie on a grid over every overlap; every other one is kept from the adjustment, to judge it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
+from foveacam_pipeline.capture.mosaic.fuse import FieldDepth
+from foveacam_pipeline.capture.mosaic.register import REACH_PX, register
+from foveacam_pipeline.capture.mosaic.views import Floats, Pictures, View, lay, patch_of
+from foveacam_pipeline.stereo.match import gray
+
+HALF_CELLS = 6
+"""Half side of a patch: 96 px, of which the outer 16 are reach."""
+MOST = 12
+"""Places of one overlap: half of them judge."""
+STEP_CELLS = 7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Link:
+    """A thing that views `first` and `second` (by number) both show.
+
+    `apart_px`: (2,) its chart place by the second minus by the first; `covariance`: (2, 2), px².
+    `about`: (2, 2) rows h of the place in the first and in the second view, px (`EyeLook`).
+    `brightness`: log of the second view's over the first's. `judging`: kept from the adjustment.
+    """
+
+    first: int
+    second: int
+    place_px: tuple[float, float]
+    apart_px: Floats
+    covariance: Floats
+    about: Floats
+    brightness: float
+    judging: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where to compare two views: middle cell of a patch."""
+
+    first: int
+    second: int
+    row: int
+    column: int
+    judging: bool
+
+
+def places(views: Sequence[View], chart: Chart) -> list[Place]:
+    """Return where the overlaps of a scan are compared."""
+    return [
+        place
+        for first in range(len(views))
+        for second in range(first + 1, len(views))
+        for place in _overlap(views, chart, first, second)
+    ]
+
+
+def link(
+    place: Place, views: Sequence[View], pictures: Pictures, *, chart: Chart, depth: FieldDepth
+) -> Link | None:
+    """Return what two views show at a place; None where they do not match."""
+    rows = slice(place.row - HALF_CELLS, place.row + HALF_CELLS)
+    columns = slice(place.column - HALF_CELLS, place.column + HALF_CELLS)
+    patch = patch_of(chart, depth.filled, rows, columns)
+    pair = [views[place.first], views[place.second]]
+    laid = [lay(view, pictures.of(view), patch) for view in pair]
+    if any(each is None or float(each.inside_px.min()) <= 0.0 for each in laid):
+        return None
+    images = [_grey(each.image) for each in laid if each is not None]
+    found = register(images[0], images[1])
+    if found is None:
+        return None
+    u = chart.u0_px + CELL * place.column - 0.5
+    v = chart.v0_px + CELL * place.row - 0.5
+    q = np.asarray(depth.filled[place.row, place.column], dtype=np.float64)
+    about = [view.look.about(np.asarray(u), np.asarray(v), q) for view in pair]
+    return Link(
+        first=place.first,
+        second=place.second,
+        place_px=(u, v),
+        apart_px=found.shift_px,
+        covariance=found.covariance,
+        about=np.array(about, dtype=np.float64),
+        brightness=float(np.log(max(1.0, float(images[1].mean())) / max(1.0, float(images[0].mean())))),
+        judging=place.judging,
+    )
+
+
+def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> Iterator[Place]:
+    """Yield places where both views surely reach, at most `MOST`, spread over the overlap."""
+    a, b = views[first].box, views[second].box
+    left, top, right, bottom = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
+    inset = HALF_CELLS * CELL
+    columns = _axis(left + inset - chart.u0_px, right - inset - chart.u0_px, chart.columns)
+    rows = _axis(top + inset - chart.v0_px, bottom - inset - chart.v0_px, chart.rows)
+    grid = [
+        (row, column)
+        for row in rows
+        for column in columns
+        if all(_reaches(views[k], chart, row, column) for k in (first, second))
+    ]
+    stride = max(1, -(-len(grid) // MOST))
+    for count, (row, column) in enumerate(grid[stride // 2 :: stride]):
+        yield Place(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
+
+
+def _axis(low_px: float, high_px: float, cells: int) -> range:
+    low = max(HALF_CELLS, int(np.ceil(low_px / CELL)))
+    high = min(cells - HALF_CELLS, int(np.floor(high_px / CELL)))
+    return range(low, high + 1, STEP_CELLS)
+
+
+def _reaches(view: View, chart: Chart, row: int, column: int) -> bool:
+    """Return whether a whole patch lies within a view, with room for the depth to differ."""
+    half = HALF_CELLS * CELL
+    u = chart.u0_px + CELL * column + np.array([-half, half, half, -half], dtype=np.float64)
+    v = chart.v0_px + CELL * row + np.array([-half, -half, half, half], dtype=np.float64)
+    x, y = view.look.raw(u, v, np.asarray(view.per_depth))
+    frame = next(kept for kept in view.point.frames if kept.role.value != "wide")
+    inside = np.minimum(np.minimum(x, frame.width - 1 - x), np.minimum(y, frame.height - 1 - y))
+    return bool(inside.min() > REACH_PX)
+
+
+def _grey(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    if image.ndim == 2:
+        return image
+    return gray(np.clip(np.rint(image), 0, 255).astype(np.uint8)).astype(np.float32)

@@ -1,0 +1,177 @@
+"""The depth of one pair, as cells of a chart: matched at a quarter of the size, triangulated exactly.
+
+A pair was verged on one depth and shows many: first a search at a sixteenth of the size tells what is there,
+then the matcher looks at that range alone. Pixels beside a jump of depth are left out.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role, StereoVolts
+from foveacam_pipeline.capture.dataset.reader import DatasetPoint
+from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
+from foveacam_pipeline.capture.mosaic.look import EyeLook
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import depth_map, edge_mask
+from foveacam_pipeline.stereo.match import MAX_DISPARITIES, MatchSettings, match
+from foveacam_pipeline.stereo.rectify import crossing_z_m, rectify
+from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
+
+Floats = NDArray[np.float64]
+NEAREST_M = 0.5
+BEYOND_M = 1e5
+LEAST_KNOWN = 40
+"""So many matched px at a sixteenth of the size tell what depths there are."""
+MARGIN_PX = 2.0
+COARSE = MatchSettings(near_m=NEAREST_M, far_m=BEYOND_M, block=5, speckle_px=12, uniqueness_percent=5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellDepth:
+    """A patch of cells of a chart: its first row and column, q = 1 / Z, 1/m, (h, w), NaN unknown; its error.
+
+    `sigma`: matching's error of q; `pose_sigma`: the calibration's, which the patch shares.
+    """
+
+    row: int
+    column: int
+    per_depth: NDArray[np.float32]
+    sigma: NDArray[np.float32]
+    pose_sigma: float
+
+    @property
+    def rows(self) -> slice:
+        """Its rows on the chart."""
+        return slice(self.row, self.row + self.per_depth.shape[0])
+
+    @property
+    def columns(self) -> slice:
+        """Its columns on the chart."""
+        return slice(self.column, self.column + self.per_depth.shape[1])
+
+
+def pair_cells(
+    point: DatasetPoint, calibration: Calibration, chart: Chart, *, eye: Role, bracket: int
+) -> CellDepth:
+    """Return the depth of a point's pair on the chart of an eye."""
+    sighting = point.sighting(bracket=bracket)
+    pair, disparity = matched(halved(rectify(sighting, calibration, scale=0.5)))
+    u, v, per_depth, sigma = triangulated(pair, disparity, calibration, sighting.volts, eye=eye)
+    z_m = float(1.0 / np.median(per_depth)) if len(per_depth) else BEYOND_M
+    f_b = calibration.fovea_f_px * calibration.baseline_m
+    pose_sigma = calibration.pose_sigma_px(max(z_m, NEAREST_M)) / f_b
+    return on_cells(chart, u, v, per_depth, sigma=sigma, pose_sigma=pose_sigma)
+
+
+def halved(pair: RectifiedPair) -> RectifiedPair:
+    """Return the pair at half the size."""
+    height, width = pair.left.shape[:2]
+    size = (width // 2, height // 2)
+
+    def small(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        even = image[: 2 * size[1], : 2 * size[0]]
+        return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    return replace(
+        pair,
+        left=small(pair.left),
+        right=small(pair.right),
+        valid_left=small(255 * pair.valid_left.astype(np.uint8)) == 255,
+        valid_right=small(255 * pair.valid_right.astype(np.uint8)) == 255,
+        f_px=pair.f_px / 2,
+        u0_left_px=pair.u0_left_px / 2 + 0.25,
+        u0_right_px=pair.u0_right_px / 2 + 0.25,
+        v0_px=pair.v0_px / 2 + 0.25,
+        pose_sigma_px=pair.pose_sigma_px / 2,
+    )
+
+
+def matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap]:
+    """Return the disparities of a quarter-size pair, or of an eighth-size one where depths spread too far."""
+    eighth = halved(pair)
+    coarse = match(halved(eighth), COARSE).residual_px
+    known = coarse[np.isfinite(coarse)]
+    if len(known) < LEAST_KNOWN:
+        return pair, match(pair, MatchSettings(disparities=MAX_DISPARITIES))
+    low, high = (4.0 * float(q) for q in np.percentile(known, (1, 99)))
+    low, high = low - 4.0 * MARGIN_PX, high + 4.0 * MARGIN_PX
+    if high - low > MAX_DISPARITIES:
+        return eighth, match(eighth, _within(eighth, low / 2, high / 2))
+    return pair, match(pair, _within(pair, low, high))
+
+
+def _within(pair: RectifiedPair, low_px: float, high_px: float) -> MatchSettings:
+    f_b = pair.f_px * pair.baseline_m
+    far_m = f_b / max(low_px + pair.offset_px, f_b / BEYOND_M)
+    near_m = f_b / max(high_px + pair.offset_px, 2.0 * f_b / BEYOND_M)
+    return MatchSettings(near_m=near_m, far_m=far_m, speckle_px=60)
+
+
+def triangulated(
+    pair: RectifiedPair, disparity: DisparityMap, calibration: Calibration, volts: StereoVolts, *, eye: Role
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return (n,) plane places u, v of an eye, full-size px, q = 1 / Z, and its error, 1/m, of what is known.
+
+    The pair's windows are right for the depth where the gazes cross; here each pixel gets its own.
+    """
+    scale = pair.f_px / calibration.fovea_f_px
+    jumps = edge_mask(pair, depth_map(pair, replace(disparity, residual_px=disparity.residual_px.copy())))
+    y, x = np.nonzero(np.isfinite(disparity.residual_px) & ~jumps)
+    u_left = np.asarray((x + pair.u0_left_px) / scale, dtype=np.float64)
+    residual = disparity.residual_px[y, x].astype(np.float64)
+    u_right = np.asarray((x - residual + pair.u0_right_px) / scale, dtype=np.float64)
+    v = np.asarray((y + pair.v0_px) / scale, dtype=np.float64)
+    at = np.array(1.0 / crossing_z_m(calibration, volts))
+    left = EyeLook.of(calibration, Role.LEFT, volts.left)
+    right = EyeLook.of(calibration, Role.RIGHT, volts.right)
+    hx_left, hy_left = left.about(u_left, v, at)
+    hx_right, hy_right = right.about(u_right, v, at)
+    f_b = calibration.fovea_f_px * calibration.baseline_m
+    apart = left.gaze_px[0] + hx_left - right.gaze_px[0] - hx_right
+    moving_left = left.aside_px_m[0] + left.pupil_m * hx_left
+    moving_right = right.aside_px_m[0] + right.pupil_m * hx_right
+    per_depth = apart / (f_b - moving_left + moving_right)
+    own = (left, hx_left, hy_left) if eye is Role.LEFT else (right, hx_right, hy_right)
+    sigma = disparity.sigma_px[y, x] / scale / f_b
+    good = (per_depth > 1.0 / BEYOND_M) & (per_depth < 1.0 / NEAREST_M)
+    u, v = (_place(*own, axis=axis, per_depth=per_depth) for axis in (0, 1))
+    return u[good], v[good], per_depth[good], np.asarray(sigma[good], dtype=np.float64)
+
+
+def _place(look: EyeLook, hx: Floats, hy: Floats, *, axis: int, per_depth: Floats) -> Floats:
+    about = hx if axis == 0 else hy
+    fixed = look.gaze_px[axis] + look.aside_px_m[axis] * per_depth
+    return np.asarray(fixed + (1.0 + look.pupil_m * per_depth) * about, dtype=np.float64)
+
+
+def on_cells(
+    chart: Chart, u_px: Floats, v_px: Floats, per_depth: Floats, *, sigma: Floats, pose_sigma: float
+) -> CellDepth:
+    """Gather samples (n,) in the cells of a chart: weighted means; neighbours share their noise."""
+    column = np.floor((u_px + 0.5 - chart.u0_px) / CELL).astype(int)
+    row = np.floor((v_px + 0.5 - chart.v0_px) / CELL).astype(int)
+    inside = (column >= 0) & (column < chart.columns) & (row >= 0) & (row < chart.rows)
+    if not inside.any():
+        empty = np.empty((0, 0), dtype=np.float32)
+        return CellDepth(row=0, column=0, per_depth=empty, sigma=empty, pose_sigma=pose_sigma)
+    row, column = row[inside], column[inside]
+    top, left = int(row.min()), int(column.min())
+    shape = int(row.max()) - top + 1, int(column.max()) - left + 1
+    weight = 1.0 / sigma[inside] ** 2
+    flat = (row - top) * shape[1] + column - left
+    size = shape[0] * shape[1]
+    total = np.bincount(flat, weight, size)
+    count = np.bincount(flat, minlength=size)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(flat, weight * per_depth[inside], size) / total
+        error = np.sqrt(count / total)
+    return CellDepth(
+        row=top,
+        column=left,
+        per_depth=mean.reshape(shape).astype(np.float32),
+        sigma=error.reshape(shape).astype(np.float32),
+        pose_sigma=pose_sigma,
+    )

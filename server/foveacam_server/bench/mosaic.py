@@ -1,0 +1,200 @@
+"""How good a mosaic is: a small raster at full resolution on the simulated rig, judged by the simulation's truth.
+
+`seam_rms_px`: one thing's places in two overlapping views, as the mosaic lays them, fovea px, rms of the
+distance; its true place in the raw frames is the simulation's. `mosaic_depth_rel_rms`: fused depth against the
+true surface, cells beside a jump of depth left out, each error carried to 10 m (it grows as Z², Sec. 4.1).
+`python -m foveacam_server.bench.mosaic` prints the figures; with a folder, the dataset and the mosaic stay.
+"""
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.render.projection import Projection
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, Place, Point, Shot
+from foveacam_pipeline.capture.mosaic.build import Laidout, build_mosaic
+from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
+from foveacam_pipeline.capture.mosaic.links import places
+from foveacam_pipeline.capture.mosaic.views import View
+from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.stereo.values import DepthMesh
+from foveacam_server.bench.calibration import truth_of
+from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_web.glb import write_glb
+
+Floats = NDArray[np.float64]
+CERTIFICATE = SHIPPED / "sim-rig120.json"
+SCENE = "bench"
+SIDE, QUICK_SIDE = 4, 2
+STEP_DEG = (2.15, 1.65)
+"""From view to view: a quarter of the 2.86° x 2.15° overlaps."""
+CENTRE_DEG = (0.0, 1.0)
+DISTANCE_M = 4.0
+REFERENCE_M = 10.0
+EDGE_SHARE, EDGE_CELLS = 0.01, 5
+"""A cell about which true depth differs by more, in a window so wide, lies beside a jump or on a steep thing."""
+WRONG_SHARE = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Judged:
+    """Distances of seams, px, (n,), and relative errors of depth carried to 10 m, (m,)."""
+
+    seams_px: Floats
+    unadjusted_px: Floats
+    depth_rel: Floats
+    all_depth_rel: Floats
+    known: float
+
+
+def mosaic_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
+    """Capture, lay out, judge; `quick`: 2 x 2 points. With `folder`, raster and mosaic stay there."""
+    with TemporaryDirectory() as scratch, open_simulated(SCENE, inline=True) as rig:
+        home = Path(scratch) if folder is None else folder
+        calibration = load_calibration(CERTIFICATE)
+        capture_s = captured(rig, calibration, home / "raster", side=QUICK_SIDE if quick else SIDE)
+        began_s = time.perf_counter()
+        mosaic = build_mosaic(Dataset.open(home / "raster"), home / "mosaic", mesh_file=glb_of)
+        mosaic_s = time.perf_counter() - began_s
+        judged = judge(mosaic.laid, truth_of(rig), calibration)
+        return {
+            **figures_of(judged),
+            "measured": asdict(mosaic.figures),
+            "capture_wall_s": round(capture_s, 1),
+            "mosaic_wall_s": round(mosaic_s, 1),
+        }
+
+
+def captured(rig: Rig, calibration: Calibration, folder: Path, *, side: int) -> float:
+    """Take a raster of side x side points, serpentine; return how long it took, s."""
+    began_s = time.perf_counter()
+    rig.mirrors.enable()
+    header = Header(points=side * side, calibration=calibration, label="bench mosaic")
+    with DatasetWriter.create(folder, header) as writer:
+        for index, (row, column) in enumerate(serpentine(side)):
+            aim_deg = [
+                centre + step * (k - (side - 1) / 2)
+                for centre, step, k in zip(CENTRE_DEG, STEP_DEG, (column, row), strict=True)
+            ]
+            aim_rad = math.radians(aim_deg[0]), math.radians(aim_deg[1])
+            seen = rig.head.look(calibration.steer(*aim_rad, distance_m=DISTANCE_M))
+            place = Place(index=index, column=column, row=row, aim_rad=aim_rad, distance_m=DISTANCE_M)
+            frames = (seen.left, seen.right, seen.wide)
+            writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
+        writer.finish()
+    return time.perf_counter() - began_s
+
+
+def serpentine(side: int) -> Iterator[tuple[int, int]]:
+    """Yield (row, column), every other row backwards."""
+    for row in range(side):
+        columns = range(side) if row % 2 == 0 else range(side - 1, -1, -1)
+        yield from ((row, column) for column in columns)
+
+
+def glb_of(mesh: DepthMesh) -> bytes:
+    """Return a mesh as a file that leaves the house."""
+    return write_glb(mesh, y_up=True)
+
+
+def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = Role.LEFT) -> Judged:
+    """Compare a scan as it was laid out with what the simulation knows."""
+    chart, depth = laid.chart, laid.depth
+    t_ns = _frame_ns(laid.views[0], eye)
+    true_z_m = true_depth_m(truth, chart, calibration.reference_rig_m(eye), t_ns)
+    seams, unadjusted = [], []
+    for place in places(laid.views, chart):
+        z_m = float(true_z_m[place.row, place.column])
+        if not math.isfinite(z_m):
+            continue
+        u = chart.u0_px + CELL * place.column + (CELL - 1) / 2
+        v = chart.v0_px + CELL * place.row + (CELL - 1) / 2
+        thing = calibration.reference_rig_m(eye) + z_m * np.array([u / chart.f_px, v / chart.f_px, 1.0])
+        q = float(depth.filled[place.row, place.column])
+        pair = [laid.views[k] for k in (place.first, place.second)]
+        raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing[None]) for view in pair]
+        laid_px = [view.look.plane(px, q) for view, px in zip(pair, raw, strict=True)]
+        plain_px = [
+            view.look.adjusted(np.zeros(2), np.eye(2)).plane(px, q)
+            for view, px in zip(pair, raw, strict=True)
+        ]
+        seams.append(np.linalg.norm(laid_px[1] - laid_px[0]))
+        unadjusted.append(np.linalg.norm(plain_px[1] - plain_px[0]))
+    relative = depth.z_m / true_z_m - 1.0
+    known = np.isfinite(relative)
+    level = known & ~beside_jumps(true_z_m)
+    carried = relative * REFERENCE_M / true_z_m
+    return Judged(
+        seams_px=np.array(seams),
+        unadjusted_px=np.array(unadjusted),
+        depth_rel=carried[level],
+        all_depth_rel=carried[known],
+        known=float(known.sum() / max(1, int(np.isfinite(true_z_m).sum()))),
+    )
+
+
+def figures_of(judged: Judged) -> dict[str, object]:
+    """Return the figures of a mosaic."""
+    own = judged.depth_rel
+    return {
+        "seam_rms_px": rms(judged.seams_px),
+        "seam_p95_px": float(np.quantile(judged.seams_px, 0.95)),
+        "seam_unadjusted_rms_px": rms(judged.unadjusted_px),
+        "seam_places": len(judged.seams_px),
+        "mosaic_depth_rel_rms": rms(own),
+        "mosaic_depth_rel_median": float(np.median(own)),
+        "mosaic_depth_wrong_share": float(np.mean(np.abs(own) > WRONG_SHARE)),
+        "mosaic_depth_rel_rms_with_edges": rms(judged.all_depth_rel),
+        "mosaic_depth_known_share": judged.known,
+    }
+
+
+def true_depth_m(truth: Truth, chart: Chart, eye_rig_m: Floats, t_ns: int) -> Floats:
+    """Return (rows, columns) true depth along z of a chart's cells, m; NaN where there is nothing."""
+    middle = (CELL - 1) / 2
+    f_px = chart.f_px / CELL
+    k = np.array(
+        [
+            [f_px, 0.0, -(chart.u0_px + middle) / CELL],
+            [0.0, f_px, -(chart.v0_px + middle) / CELL],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    eye = Projection(M=k, C=eye_rig_m, width=chart.columns, height=chart.rows)
+    drawn = truth.world.stage.probe(eye, truth.world.scene_s(t_ns))
+    return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan)
+
+
+def beside_jumps(z_m: Floats) -> NDArray[np.bool_]:
+    """Return which cells have another depth beside them, or nothing."""
+    kernel = np.ones((EDGE_CELLS, EDGE_CELLS), dtype=np.uint8)
+    filled = np.where(np.isfinite(z_m), z_m, 1e3)
+    spread = cv2.dilate(filled, kernel) / cv2.erode(filled, kernel) - 1.0
+    return np.asarray(spread > EDGE_SHARE * EDGE_CELLS)
+
+
+def rms(values: Floats) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _frame_ns(view: View, eye: Role) -> int:
+    return view.point.frame(eye).t_ns
+
+
+if __name__ == "__main__":
+    where = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    json.dump(mosaic_figures(folder=where), sys.stdout, indent=1)
