@@ -21,6 +21,7 @@ from playwright.sync_api import (
     Page,
     Playwright,
     Request,
+    expect,
     sync_playwright,
 )
 from tests.system.conftest import slow_views
@@ -36,6 +37,7 @@ ARGUMENTS = [
 ]
 PATIENCE_S = 30.0
 START_PATIENCE_S = 180.0  # where the renderer has not been compiled yet, a server does that first
+expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
 _POLL_MS = 30
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
