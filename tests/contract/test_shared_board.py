@@ -102,6 +102,17 @@ def test_a_move_of_one_while_the_other_is_on_its_way_brings_both_to_their_goals(
     assert bench.rail.state.fault is None
 
 
+def test_on_a_way_of_all_axes_each_goes_as_fast_as_it_may() -> None:
+    bench = Bench().homed()
+    began_ns = bench.clock.now_ns()
+
+    bench.rail.move_to(0.3)
+    bench.pan_tilt.move_to(bearing(20.0, 0.0))
+    bench.rest()
+
+    assert (bench.clock.now_ns() - began_ns) / 1e9 < 4.0  # 300 mm at 100 mm/s, and a start that is given up
+
+
 def test_a_hold_of_one_stops_both_without_a_fault() -> None:
     bench = Bench().homed()
     bench.rail.move_to(0.3)

@@ -236,5 +236,6 @@ def test_the_motors_never_jump_nor_exceed_their_pace(terminal: Terminal) -> None
     for before, after in pairwise(turnings):
         assert before.place_at(after.t_ns) == pytest.approx(after.place_deg, abs=1e-5)
         assert before.speed_at(after.t_ns) == pytest.approx(after.speed_deg_s, abs=1e-5)
-    top_deg_s = max((t.speed_deg_s[0] ** 2 + t.speed_deg_s[1] ** 2) ** 0.5 for t in turnings)
-    assert top_deg_s == pytest.approx(25.0)
+    pan_deg_s, tilt_deg_s = (max(abs(t.speed_deg_s[axis]) for t in turnings) for axis in (0, 1))
+    assert pan_deg_s == pytest.approx(25.0)
+    assert tilt_deg_s == pytest.approx(25.0 * 49 / 141)  # from where homing backs off to

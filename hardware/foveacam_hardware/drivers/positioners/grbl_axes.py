@@ -1,6 +1,7 @@
 """An axis of a Grbl board, in its own units, and how a pan-tilt sits on two of them."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import PanTiltLimits, PanTiltPose
@@ -28,6 +29,21 @@ class GrblAxis:
     def index(self) -> int:
         """Its place in reports and settings."""
         return LETTERS.index(self.letter)
+
+
+def feed_per_min(
+    axes: Mapping[str, GrblAxis], goals: Mapping[str, float], *, place: tuple[float, ...] | None
+) -> float:
+    """Return the feed along the way at which one axis goes at its own speed and none faster.
+
+    Without knowing the `place` that it begins at: the slowest axis's speed.
+    """
+    if place is not None:
+        ways = {letter: abs(goal - place[axes[letter].index]) for letter, goal in goals.items()}
+        duration_s = max(way / axes[letter].speed_per_s for letter, way in ways.items())
+        if duration_s > 0.0:
+            return 60.0 * math.hypot(*ways.values()) / duration_s
+    return 60.0 * min(axes[letter].speed_per_s for letter in goals)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

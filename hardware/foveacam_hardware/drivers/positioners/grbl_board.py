@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, NotConnected, Timeout
-from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
+from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis, feed_per_min
 from foveacam_hardware.drivers.positioners.grbl_journey import Journey
 from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, Sent
 from foveacam_hardware.drivers.positioners.grbl_start import MOVING, READY, greet
@@ -203,10 +203,12 @@ class GrblBoard:
         if self._held.is_set():
             self._held.clear()
             self._journey.end()
+        self._place = session.place(report)
         if self._journey.waits and report.state not in MOVING:
             self._begin(session)
             report = session.report()
-        self._place, moving = session.place(report), report.state in MOVING
+            self._place = session.place(report)
+        moving = report.state in MOVING
         trouble = self._journey.trouble(self._place, moving=moving, t_ns=self._clock.now_ns())
         if trouble is not None:
             self._fault = f"{self._name}: {trouble}"
@@ -252,8 +254,7 @@ class GrblBoard:
     def _begin(self, session: GrblSession) -> None:
         """Send the move that waits; once more when the line was damaged on its way."""
         goals = self._journey.goals
-        feed_per_min = 60.0 * min(self._axes[letter].speed_per_s for letter in goals)
-        line = jog(goals, feed_per_min=feed_per_min)
+        line = jog(goals, feed_per_min=feed_per_min(self._axes, goals, place=self._place))
         self._journey.end()
         try:
             session.ask(line)

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.sim.agenda import Agenda, Entry
-from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, Place
+from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, Place, pace_along
 from foveacam_hardware.sim.pan_tilt import PanTiltCables
 
 VERSION = "1.1h"
@@ -206,9 +206,10 @@ class GrblFirmware:
         )
         goal = (pan, tilt, rail)
         moved = [k for k in range(len(AXES)) if AXES[k] in values]
+        way = [there - before for there, before in zip(goal, here, strict=True)]
         if self.settings[20] and not all(-self._travel(k) <= goal[k] <= 0.0 for k in moved):
             return "error:15"
-        self._queue.append((goal, self._pace(values["F"] * scale, moved)))
+        self._queue.append((goal, self._pace(values["F"] * scale, way)))
         if self._moving is None:
             self._next_jog(t_ns)
         return "ok"
@@ -216,10 +217,10 @@ class GrblFirmware:
     def _travel(self, axis: int) -> float:
         return self.settings.get(130 + axis, 0.0)
 
-    def _pace(self, feed_per_min: float, axes: Sequence[int]) -> Pace:
-        fastest = min(self.settings.get(110 + axis, feed_per_min) for axis in axes)
-        self._acceleration = min(self.settings.get(120 + axis, self.settings[120]) for axis in axes)
-        return Pace(speed_per_s=min(feed_per_min, fastest) / 60.0, acceleration_per_s2=self._acceleration)
+    def _pace(self, feed_per_min: float, way: Sequence[float]) -> Pace:
+        pace = pace_along(way, self.settings, feed_per_min=feed_per_min)
+        self._acceleration = pace.acceleration_per_s2
+        return pace
 
     def _next_jog(self, t_ns: int) -> None:
         self._moving = None
@@ -282,7 +283,7 @@ class GrblFirmware:
         there = SWITCHES[axis] + from_switch
         pan, tilt, rail = (there if k == axis else at for k, at in enumerate(self.motors.place(t_ns)))
         then = self._next_leg if self.has_switches else self._find_no_switch
-        pace = self._pace(feed_per_min, [axis])
+        pace = self._pace(feed_per_min, [float(k == axis) for k in range(len(AXES))])
         self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), pace), then)
 
     def _find_no_switch(self, t_ns: int) -> None:

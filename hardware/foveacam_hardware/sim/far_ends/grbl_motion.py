@@ -1,6 +1,7 @@
 """Stepper motors under Grbl's planner: straight moves of all axes that speed up, run and slow down."""
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from foveacam_hardware.sim.pan_tilt import NS_PER_S, PanTiltCables, Turning, TurningHistory
@@ -15,6 +16,18 @@ class Pace:
 
     speed_per_s: float
     acceleration_per_s2: float
+
+
+def pace_along(way: Sequence[float], settings: Mapping[int, float], *, feed_per_min: float) -> Pace:
+    """Return how fast it goes along a way on which no axis exceeds its own speed and acceleration."""
+    length = math.hypot(*way)
+    share = {axis: abs(part) / length for axis, part in enumerate(way) if part}
+    fastest = [settings.get(110 + axis, feed_per_min) / part for axis, part in share.items()]
+    gains = [settings.get(120 + axis, settings[120]) / part for axis, part in share.items()]
+    return Pace(
+        speed_per_s=min([feed_per_min, *fastest]) / 60.0,
+        acceleration_per_s2=min(gains, default=settings[120]),
+    )
 
 
 class Motors:
