@@ -1,4 +1,4 @@
-"""The `foveacam` program: serve, calibrate, dataset, record, recording, bench, doctor, version.
+"""The `foveacam` program: serve, calibrate, capture, dataset, record, recording, bench, doctor, version.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -16,6 +16,7 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.calibrate_command.commands import app as calibrate_app
+from foveacam_server.capture_command.commands import capture
 from foveacam_server.dataset_command.commands import app as dataset_app
 from foveacam_server.recording_command.commands import app as recording_app
 from foveacam_server.recording_command.commands import record
@@ -33,6 +34,7 @@ app.add_typer(calibrate_app)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
 app.command()(record)
+app.command()(capture)
 
 _USAGE_ERROR = 2
 _FAILURE = 1

@@ -1,0 +1,1 @@
+"""`foveacam capture`: a raster capture from the command line."""
