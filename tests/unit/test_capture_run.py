@@ -1,5 +1,6 @@
 """The procedure of a capture on devices that take their time only, on a virtual clock."""
 
+import errno
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, State, check
+from foveacam_pipeline.capture.dataset.disk import write_part
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
 from foveacam_pipeline.capture.run import Phase, Report, RunSettings, prepare, run_capture
 from foveacam_server.bench.stub_rig import READOUT_NS, StubRail, StubRig
@@ -27,6 +29,8 @@ from foveacam_server.bench.stub_rig import READOUT_NS, StubRail, StubRig
 from .dataset_scenes import CALIBRATION
 
 SETTLE_US, EXPOSURE_NS = 14_000, 5_000_000
+LINE_MS = 0.004
+"""Cameras expose whole lines."""
 GIVEN: dict[str, Any] = {"verging": {"mode": "given", "distance_m": 4.0}}
 
 
@@ -215,12 +219,38 @@ def test_a_bracket_takes_every_exposure_at_every_point_and_puts_the_cameras_back
     dataset = captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0, 8.0]))
 
     for point in dataset:
-        assert [point.frame(Role.LEFT, bracket=b).exposure_ns for b in point.brackets] == [
-            2_000_000,
-            8_000_000,
-        ]
-    assert {eye.settings.exposure_ns for eye in (rig.left, rig.right)} == {EXPOSURE_NS}
+        taken_ms = [point.frame(Role.LEFT, bracket=b).exposure_ns / 1e6 for b in point.brackets]
+        assert taken_ms == pytest.approx([2.0, 8.0], abs=LINE_MS)
+    for eye in (rig.left, rig.right):
+        assert eye.settings.exposure_ns / 1e6 == pytest.approx(5.0, abs=LINE_MS)
     assert len(happened(rig, "begin 0 us")) == 4  # the second exposure of a point does not settle
+
+
+def test_an_exposure_of_the_plan_is_set_once_and_disturbs_no_readout(rig: StubRig, tmp_path: Path) -> None:
+    captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
+
+    assert happened(rig, "left exposes") == ["left exposes 2 ms", "left exposes 5 ms"]
+    assert len(happened(rig, "begin")) == 4
+
+
+def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
+    rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: object) -> None:
+        if path.name.startswith("00002"):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        write_part(path, content)  # type: ignore[arg-type]  # what the store hands over
+
+    with monkeypatch.context() as disk:
+        disk.setattr("foveacam_pipeline.capture.dataset.point_store.write_part", full)
+        with pytest.raises(DeviceFault, match=r"the disk is full .* then resume"):
+            captured(rig, tmp_path / "a", plan_of())
+    assert [point.index for point in Dataset.open(tmp_path / "a")] == [0, 1]
+
+    captured(rig, tmp_path / "a", plan_of())
+
+    assert check(tmp_path / "a") == []
+    assert Dataset.open(tmp_path / "a").document.state is State.COMPLETE
 
 
 def test_a_stack_is_kept_as_its_mean_in_16_bits_or_whole(rig: StubRig, tmp_path: Path) -> None:
@@ -261,7 +291,7 @@ def test_the_cameras_are_put_back_when_it_fails(rig: StubRig, tmp_path: Path) ->
     with suppress(NotConnected):
         captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
 
-    assert rig.left.settings.exposure_ns == EXPOSURE_NS
+    assert rig.left.settings.exposure_ns / 1e6 == pytest.approx(5.0, abs=LINE_MS)
 
 
 def test_what_the_rig_cannot_take_is_refused_before_anything_moves(rig: StubRig) -> None:

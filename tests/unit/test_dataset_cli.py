@@ -28,7 +28,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str | Path) -> int:
 def test_a_dataset_is_checked_by_its_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
-    folder = written(data / "datasets" / "bench", 2).folder
+    folder = written(data / "captures" / "bench", 2).folder
     assert run(monkeypatch, "check", "bench") == 0
     assert "is as it was written" in capsys.readouterr().out
     (folder / "images" / "00001-left-b0-s0.tiff").unlink()

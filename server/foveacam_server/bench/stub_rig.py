@@ -45,6 +45,7 @@ from foveacam_pipeline.capture.run import CaptureRig
 
 T = TypeVar("T")
 READOUT_NS = 4_380_000
+LINES = 1122
 MOST_HZ = 228.0
 ANYTHING = Span(low=0.0, high=1e9)
 
@@ -99,8 +100,10 @@ class StubCamera:
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
         self.did.append((self.clock.now_ns(), f"{self.role} exposes {settings.exposure_ns / 1e6:g} ms"))
-        self.settings = settings
-        return settings
+        line_ns = READOUT_NS // LINES
+        self.settings = replace(settings, exposure_ns=settings.exposure_ns // line_ns * line_ns)
+        self._taken.clear()
+        return self.settings
 
     def expose(self, t_ns: int) -> None:
         """Expose from a moment on."""

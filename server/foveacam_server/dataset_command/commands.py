@@ -24,7 +24,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-DATASETS = "datasets"
+DATASETS = "captures"
 """Where a server keeps them in its data folder."""
 _FOUND_WRONG = 1
 

@@ -37,6 +37,7 @@ class Shutter:
         self._under_way: tuple[ShotPlan, PendingExposure] | None = None
         self._stands: StereoVolts | None = None
         self._before: tuple[CameraSettings, CameraSettings] | None = None
+        self._asked_ns: int | None = None
         self._ended_ns = access.clock.now_ns()
         self.retaken = 0
         """Shots that had to be taken again."""
@@ -64,7 +65,7 @@ class Shutter:
     def close(self) -> None:
         """End what is under way, and let both cameras expose as they did before."""
         self.drop()
-        before, self._before = self._before, None
+        before, self._before, self._asked_ns = self._before, None, None
         if before is not None:
             self._access.still(lambda rig: _configure((rig.left, rig.right), before))
 
@@ -114,7 +115,7 @@ class Shutter:
 
     def _expose_for(self, rig: CaptureRig, exposure_ns: int | None) -> None:
         eyes = rig.left, rig.right
-        if exposure_ns is None or all(eye.settings.exposure_ns == exposure_ns for eye in eyes):
+        if exposure_ns is None or exposure_ns == self._asked_ns:  # not what it took: cameras round to lines
             return
         if self._before is None:
             self._before = rig.left.settings, rig.right.settings
@@ -122,6 +123,7 @@ class Shutter:
             replace(eye.settings, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF) for eye in eyes
         )
         _configure(eyes, (left, right))
+        self._asked_ns = exposure_ns
 
     def _forget(self) -> None:
         under_way, self._under_way = self._under_way, None

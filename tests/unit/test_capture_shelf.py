@@ -1,0 +1,96 @@
+"""Captures of a data directory: found, removed, restored; damaged and interrupted ones are said to be so."""
+
+import io
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset import State
+from foveacam_pipeline.capture.dataset.document import read_document, write_document
+from foveacam_server.capture_command.plans import plan_of
+from foveacam_server.capturing.documents import capture_document
+from foveacam_server.capturing.download import zip_stream
+from foveacam_server.capturing.shelf import CaptureShelf
+from foveacam_server.errors import NotFound
+
+from .dataset_scenes import written
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> CaptureShelf:
+    found = CaptureShelf(tmp_path / "captures")
+    written(found.folder / "one", 2)
+    return found
+
+
+def test_a_name_is_taken_once_whatever_its_case(shelf: CaptureShelf) -> None:
+    with pytest.raises(InvalidInput, match="already"):
+        shelf.new_folder("ONE")
+    assert shelf.new_folder("two").name == "two"
+
+
+def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureShelf) -> None:
+    shelf.remove("test")
+    assert shelf.every() == []
+    with pytest.raises(NotFound):
+        shelf.get("test")
+    (shelf.folder / "one").mkdir()
+
+    assert shelf.restore("test").name == "one (2)"
+    assert shelf.trash() == []
+
+
+def test_an_emptied_trash_is_gone(shelf: CaptureShelf) -> None:
+    shelf.remove("test")
+    assert shelf.empty_trash() == 1
+    assert shelf.trash() == []
+
+
+def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: CaptureShelf) -> None:
+    folder = shelf.folder / "one"
+    write_document(folder, read_document(folder).ended(State.RUNNING))
+
+    found = capture_document(shelf.get("test"))
+
+    assert (found["state"], found["resumable"]) == ("partial", True)
+    assert "interrupted" in found["why"]
+
+
+def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureShelf) -> None:
+    (shelf.folder / "one" / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
+
+    found = capture_document(shelf.every()[0])
+
+    assert (found["name"], found["state"], found["resumable"]) == ("one", "damaged", False)
+    assert "newer" in found["why"]
+
+
+def test_a_download_holds_every_file_but_the_lock(shelf: CaptureShelf) -> None:
+    folder = shelf.folder / "one"
+    archive = zipfile.ZipFile(io.BytesIO(b"".join(zip_stream(folder))))
+
+    files = {path.relative_to(shelf.folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert set(archive.namelist()) == files - {"one/.lock"}
+    assert archive.testzip() is None
+
+
+def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path) -> None:
+    text = tmp_path / "points.txt"
+    text.write_text("0, 0\n1, 2, inf\n")
+    grid = plan_of(None, {"points": {"columns": 3}, "stack_frames": 2}, resumes=False)
+
+    assert grid is not None
+    assert (grid.points_per_scan, grid.stack_frames) == (27, 2)
+    by_text = plan_of(text, {}, resumes=False)
+    assert by_text is not None
+    assert by_text.points_per_scan == 2
+    assert plan_of(None, {}, resumes=True) is None
+    for path, options, resumes, told in (
+        (text, {"stack_frames": 2}, False, "options of one too"),
+        (text, {}, True, "its own plan"),
+        (tmp_path / "none.json", {}, False, "cannot be read"),
+    ):
+        with pytest.raises(InvalidInput, match=told):
+            plan_of(path, options, resumes=resumes)
