@@ -63,6 +63,7 @@ class Bench:
         self._agree(PARKED)
         self.mirrors.close()
         assert not self.mirrors.state.connected
+        assert self.controller.far_end.dead or not self.cables.rail_on
 
     def _agree(self, volts: StereoVolts) -> None:
         self.mirrors.ping()

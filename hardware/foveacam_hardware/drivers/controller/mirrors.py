@@ -50,6 +50,8 @@ logger = logging.getLogger(__name__)
 CLOCK_PINGS = 10
 CLOCK_MAX_AGE_NS = 2_000_000_000
 LOG_INFO = 3
+CLOSE_TRIES = 2
+"""A lost packet must not leave the rail on when nobody is there any more."""
 
 
 class ControllerMirrors:
@@ -140,9 +142,10 @@ class ControllerMirrors:
     def close(self) -> None:
         """Park, switch off and release; harmless when closed."""
         with self._procedure:
-            if self.state.connected:
+            for _ in range(CLOSE_TRIES):
                 try:
-                    self.disable()
+                    if self.state.enabled:
+                        self.disable()
                 except FoveaError as failure:
                     logger.warning("controller: not switched off at close: %s", failure)
             self._discard()
