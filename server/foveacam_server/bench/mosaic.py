@@ -1,8 +1,8 @@
-"""How good a mosaic is: a small raster at full resolution on the simulated rig, judged by the simulation's truth.
+"""How good a mosaic is: a small raster at full resolution on the simulated rig, judged by its truth.
 
-`seam_rms_px`: one thing's places in two overlapping views, as the mosaic lays them, fovea px, rms of the
-distance; its true place in the raw frames is the simulation's. `mosaic_depth_rel_rms`: fused depth against the
-true surface, cells beside a jump of depth left out, each error carried to 10 m (it grows as Z², Sec. 4.1).
+`seam_rms_px`: how far a thing with texture lies apart in two overlapping views, as the mosaic lays them, rms,
+fovea px; where it is in the raw frames is the simulation's. `mosaic_depth_rel_rms`: fused depth against the
+true surface, cells beside a jump of depth left out, each error carried to 10 m (it grows as Z, Sec. 4.1).
 `python -m foveacam_server.bench.mosaic` prints the figures; with a folder, the dataset and the mosaic stay.
 """
 
@@ -45,7 +45,7 @@ CENTRE_DEG = (0.0, 1.0)
 DISTANCE_M = 4.0
 REFERENCE_M = 10.0
 EDGE_SHARE, EDGE_CELLS = 0.01, 5
-"""A cell about which true depth differs by more, in a window so wide, lies beside a jump or on a steep thing."""
+"""A cell about which true depth differs by more a cell, in a window so wide, lies beside a jump."""
 WRONG_SHARE = 0.02
 
 
@@ -55,6 +55,7 @@ class Judged:
 
     seams_px: Floats
     unadjusted_px: Floats
+    one_depth_px: Floats
     depth_rel: Floats
     all_depth_rel: Floats
     known: float
@@ -114,11 +115,11 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
     """Compare a scan as it was laid out with what the simulation knows."""
     chart, depth = laid.chart, laid.depth
     t_ns = _frame_ns(laid.views[0], eye)
-    true_z_m = true_depth_m(truth, chart, calibration.reference_rig_m(eye), t_ns)
-    seams, unadjusted = [], []
+    true_z_m, textured = true_depth_m(truth, chart, calibration.reference_rig_m(eye), t_ns)
+    seams, unadjusted, one_depth = [], [], []
     for place in places(laid.views, chart):
         z_m = float(true_z_m[place.row, place.column])
-        if not math.isfinite(z_m):
+        if not textured[place.row, place.column]:
             continue
         u = chart.u0_px + CELL * place.column + (CELL - 1) / 2
         v = chart.v0_px + CELL * place.row + (CELL - 1) / 2
@@ -131,6 +132,8 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
             view.look.adjusted(np.zeros(2), np.eye(2)).plane(px, q)
             for view, px in zip(pair, raw, strict=True)
         ]
+        flat_px = [view.look.plane(px, view.per_depth) for view, px in zip(pair, raw, strict=True)]
+        one_depth.append(np.linalg.norm(flat_px[1] - flat_px[0]))
         seams.append(np.linalg.norm(laid_px[1] - laid_px[0]))
         unadjusted.append(np.linalg.norm(plain_px[1] - plain_px[0]))
     relative = depth.z_m / true_z_m - 1.0
@@ -140,9 +143,10 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
     return Judged(
         seams_px=np.array(seams),
         unadjusted_px=np.array(unadjusted),
+        one_depth_px=np.array(one_depth),
         depth_rel=carried[level],
         all_depth_rel=carried[known],
-        known=float(known.sum() / max(1, int(np.isfinite(true_z_m).sum()))),
+        known=float((known & textured).sum() / max(1, int(textured.sum()))),
     )
 
 
@@ -153,6 +157,8 @@ def figures_of(judged: Judged) -> dict[str, object]:
         "seam_rms_px": rms(judged.seams_px),
         "seam_p95_px": float(np.quantile(judged.seams_px, 0.95)),
         "seam_unadjusted_rms_px": rms(judged.unadjusted_px),
+        "seam_one_depth_rms_px": rms(judged.one_depth_px),
+        "seam_median_px": float(np.median(judged.seams_px)),
         "seam_places": len(judged.seams_px),
         "mosaic_depth_rel_rms": rms(own),
         "mosaic_depth_rel_median": float(np.median(own)),
@@ -162,8 +168,10 @@ def figures_of(judged: Judged) -> dict[str, object]:
     }
 
 
-def true_depth_m(truth: Truth, chart: Chart, eye_rig_m: Floats, t_ns: int) -> Floats:
-    """Return (rows, columns) true depth along z of a chart's cells, m; NaN where there is nothing."""
+def true_depth_m(
+    truth: Truth, chart: Chart, eye_rig_m: Floats, t_ns: int
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return (rows, columns) true depth along z of cells, m (NaN: nothing), and which show texture."""
     middle = (CELL - 1) / 2
     f_px = chart.f_px / CELL
     k = np.array(
@@ -175,7 +183,9 @@ def true_depth_m(truth: Truth, chart: Chart, eye_rig_m: Floats, t_ns: int) -> Fl
     )
     eye = Projection(M=k, C=eye_rig_m, width=chart.columns, height=chart.rows)
     drawn = truth.world.stage.probe(eye, truth.world.scene_s(t_ns))
-    return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan)
+    numbers = [int(number) for number in np.unique(drawn.ids) if truth.world.stage.textured(int(number))]
+    textured = np.isin(drawn.ids, numbers)
+    return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan), textured
 
 
 def beside_jumps(z_m: Floats) -> NDArray[np.bool_]:

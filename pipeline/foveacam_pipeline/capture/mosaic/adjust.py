@@ -96,15 +96,17 @@ def _solve(count: int, links: Sequence[Link]) -> tuple[Floats, Floats, bool]:
     """Return shifts, turn, and whether they explain more than chance would."""
     design, apart = _equations(count, links)
     prior = np.concatenate([np.full(2 * count, SHIFT_PRIOR_PX), np.full(TURNS, TURN_PRIOR)]) ** -2.0
-    weights: Floats = np.ones(len(links))
-    unknowns = np.zeros(design.shape[1])
+    weights: Floats = np.ones(len(links), dtype=np.float64)
+    unknowns: Floats = np.zeros(design.shape[1])
     for _ in range(ROUNDS):
         scale = np.repeat(np.sqrt(weights), 2)
         a, b = scale[:, None] * design, scale * apart
-        unknowns = np.linalg.solve(a.T @ a + np.diag(prior), -a.T @ b)
+        unknowns = np.asarray(np.linalg.solve(a.T @ a + np.diag(prior), -a.T @ b), dtype=np.float64)
         size = np.linalg.norm((design @ unknowns + apart).reshape(-1, 2), axis=1)
         typical = max(1.0, float(np.median(size)) / 1.18)
-        weights = np.minimum(1.0, HUBER_SIGMAS * typical / np.maximum(size, 1e-9))
+        weights = np.asarray(
+            np.minimum(1.0, HUBER_SIGMAS * typical / np.maximum(size, 1e-9)), dtype=np.float64
+        )
     scale = np.repeat(np.sqrt(weights), 2)
     before = float(np.sum((scale * apart) ** 2))
     after = float(np.sum((scale * (design @ unknowns + apart)) ** 2))

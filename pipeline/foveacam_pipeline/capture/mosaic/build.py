@@ -18,7 +18,8 @@ from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fuse
 from foveacam_pipeline.capture.mosaic.links import link, places
-from foveacam_pipeline.capture.mosaic.pair_depth import pair_cells
+from foveacam_pipeline.capture.mosaic.pairs import depths_of
+from foveacam_pipeline.capture.mosaic.parallax import with_overlaps
 from foveacam_pipeline.capture.mosaic.pyramid import Pyramid, paint_tiles
 from foveacam_pipeline.capture.mosaic.render import canvas_of
 from foveacam_pipeline.capture.mosaic.solid import MeshFile, write_solid
@@ -77,7 +78,7 @@ def build_mosaic(
     with disk_errors("the mosaic", folder.parent):
         kept = MosaicFolder.open(folder, scan, settings, chart)
         pyramid = Pyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
-        steps = Steps(watch, 2 * len(views) + pyramid.leaves)
+        steps = Steps(watch, 3 * len(views) + pyramid.leaves)
         laid = lay_out(views, calibration, chart, settings=settings, steps=steps, kept=kept)
         canvas = canvas_of(scan, laid.views, laid.pictures, chart=chart, filled=laid.depth.filled)
         paint_tiles(
@@ -113,16 +114,12 @@ def lay_out(
     kept: MosaicFolder,
 ) -> Laidout:
     """Return a scan laid on its chart. Raise Cancelled."""
-    patches = []
-    for view in views:
-        cells = kept.kept_cells(view.point.index)
-        if cells is None:
-            cells = pair_cells(view.point, calibration, chart, eye=settings.eye, bracket=settings.bracket)
-            kept.keep_cells(view.point.index, cells)
-        patches.append(cells)
-        steps.step("depth of the pairs")
-    depth = fuse(chart, patches)
+    patches = depths_of(views, calibration, chart, settings=settings, steps=steps, kept=kept)
     pictures = Pictures(settings)
+    depth, done = fuse(chart, patches), 0
+    for count, better in with_overlaps(depth, views, pictures, chart=chart):
+        steps.step("depth where views overlap", count - done)
+        depth, done = better, count
     adjustment = _adjustment(views, pictures, chart, depth, settings=settings, steps=steps)
     return Laidout(
         chart=chart,

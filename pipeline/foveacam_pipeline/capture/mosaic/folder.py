@@ -51,30 +51,31 @@ class MosaicFolder:
         self._write("complete", figures)
         shutil.rmtree(self.path / WORK, ignore_errors=True)
 
-    def kept_cells(self, point: int) -> CellDepth | None:
+    def kept_cells(self, pair: tuple[int, int]) -> CellDepth | None:
         """Return the depth of a pair that was worked out before."""
         try:
-            with np.load(self._cells(point)) as kept:
+            with np.load(self._cells(pair)) as kept:
                 return CellDepth(
                     row=int(kept["row"]),
                     column=int(kept["column"]),
                     per_depth=kept["per_depth"],
                     sigma=kept["sigma"],
+                    edge=kept["edge"],
                     pose_sigma=float(kept["pose_sigma"]),
                 )
         except (FileNotFoundError, ValueError, KeyError, EOFError):
             return None
 
-    def keep_cells(self, point: int, cells: CellDepth) -> None:
+    def keep_cells(self, pair: tuple[int, int], cells: CellDepth) -> None:
         """Keep the depth of a pair for another start. Raise OSError."""
         content = io.BytesIO()
         np.savez(content, **asdict(cells))
-        path = self._cells(point)
+        path = self._cells(pair)
         write_part(path, content.getbuffer())
         finish_part(path)
 
-    def _cells(self, point: int) -> Path:
-        return self.path / WORK / f"{point:05d}.npz"
+    def _cells(self, pair: tuple[int, int]) -> Path:
+        return self.path / WORK / f"{pair[0]:05d}-{pair[1]:05d}.npz"
 
     def _write(self, state: str, figures: MosaicFigures | None) -> None:
         content = {

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
@@ -17,19 +18,23 @@ BLOCK = 128
 AGREE_SIGMAS = 4.0
 AGREE_SHARE = 0.003
 """Estimates agree within so many of their errors, and so much of q for what the errors do not know."""
-LONE_SHARE = 0.03
-"""A lone cell that differs by more from the median of its neighbours is noise."""
+SMOOTH_CELLS = 2.0
+SPECKLE_CELLS = 40
+SPECKLE_STEP = 0.02
+"""So few cells that hang together, each within this share of the depth of the next, are noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FieldDepth:
     """Depth of a chart's cells: q = 1 / Z, 1/m, (rows, columns) float32, NaN unknown, and its standard error.
 
-    `filled`: q everywhere, from the nearest cells where it is not known.
+    `surmised`: q for laying pictures alone: as known; what lies beside a jump is taken for the nearer thing.
+    `filled`: q everywhere: a gap gets the nearest cell's, smoothed.
     """
 
     per_depth: Cells
     sigma: Cells
+    surmised: Cells
     filled: Cells
     figures: DepthFigures
 
@@ -56,15 +61,17 @@ class _Tally:
 def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
     """Return the depth of a chart from patches that overlap."""
     shape = chart.rows, chart.columns
-    per_depth, sigma = (np.full(shape, np.nan, dtype=np.float32) for _ in range(2))
+    per_depth, sigma, edge = (np.full(shape, np.nan, dtype=np.float32) for _ in range(3))
     tally = _Tally()
     for rows, columns in _blocks(shape):
         layers = [_cut(patch, rows, columns) for patch in patches if _meets(patch, rows, columns)]
         if layers:
-            per_depth[rows, columns], sigma[rows, columns] = _agreed(np.array(layers), tally)
-    lone = _lone(per_depth)
-    tally.left_out += int(lone.sum())
-    per_depth[lone], sigma[lone] = np.nan, np.nan
+            block = np.array(layers)
+            per_depth[rows, columns], sigma[rows, columns] = _agreed(block, tally)
+            edge[rows, columns] = _middle(block[:, 3])
+    specks = _specks(per_depth)
+    tally.left_out += int(specks.sum())
+    per_depth[specks], sigma[specks] = np.nan, np.nan
     known = np.isfinite(per_depth)
     figures = DepthFigures(
         known=float(known.mean()),
@@ -73,27 +80,21 @@ def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
         outliers=tally.left_out / max(1, tally.estimates),
         median_sigma_rel=float(np.median(sigma[known] / per_depth[known])) if known.any() else float("nan"),
     )
-    return FieldDepth(per_depth=per_depth, sigma=sigma, filled=fill(per_depth), figures=figures)
+    surmised = np.where(known, per_depth, edge)
+    surmised[_specks(surmised)] = np.nan
+    return FieldDepth(
+        per_depth=per_depth, sigma=sigma, surmised=surmised, filled=fill(surmised), figures=figures
+    )
 
 
 def fill(values: Cells) -> Cells:
-    """Return (h, w) without NaN: gaps get the mean of what lies about them, the nearer the more of it."""
+    """Return (h, w) without NaN: gaps get what the nearest cells have, smoothed; zeros if none has any."""
     known = np.isfinite(values)
     if not known.any():
         return np.zeros_like(values)
-    if known.all():
-        return values.copy()
-    weight = known.astype(np.float32)
-    height, width = values.shape
-    size = (max(1, (width + 1) // 2), max(1, (height + 1) // 2))
-    total = cv2.resize(np.where(known, values, np.float32(0.0)), size, interpolation=cv2.INTER_AREA)
-    share = np.asarray(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        smaller = np.asarray(total / share, dtype=np.float32)
-    smaller[share < 1e-3] = np.nan
-    coarse = fill(smaller)
-    around = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(np.where(known, values, around), dtype=np.float32)
+    row, column = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    nearest = np.ascontiguousarray(values[row, column])
+    return np.where(known, values, cv2.GaussianBlur(nearest, (0, 0), SMOOTH_CELLS)).astype(np.float32)
 
 
 def _blocks(shape: tuple[int, int]) -> Iterator[tuple[slice, slice]]:
@@ -108,14 +109,14 @@ def _meets(patch: CellDepth, rows: slice, columns: slice) -> bool:
 
 
 def _cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
-    """Return (3, h, w): q, its matching error and the pose's, NaN outside the patch."""
-    out = np.full((3, rows.stop - rows.start, columns.stop - columns.start), np.nan, dtype=np.float32)
+    """Return (4, h, w): q, its matching error, the pose's, and q beside jumps; NaN outside the patch."""
+    out = np.full((4, rows.stop - rows.start, columns.stop - columns.start), np.nan, dtype=np.float32)
     top, bottom = max(rows.start, patch.rows.start), min(rows.stop, patch.rows.stop)
     left, right = max(columns.start, patch.columns.start), min(columns.stop, patch.columns.stop)
     here = (slice(top - rows.start, bottom - rows.start), slice(left - columns.start, right - columns.start))
     there = (slice(top - patch.row, bottom - patch.row), slice(left - patch.column, right - patch.column))
     out[0][here], out[1][here] = patch.per_depth[there], patch.sigma[there]
-    out[2][here] = patch.pose_sigma
+    out[2][here], out[3][here] = patch.pose_sigma, patch.edge[there]
     return out
 
 
@@ -153,14 +154,25 @@ def _count(
     members = group.sum(axis=0)
     several = members > 1
     tally.several += int(several.sum())
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         apart = np.where(group, q / mean - 1.0, 0.0)
     tally.square += float(np.sum(np.where(several, np.sum(apart**2, axis=0), 0.0)))
     tally.degrees += int(np.sum(np.where(several, members - 1, 0)))
 
 
-def _lone(per_depth: Cells) -> NDArray[np.bool_]:
-    """Return cells that differ from the median of their 5 x 5 surroundings, gaps filled."""
-    middle = cv2.medianBlur(fill(per_depth), 5)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.abs(per_depth - middle) > LONE_SHARE * middle)
+def _middle(values: Cells) -> Cells:
+    """Return the median over the first axis, NaN where there is none."""
+    ordered = np.sort(values, axis=0)
+    count = np.isfinite(values).sum(axis=0)
+    chosen = np.maximum(count - 1, 0) // 2
+    return np.asarray(np.take_along_axis(ordered, chosen[None], axis=0)[0], dtype=np.float32)
+
+
+def _specks(per_depth: Cells) -> NDArray[np.bool_]:
+    """Return known cells that hang together with too few others: steps of depth part them."""
+    known = np.isfinite(per_depth)
+    scaled = np.zeros(per_depth.shape, dtype=np.int16)
+    scaled[known] = np.clip(np.rint(np.log(per_depth[known]) * 1000.0), -16_000, 16_000) + 16_001
+    before = scaled.copy()
+    cv2.filterSpeckles(scaled, 0.0, SPECKLE_CELLS, 1000.0 * SPECKLE_STEP)
+    return np.asarray((before != 0) & (scaled == 0))

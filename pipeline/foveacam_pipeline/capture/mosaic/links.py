@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth
 from foveacam_pipeline.capture.mosaic.register import REACH_PX, register
-from foveacam_pipeline.capture.mosaic.views import Floats, Pictures, View, lay, patch_of
+from foveacam_pipeline.capture.mosaic.views import Floats, Patch, Pictures, View, lay, patch_of
 from foveacam_pipeline.stereo.match import gray
 
 HALF_CELLS = 6
@@ -20,6 +20,7 @@ HALF_CELLS = 6
 MOST = 12
 """Places of one overlap: half of them judge."""
 STEP_CELLS = 7
+KNOWN_SHARE = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,13 +53,13 @@ class Place:
     judging: bool
 
 
-def places(views: Sequence[View], chart: Chart) -> list[Place]:
-    """Return where the overlaps of a scan are compared."""
+def places(views: Sequence[View], chart: Chart, *, most: int = MOST) -> list[Place]:
+    """Return where the overlaps of a scan are compared, at most so many places of two views."""
     return [
         place
         for first in range(len(views))
         for second in range(first + 1, len(views))
-        for place in _overlap(views, chart, first, second)
+        for place in _overlap(views, chart, first, second, most=most)
     ]
 
 
@@ -66,16 +67,11 @@ def link(
     place: Place, views: Sequence[View], pictures: Pictures, *, chart: Chart, depth: FieldDepth
 ) -> Link | None:
     """Return what two views show at a place; None where they do not match."""
-    rows = slice(place.row - HALF_CELLS, place.row + HALF_CELLS)
-    columns = slice(place.column - HALF_CELLS, place.column + HALF_CELLS)
-    patch = patch_of(chart, depth.filled, rows, columns)
+    rows, columns = around(place)
     pair = [views[place.first], views[place.second]]
-    laid = [lay(view, pictures.of(view), patch) for view in pair]
-    if any(each is None or float(each.inside_px.min()) <= 0.0 for each in laid):
-        return None
-    images = [_grey(each.image) for each in laid if each is not None]
-    found = register(images[0], images[1])
-    if found is None:
+    images = both(pair, pictures, patch_of(chart, depth.filled, rows, columns))
+    found = None if images is None else register(*images)
+    if found is None or images is None:
         return None
     u = chart.u0_px + CELL * place.column - 0.5
     v = chart.v0_px + CELL * place.row - 0.5
@@ -89,12 +85,36 @@ def link(
         covariance=found.covariance,
         about=np.array(about, dtype=np.float64),
         brightness=float(np.log(max(1.0, float(images[1].mean())) / max(1.0, float(images[0].mean())))),
-        judging=place.judging,
+        judging=place.judging or not _known(depth, rows, columns),
     )
 
 
-def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> Iterator[Place]:
-    """Yield places where both views surely reach, at most `MOST`, spread over the overlap."""
+def around(place: Place) -> tuple[slice, slice]:
+    """Return the rows and columns of cells that are compared."""
+    return (
+        slice(place.row - HALF_CELLS, place.row + HALF_CELLS),
+        slice(place.column - HALF_CELLS, place.column + HALF_CELLS),
+    )
+
+
+def both(
+    pair: Sequence[View], pictures: Pictures, patch: Patch
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
+    """Return what two views show of a patch, grey; None where either does not reach."""
+    laid = [lay(view, pictures.of(view), patch) for view in pair]
+    if any(each is None or float(each.inside_px.min()) <= 0.0 for each in laid):
+        return None
+    first, second = (_grey(each.image) for each in laid if each is not None)
+    return first, second
+
+
+def _known(depth: FieldDepth, rows: slice, columns: slice) -> bool:
+    """Return whether depth is known there: where it is surmised, what is apart tells of that as well."""
+    return float(np.isfinite(depth.per_depth[rows, columns]).mean()) > KNOWN_SHARE
+
+
+def _overlap(views: Sequence[View], chart: Chart, first: int, second: int, *, most: int) -> Iterator[Place]:
+    """Yield places where both views surely reach, at most `most`, spread over the overlap."""
     a, b = views[first].box, views[second].box
     left, top, right, bottom = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
     inset = HALF_CELLS * CELL
@@ -106,7 +126,7 @@ def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> It
         for column in columns
         if all(_reaches(views[k], chart, row, column) for k in (first, second))
     ]
-    stride = max(1, -(-len(grid) // MOST))
+    stride = max(1, -(-len(grid) // most))
     for count, (row, column) in enumerate(grid[stride // 2 :: stride]):
         yield Place(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
 

@@ -1,7 +1,8 @@
 """The depth of one pair, as cells of a chart: matched at a quarter of the size, triangulated exactly.
 
 A pair was verged on one depth and shows many: first a search at a sixteenth of the size tells what is there,
-then the matcher looks at that range alone. Pixels beside a jump of depth are left out.
+then the matcher looks at that range alone. Pixels beside a jump of depth are kept apart: they may be of
+either side. The left fovea of one point and the right one of another make a pair as well.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role, StereoVolts
-from foveacam_pipeline.capture.dataset.reader import DatasetPoint
+from foveacam_hardware.contract import Role, Sighting, StereoVolts
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.models.calibration import Calibration
@@ -26,6 +26,8 @@ BEYOND_M = 1e5
 LEAST_KNOWN = 40
 """So many matched px at a sixteenth of the size tell what depths there are."""
 MARGIN_PX = 2.0
+MOST_SIGMA_PX = 0.45
+"""Error above which a px counts as not matched: bare noise fits somewhere, too, but badly (deduced)."""
 COARSE = MatchSettings(near_m=NEAREST_M, far_m=BEYOND_M, block=5, speckle_px=12, uniqueness_percent=5)
 
 
@@ -33,13 +35,15 @@ COARSE = MatchSettings(near_m=NEAREST_M, far_m=BEYOND_M, block=5, speckle_px=12,
 class CellDepth:
     """A patch of cells of a chart: its first row and column, q = 1 / Z, 1/m, (h, w), NaN unknown; its error.
 
-    `sigma`: matching's error of q; `pose_sigma`: the calibration's, which the patch shares.
+    `sigma`: matching's error of q; `pose_sigma`: the calibration's, which the patch shares. `edge`: q of the
+    nearest thing where a cell lies beside a jump of depth, NaN elsewhere.
     """
 
     row: int
     column: int
     per_depth: NDArray[np.float32]
     sigma: NDArray[np.float32]
+    edge: NDArray[np.float32]
     pose_sigma: float
 
     @property
@@ -53,17 +57,31 @@ class CellDepth:
         return slice(self.column, self.column + self.per_depth.shape[1])
 
 
-def pair_cells(
-    point: DatasetPoint, calibration: Calibration, chart: Chart, *, eye: Role, bracket: int
-) -> CellDepth:
-    """Return the depth of a point's pair on the chart of an eye."""
-    sighting = point.sighting(bracket=bracket)
-    pair, disparity = matched(halved(rectify(sighting, calibration, scale=0.5)))
-    u, v, per_depth, sigma = triangulated(pair, disparity, calibration, sighting.volts, eye=eye)
-    z_m = float(1.0 / np.median(per_depth)) if len(per_depth) else BEYOND_M
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Samples:
+    """Triangulated px, (n,): plane places u, v of an eye, full-size px; q = 1 / Z and its error, 1/m.
+
+    `edge`: which lie beside a jump of depth.
+    """
+
+    u_px: Floats
+    v_px: Floats
+    per_depth: Floats
+    sigma: Floats
+    edge: NDArray[np.bool_]
+
+
+def pair_cells(sighting: Sighting, calibration: Calibration, chart: Chart, *, eye: Role) -> CellDepth:
+    """Return the depth of a pair on the chart of an eye; no cells where nothing matches."""
+    found = matched(halved(rectify(sighting, calibration, scale=0.5)))
+    if found is None:
+        return _nothing()
+    samples = triangulated(*found, calibration, sighting.volts, eye=eye)
+    q = samples.per_depth
+    z_m = float(1.0 / np.median(q)) if len(q) else BEYOND_M
     f_b = calibration.fovea_f_px * calibration.baseline_m
     pose_sigma = calibration.pose_sigma_px(max(z_m, NEAREST_M)) / f_b
-    return on_cells(chart, u, v, per_depth, sigma=sigma, pose_sigma=pose_sigma)
+    return on_cells(chart, samples, pose_sigma=pose_sigma)
 
 
 def halved(pair: RectifiedPair) -> RectifiedPair:
@@ -89,13 +107,16 @@ def halved(pair: RectifiedPair) -> RectifiedPair:
     )
 
 
-def matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap]:
-    """Return the disparities of a quarter-size pair, or of an eighth-size one where depths spread too far."""
+def matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap] | None:
+    """Return the disparities of a quarter-size pair, or of an eighth-size one where depths spread too far.
+
+    None where too little matches to tell what depths there are.
+    """
     eighth = halved(pair)
     coarse = match(halved(eighth), COARSE).residual_px
     known = coarse[np.isfinite(coarse)]
     if len(known) < LEAST_KNOWN:
-        return pair, match(pair, MatchSettings(disparities=MAX_DISPARITIES))
+        return None
     low, high = (4.0 * float(q) for q in np.percentile(known, (1, 99)))
     low, high = low - 4.0 * MARGIN_PX, high + 4.0 * MARGIN_PX
     if high - low > MAX_DISPARITIES:
@@ -107,19 +128,19 @@ def _within(pair: RectifiedPair, low_px: float, high_px: float) -> MatchSettings
     f_b = pair.f_px * pair.baseline_m
     far_m = f_b / max(low_px + pair.offset_px, f_b / BEYOND_M)
     near_m = f_b / max(high_px + pair.offset_px, 2.0 * f_b / BEYOND_M)
-    return MatchSettings(near_m=near_m, far_m=far_m, speckle_px=60)
+    return MatchSettings(near_m=near_m, far_m=far_m, speckle_px=60, max_sigma_px=MOST_SIGMA_PX)
 
 
 def triangulated(
     pair: RectifiedPair, disparity: DisparityMap, calibration: Calibration, volts: StereoVolts, *, eye: Role
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return (n,) plane places u, v of an eye, full-size px, q = 1 / Z, and its error, 1/m, of what is known.
+) -> Samples:
+    """Return what is known of a pair's depth.
 
     The pair's windows are right for the depth where the gazes cross; here each pixel gets its own.
     """
     scale = pair.f_px / calibration.fovea_f_px
     jumps = edge_mask(pair, depth_map(pair, replace(disparity, residual_px=disparity.residual_px.copy())))
-    y, x = np.nonzero(np.isfinite(disparity.residual_px) & ~jumps)
+    y, x = np.nonzero(np.isfinite(disparity.residual_px))
     u_left = np.asarray((x + pair.u0_left_px) / scale, dtype=np.float64)
     residual = disparity.residual_px[y, x].astype(np.float64)
     u_right = np.asarray((x - residual + pair.u0_right_px) / scale, dtype=np.float64)
@@ -138,7 +159,13 @@ def triangulated(
     sigma = disparity.sigma_px[y, x] / scale / f_b
     good = (per_depth > 1.0 / BEYOND_M) & (per_depth < 1.0 / NEAREST_M)
     u, v = (_place(*own, axis=axis, per_depth=per_depth) for axis in (0, 1))
-    return u[good], v[good], per_depth[good], np.asarray(sigma[good], dtype=np.float64)
+    return Samples(
+        u_px=u[good],
+        v_px=v[good],
+        per_depth=per_depth[good],
+        sigma=np.asarray(sigma[good], dtype=np.float64),
+        edge=jumps[y, x][good],
+    )
 
 
 def _place(look: EyeLook, hx: Floats, hy: Floats, *, axis: int, per_depth: Floats) -> Floats:
@@ -147,31 +174,38 @@ def _place(look: EyeLook, hx: Floats, hy: Floats, *, axis: int, per_depth: Float
     return np.asarray(fixed + (1.0 + look.pupil_m * per_depth) * about, dtype=np.float64)
 
 
-def on_cells(
-    chart: Chart, u_px: Floats, v_px: Floats, per_depth: Floats, *, sigma: Floats, pose_sigma: float
-) -> CellDepth:
-    """Gather samples (n,) in the cells of a chart: weighted means; neighbours share their noise."""
-    column = np.floor((u_px + 0.5 - chart.u0_px) / CELL).astype(int)
-    row = np.floor((v_px + 0.5 - chart.v0_px) / CELL).astype(int)
+def on_cells(chart: Chart, samples: Samples, *, pose_sigma: float) -> CellDepth:
+    """Gather samples in the cells of a chart: weighted means; neighbours share their noise."""
+    column = np.floor((samples.u_px + 0.5 - chart.u0_px) / CELL).astype(int)
+    row = np.floor((samples.v_px + 0.5 - chart.v0_px) / CELL).astype(int)
     inside = (column >= 0) & (column < chart.columns) & (row >= 0) & (row < chart.rows)
     if not inside.any():
-        empty = np.empty((0, 0), dtype=np.float32)
-        return CellDepth(row=0, column=0, per_depth=empty, sigma=empty, pose_sigma=pose_sigma)
+        return _nothing()
     row, column = row[inside], column[inside]
     top, left = int(row.min()), int(column.min())
     shape = int(row.max()) - top + 1, int(column.max()) - left + 1
-    weight = 1.0 / sigma[inside] ** 2
     flat = (row - top) * shape[1] + column - left
     size = shape[0] * shape[1]
+    edge, q = samples.edge[inside], samples.per_depth[inside]
+    weight = np.where(edge, 0.0, samples.sigma[inside] ** -2.0)
     total = np.bincount(flat, weight, size)
-    count = np.bincount(flat, minlength=size)
+    count = np.bincount(flat, ~edge, size)
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(flat, weight * per_depth[inside], size) / total
+        mean = np.bincount(flat, weight * q, size) / total
         error = np.sqrt(count / total)
+    nearest = np.zeros(size)
+    np.maximum.at(nearest, flat[edge], q[edge])
+    nearest[(nearest == 0.0) | (count > 0)] = np.nan
     return CellDepth(
         row=top,
         column=left,
         per_depth=mean.reshape(shape).astype(np.float32),
         sigma=error.reshape(shape).astype(np.float32),
+        edge=nearest.reshape(shape).astype(np.float32),
         pose_sigma=pose_sigma,
     )
+
+
+def _nothing() -> CellDepth:
+    empty = np.empty((0, 0), dtype=np.float32)
+    return CellDepth(row=0, column=0, per_depth=empty, sigma=empty, edge=empty, pose_sigma=0.0)

@@ -23,7 +23,7 @@ WORST_SIGMA_PX = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Registered:
-    """`shift_px`: (2,) by how much a thing is further right and down in the second picture. Covariance in px²."""
+    """`shift_px`: (2,) how much further right and down a thing is in the second picture, and its error."""
 
     shift_px: NDArray[np.float64]
     covariance: NDArray[np.float64]

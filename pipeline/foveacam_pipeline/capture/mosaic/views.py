@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role, StereoVolts
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.look import EyeLook, box_of
@@ -23,9 +23,10 @@ KEPT = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
-    """One fovea. `per_depth`: q where the gazes cross, 1/m; `gain`: what its brightness is multiplied by."""
+    """One fovea. `volts`: of both mirrors; `per_depth`: q where the gazes cross, 1/m; `gain`: a factor."""
 
     point: DatasetPoint
+    volts: StereoVolts
     look: EyeLook
     box: tuple[float, float, float, float]
     per_depth: float
@@ -47,7 +48,7 @@ def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) 
         per_depth = 1.0 / crossing_z_m(calibration, volts)
         look = EyeLook.of(calibration, settings.eye, volts.left if settings.eye is Role.LEFT else volts.right)
         box = box_of(look.corners(calibration, per_depth))
-        views.append(View(point=point, look=look, box=box, per_depth=per_depth))
+        views.append(View(point=point, volts=volts, look=look, box=box, per_depth=per_depth))
     if not views:
         raise InvalidInput(
             f"{scan.folder}, scan {settings.scan} has no {settings.eye.value} frame of bracket "

@@ -1,0 +1,70 @@
+"""Which foveae of a scan are matched with each other, and the depth of all of them.
+
+Verged on the scene's average, a pair shows a wall behind it in half of its view only: its left fovea sees
+there what the right fovea of the next point sees. So a left fovea is matched with every right one on its rows
+whose gaze crosses its own in front of the rig. What moved between the two contradicts other pairs, and goes.
+"""
+
+from collections.abc import Sequence
+
+from foveacam_hardware.contract import Role, Sighting, StereoVolts
+from foveacam_pipeline.capture.mosaic.chart import Chart
+from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
+from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, pair_cells
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings, Steps
+from foveacam_pipeline.capture.mosaic.views import View
+from foveacam_pipeline.models.calibration import Calibration
+
+NEAREST_M, FARTHEST_M = 1.2, 40.0
+"""Gazes of different points that cross nearer or farther are not matched."""
+ROW_SHARE = 0.2
+"""Nor those whose rows differ by more than this share of a view's height."""
+
+
+def depths_of(
+    views: Sequence[View],
+    calibration: Calibration,
+    chart: Chart,
+    *,
+    settings: MosaicSettings,
+    steps: Steps,
+    kept: MosaicFolder,
+) -> list[CellDepth]:
+    """Return the depth of all pairs. Raise Cancelled, OSError."""
+    patches = []
+    for view in views:
+        for other in partners(view, views, calibration):
+            key = view.point.index, other.point.index
+            cells = kept.kept_cells(key)
+            if cells is None:
+                sighting = together(view, other, settings)
+                cells = pair_cells(sighting, calibration, chart, eye=settings.eye)
+                kept.keep_cells(key, cells)
+            if cells.per_depth.size:
+                patches.append(cells)
+        steps.step("depth of the pairs")
+    return patches
+
+
+def partners(view: View, views: Sequence[View], calibration: Calibration) -> list[View]:
+    """Return the views whose right fovea is matched with the left one of `view`: its own, and others."""
+    return [other for other in views if other is view or _crosses(view, other, calibration)]
+
+
+def together(left: View, right: View, settings: MosaicSettings) -> Sighting:
+    """Return the left fovea of one point and the right one of another as one look."""
+    frame = left.point.stacked(Role.LEFT, bracket=settings.bracket)
+    return Sighting(
+        left=frame,
+        right=right.point.stacked(Role.RIGHT, bracket=settings.bracket),
+        wide=frame,
+        volts=StereoVolts(left=left.volts.left, right=right.volts.right),
+    )
+
+
+def _crosses(left: View, right: View, calibration: Calibration) -> bool:
+    f_b = calibration.fovea_f_px * calibration.baseline_m
+    gazes = calibration.gaze_rad(StereoVolts(left=left.volts.left, right=right.volts.right))
+    apart = [calibration.fovea_f_px * (a - b) for a, b in zip(*gazes, strict=True)]
+    on_rows = abs(apart[1]) < ROW_SHARE * calibration.fovea_height
+    return on_rows and f_b / FARTHEST_M < apart[0] < f_b / NEAREST_M
