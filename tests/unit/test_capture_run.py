@@ -24,7 +24,8 @@ from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, St
 from foveacam_pipeline.capture.dataset.disk import write_part
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
 from foveacam_pipeline.capture.run import Phase, Report, RunSettings, prepare, run_capture
-from foveacam_server.bench.stub_rig import READOUT_NS, StubRail, StubRig
+from foveacam_server.bench.stub_devices import READOUT_NS, StubRail
+from foveacam_server.bench.stub_rig import StubRig
 
 from .dataset_scenes import CALIBRATION
 

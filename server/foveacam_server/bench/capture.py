@@ -25,7 +25,8 @@ from foveacam_pipeline.capture.run import Report, run_capture
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
 from foveacam_server.bench.recording import measure_recording
-from foveacam_server.bench.stub_rig import MOST_HZ, StubRig
+from foveacam_server.bench.stub_devices import MOST_HZ
+from foveacam_server.bench.stub_rig import StubRig
 from foveacam_server.capturing.begin import CaptureWish, begin
 from foveacam_server.capturing.rig_facts import rig_facts
 from foveacam_server.runtime.calibrations import SHIPPED

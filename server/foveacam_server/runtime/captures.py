@@ -1,6 +1,5 @@
 """Captures as jobs: begun, paused, gone on with; one at a time, as each has the rig to itself."""
 
-import shutil
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,24 +8,11 @@ from pathlib import Path
 from foveacam_hardware.contract import Busy, Clock, InvalidInput
 from foveacam_pipeline.capture.dataset import Codec
 from foveacam_pipeline.capture.dataset.description import describe
-from foveacam_pipeline.capture.plan import (
-    RasterPlan,
-    check_plan,
-    check_rail,
-    coverage,
-    plan_from,
-    prepared,
-)
-from foveacam_pipeline.capture.run import check_exposures, run_capture
-from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.capture.plan import RasterPlan, plan_from
+from foveacam_pipeline.capture.run import run_capture
 from foveacam_server.capturing.begin import CaptureWish, begin, check_room, go_on
-from foveacam_server.capturing.documents import (
-    URL,
-    capture_document,
-    coverage_document,
-    estimate_document,
-    report_document,
-)
+from foveacam_server.capturing.documents import URL, capture_document, report_document
+from foveacam_server.capturing.estimates import check_possible, estimated
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
 from foveacam_server.capturing.shelf import CaptureShelf, Kept
 from foveacam_server.runtime import refusals
@@ -82,7 +68,7 @@ class CaptureService:
             plan, calibration = plan_from(request["plan"]), self._tools.calibration.require()
             facts = self._facts()
             self._tools.hardware.check_may_move()
-            self._check(plan, calibration, facts)
+            check_possible(plan, calibration, facts)
             check_room(plan, facts, calibration, codec=Codec(request["codec"]), folder=folder.parent)
             job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=_capture_id(job), name=folder.name, job_id=job.id)
@@ -123,20 +109,14 @@ class CaptureService:
 
     def estimate(self, plan: RasterPlan, *, codec: Codec, distance_m: float | None) -> Document:
         """Return time, size, warnings and footprints of a plan, at a distance where it leaves that open."""
-        calibration, facts = self._tools.calibration.require(), self._facts()
-        assumed_m = distance_m or self._tools.distance_m()
-        whole = prepared(plan, calibration, average_m=assumed_m)
-        check_plan(whole, calibration, rail=facts.rail)
-        check_exposures(whole, facts.exposures_ns)
-        free_bytes = shutil.disk_usage(self.shelf.folder).free
-        cover = coverage(whole, calibration)
-        return {
-            "plan": whole.model_dump(mode="json"),
-            "distance_assumed": plan.needs_distance,
-            **estimate_document(facts.estimate(whole, calibration, codec=codec), free_bytes=free_bytes),
-            "warnings": list(cover.warnings),
-            "coverage": coverage_document(cover),
-        }
+        return estimated(
+            plan,
+            self._tools.calibration.require(),
+            self._facts(),
+            codec=codec,
+            assumed_m=distance_m or self._tools.distance_m(),
+            folder=self.shelf.folder,
+        )
 
     # What lies on the disk --------------------------------------------------------------------------------
 
@@ -209,12 +189,6 @@ class CaptureService:
                 self._live = None
             self._tell_end(live)
         return f"{URL}/{live.id}"
-
-    def _check(self, plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
-        """Refuse what the rig cannot do at any distance, or at the plan's."""
-        check_rail(plan, facts.rail)
-        check_exposures(plan, facts.exposures_ns)
-        check_plan(prepared(plan, calibration, average_m=float("inf")), calibration, rail=facts.rail)
 
     def _facts(self) -> RigFacts:
         return answer_of(self._tools.hardware.submit(rig_facts), asked="the rig's settings")

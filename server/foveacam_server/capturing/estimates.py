@@ -1,0 +1,44 @@
+"""Plans before they are captured: what they take, and what the rig cannot do."""
+
+import math
+import shutil
+from pathlib import Path
+
+from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.plan import RasterPlan, check_plan, check_rail, coverage, prepared
+from foveacam_pipeline.capture.run import check_exposures
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.capturing.documents import coverage_document, estimate_document
+from foveacam_server.capturing.rig_facts import RigFacts
+from foveacam_server.runtime.store import Document
+
+
+def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
+    """Refuse what the rig cannot do at the plan's distance, or at none where that is left open."""
+    check_rail(plan, facts.rail)
+    check_exposures(plan, facts.exposures_ns)
+    check_plan(prepared(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+
+
+def estimated(
+    plan: RasterPlan,
+    calibration: Calibration,
+    facts: RigFacts,
+    *,
+    codec: Codec,
+    assumed_m: float,
+    folder: Path,
+) -> Document:
+    """Return time, size, warnings and footprints; `assumed_m`: the distance where the plan leaves it open."""
+    whole = prepared(plan, calibration, average_m=assumed_m)
+    check_plan(whole, calibration, rail=facts.rail)
+    check_exposures(whole, facts.exposures_ns)
+    cover = coverage(whole, calibration)
+    needed = facts.estimate(whole, calibration, codec=codec)
+    return {
+        "plan": whole.model_dump(mode="json"),
+        "distance_assumed": plan.needs_distance,
+        **estimate_document(needed, free_bytes=shutil.disk_usage(folder).free),
+        "warnings": list(cover.warnings),
+        "coverage": coverage_document(cover),
+    }
