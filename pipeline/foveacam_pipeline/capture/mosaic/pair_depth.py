@@ -131,6 +131,15 @@ def _within(pair: RectifiedPair, low_px: float, high_px: float) -> MatchSettings
     return MatchSettings(near_m=near_m, far_m=far_m, speckle_px=60, max_sigma_px=MOST_SIGMA_PX)
 
 
+def beside_jumps(pair: RectifiedPair, disparity: DisparityMap) -> NDArray[np.bool_]:
+    """Return (h, w) bool: px near which disparity jumps, or ends: there the matcher widens the nearer thing."""
+    jumps = edge_mask(pair, depth_map(pair, replace(disparity, residual_px=disparity.residual_px.copy())))
+    known = np.isfinite(disparity.residual_px).astype(np.uint8)
+    closed = cv2.morphologyEx(known, cv2.MORPH_CLOSE, np.ones((5, 5), dtype=np.uint8))
+    firm = cv2.erode(closed, np.ones((9, 9), dtype=np.uint8))
+    return np.asarray(jumps | (firm == 0), dtype=np.bool_)
+
+
 def triangulated(
     pair: RectifiedPair, disparity: DisparityMap, calibration: Calibration, volts: StereoVolts, *, eye: Role
 ) -> Samples:
@@ -139,7 +148,7 @@ def triangulated(
     The pair's windows are right for the depth where the gazes cross; here each pixel gets its own.
     """
     scale = pair.f_px / calibration.fovea_f_px
-    jumps = edge_mask(pair, depth_map(pair, replace(disparity, residual_px=disparity.residual_px.copy())))
+    unsure = beside_jumps(pair, disparity)
     y, x = np.nonzero(np.isfinite(disparity.residual_px))
     u_left = np.asarray((x + pair.u0_left_px) / scale, dtype=np.float64)
     residual = disparity.residual_px[y, x].astype(np.float64)
@@ -164,7 +173,7 @@ def triangulated(
         v_px=v[good],
         per_depth=per_depth[good],
         sigma=np.asarray(sigma[good], dtype=np.float64),
-        edge=jumps[y, x][good],
+        edge=unsure[y, x][good],
     )
 
 

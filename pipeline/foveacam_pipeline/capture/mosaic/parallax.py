@@ -1,6 +1,6 @@
 """Depth for laying pictures where stereo has none: from the overlaps themselves.
 
-The pupil walks with the mirror, a few millimetres from view to view, so neighbours of one eye see a thing from
+The pupil walks with the mirror, a few millimetres from view to view: neighbours of one eye see a thing from
 two places. That is a short baseline, too short for a depth worth keeping, but what it tells is just what the
 seam needs: the depth at which both show one thing at one place.
 """
