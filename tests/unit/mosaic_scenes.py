@@ -1,0 +1,88 @@
+"""A small scan of a painted plane for tests of mosaics: a third of the resolution, half overlap.
+
+It is painted by `stereo.rectify.plane_from_raw` at the plane's own depth, not by the mosaic's own geometry.
+"""
+
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, Role, StereoVolts
+from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.models.calibration import EyeCalibration
+from foveacam_pipeline.stereo.rectify import plane_from_raw
+
+from .dataset_scenes import CALIBRATION, header, noise_frame
+
+PART = 1 / 3
+Z_M = 6.0
+VERGED_M = 5.0
+STEP_DEG = 1.4
+TEXEL_M = Z_M / (CALIBRATION.fovea_f_px * PART)
+SIDE = 1400
+
+
+@cache
+def small_calibration() -> Calibration:
+    """Return the rig's calibration as if its foveae had a third of the pixels."""
+
+    def small(eye: EyeCalibration) -> EyeCalibration:
+        field = eye.homography
+        x, y = ((c + 0.5) * PART - 0.5 for c in field.centre_px)
+        return replace(eye, homography=replace(field, centre_px=(x, y), scale_px=field.scale_px * PART))
+
+    return replace(
+        CALIBRATION,
+        left=small(CALIBRATION.left),
+        right=small(CALIBRATION.right),
+        fovea_f_px=CALIBRATION.fovea_f_px * PART,
+        fovea_width=round(CALIBRATION.fovea_width * PART),
+        fovea_height=round(CALIBRATION.fovea_height * PART),
+    )
+
+
+@cache
+def texture() -> NDArray[np.uint8]:
+    """Return grain on a plane whose middle lies on the rig's axis, `TEXEL_M` a px."""
+    rng = np.random.default_rng(4)
+    grain = rng.standard_normal((SIDE, SIDE)).astype(np.float32)
+    mixed = 2.0 * cv2.GaussianBlur(grain, (0, 0), 1.6) + 12.0 * cv2.GaussianBlur(grain, (0, 0), 9.0)
+    return np.asarray(np.clip(128.0 + 110.0 * mixed, 0, 255), dtype=np.uint8)
+
+
+def scan(folder: Path, *, wide: bool = False) -> Dataset:
+    """Return a dataset of four points that look at the plane; they are verged a little before it."""
+    calibration = small_calibration()
+    places = [(column - 0.5, row - 0.5) for row in (0, 1) for column in (0, 1)]
+    with DatasetWriter.create(folder, header(len(places), calibration=calibration)) as writer:
+        for index, (x, y) in enumerate(places):
+            aim_rad = math.radians(x * STEP_DEG), math.radians(0.75 * y * STEP_DEG)
+            volts = calibration.steer(*aim_rad, distance_m=VERGED_M)
+            frames = [fovea(role, volts) for role in (Role.LEFT, Role.RIGHT)]
+            if wide:
+                size = calibration.wide.height, calibration.wide.width
+                frames.append(replace(noise_frame(Role.WIDE, 0), image=np.full(size, 90, dtype=np.uint8)))
+            place = Place(index=index, aim_rad=aim_rad, distance_m=VERGED_M)
+            writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
+        writer.finish()
+    return Dataset.open(folder)
+
+
+def fovea(role: Role, volts: StereoVolts) -> Frame:
+    """Return what an eye sees of the plane."""
+    calibration = small_calibration()
+    metres = np.diag([Z_M / calibration.fovea_f_px, Z_M / calibration.fovea_f_px, 1.0])
+    metres[:2, 2] = calibration.reference_rig_m(role)[:2]
+    texels = np.diag([1.0 / TEXEL_M, 1.0 / TEXEL_M, 1.0])
+    texels[:2, 2] = SIDE / 2
+    to_texture = texels @ metres @ plane_from_raw(calibration, role, volts, depth_m=Z_M)
+    size = calibration.fovea_width, calibration.fovea_height
+    image = cv2.warpPerspective(texture(), to_texture, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
+    drive = volts.left if role is Role.LEFT else volts.right
+    return replace(noise_frame(role, 0), image=np.asarray(image, dtype=np.uint8), volts=drive)
