@@ -15,6 +15,10 @@ from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
 
+LONGEST_READ_S = 0.005
+"""A reader is let go this often, so that a session closes at once."""
+
+
 class LoopbackLink:
     """A `Link` to a far end in this process. A new one is what opening the port again is."""
 
@@ -59,7 +63,7 @@ class LoopbackLink:
         with self._arrived:
             if not self._inbox:
                 self._listening = True
-                self._arrived.wait(timeout_s)
+                self._arrived.wait(min(timeout_s, LONGEST_READ_S))
             self._check()
             data = bytes(self._inbox)
             self._inbox.clear()
