@@ -31,6 +31,8 @@ from foveacam_pipeline.capture.mosaic.values import (
     Steps,
 )
 from foveacam_pipeline.capture.mosaic.views import Pictures, View, calibration_of, views_of
+from foveacam_pipeline.capture.mosaic.wide import WideView, wide_of
+from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
 from foveacam_pipeline.models.calibration import Calibration
 
 DEFAULT = MosaicSettings()
@@ -48,6 +50,7 @@ class Laidout:
     depth: FieldDepth
     adjustment: Adjustment
     pictures: Pictures
+    wide: WideView | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,8 +82,8 @@ def build_mosaic(
         kept = MosaicFolder.open(folder, scan, settings, chart)
         pyramid = Pyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
         steps = Steps(watch, 3 * len(views) + pyramid.leaves)
-        laid = lay_out(views, calibration, chart, settings=settings, steps=steps, kept=kept)
-        canvas = canvas_of(scan, laid.views, laid.pictures, chart=chart, filled=laid.depth.filled)
+        laid = lay_out(scan, views, chart, settings=settings, steps=steps, kept=kept)
+        canvas = canvas_of(laid.views, laid.pictures, chart=chart, filled=laid.depth.filled, wide=laid.wide)
         paint_tiles(
             pyramid,
             lambda x, y, width, height: canvas.tile(x, y, width=width, height=height),
@@ -105,8 +108,8 @@ def build_mosaic(
 
 
 def lay_out(
+    scan: Dataset,
     views: Sequence[View],
-    calibration: Calibration,
     chart: Chart,
     *,
     settings: MosaicSettings,
@@ -114,9 +117,12 @@ def lay_out(
     kept: MosaicFolder,
 ) -> Laidout:
     """Return a scan laid on its chart. Raise Cancelled."""
+    calibration = calibration_of(scan)
     patches = depths_of(views, calibration, chart, settings=settings, steps=steps, kept=kept)
     pictures = Pictures(settings)
-    depth, done = fuse(chart, patches), 0
+    wide = wide_of(scan, calibration, pictures, views[0])
+    depth = with_wide(fuse(chart, patches), views, pictures, chart=chart, wide=wide)
+    done = 0
     for count, better in with_overlaps(depth, views, pictures, chart=chart):
         steps.step("depth where views overlap", count - done)
         depth, done = better, count
@@ -127,6 +133,7 @@ def lay_out(
         depth=depth,
         adjustment=adjustment,
         pictures=pictures,
+        wide=wide,
     )
 
 

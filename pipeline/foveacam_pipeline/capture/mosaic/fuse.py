@@ -69,9 +69,9 @@ def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
             block = np.array(layers)
             per_depth[rows, columns], sigma[rows, columns] = _agreed(block, tally)
             edge[rows, columns] = _middle(block[:, 3])
-    specks = _specks(per_depth)
-    tally.left_out += int(specks.sum())
-    per_depth[specks], sigma[specks] = np.nan, np.nan
+    lone = specks(per_depth)
+    tally.left_out += int(lone.sum())
+    per_depth[lone], sigma[lone] = np.nan, np.nan
     known = np.isfinite(per_depth)
     figures = DepthFigures(
         known=float(known.mean()),
@@ -81,7 +81,7 @@ def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
         median_sigma_rel=float(np.median(sigma[known] / per_depth[known])) if known.any() else float("nan"),
     )
     surmised = np.where(known, per_depth, edge)
-    surmised[_specks(surmised)] = np.nan
+    surmised[specks(surmised)] = np.nan
     return FieldDepth(
         per_depth=per_depth, sigma=sigma, surmised=surmised, filled=fill(surmised), figures=figures
     )
@@ -168,7 +168,7 @@ def _middle(values: Cells) -> Cells:
     return np.asarray(np.take_along_axis(ordered, chosen[None], axis=0)[0], dtype=np.float32)
 
 
-def _specks(per_depth: Cells) -> NDArray[np.bool_]:
+def specks(per_depth: Cells) -> NDArray[np.bool_]:
     """Return known cells that hang together with too few others: steps of depth part them."""
     known = np.isfinite(per_depth)
     scaled = np.zeros(per_depth.shape, dtype=np.int16)

@@ -132,7 +132,7 @@ def _within(pair: RectifiedPair, low_px: float, high_px: float) -> MatchSettings
 
 
 def beside_jumps(pair: RectifiedPair, disparity: DisparityMap) -> NDArray[np.bool_]:
-    """Return (h, w) bool: px near which disparity jumps, or ends: there the matcher widens the nearer thing."""
+    """Return (h, w) bool: px near which disparity jumps or ends: there the matcher widens near things."""
     jumps = edge_mask(pair, depth_map(pair, replace(disparity, residual_px=disparity.residual_px.copy())))
     known = np.isfinite(disparity.residual_px).astype(np.uint8)
     closed = cv2.morphologyEx(known, cv2.MORPH_CLOSE, np.ones((5, 5), dtype=np.uint8))

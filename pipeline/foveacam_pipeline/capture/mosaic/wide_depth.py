@@ -1,0 +1,122 @@
+"""Depth for laying pictures where stereo has none: the foveae of one eye against the wide view.
+
+At the size of cells the mosaic is as coarse as the wide view, and both are pinholes with parallel axes, half
+the baseline apart: a rectified pair like any other. It sees all that one fovea sees, to a percent or so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
+from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill, specks
+from foveacam_pipeline.capture.mosaic.views import Pictures, View
+from foveacam_pipeline.capture.mosaic.wide import WideView
+from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.values import RectifiedPair
+
+NEAREST_M, FARTHEST_M = 1.4, 1e4
+MOST_SIGMA_PX = 0.6
+SETTINGS = MatchSettings(
+    near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=100, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
+)
+AGREE_SHARE = 0.1
+"""Where stereo knows the depth, the wide view must tell the same within this share, in the median."""
+Cells = NDArray[np.float32]
+
+
+def with_wide(
+    depth: FieldDepth, views: Sequence[View], pictures: Pictures, *, chart: Chart, wide: WideView | None
+) -> FieldDepth:
+    """Return the depth with gaps as the wide view tells; as it was where that contradicts stereo."""
+    if wide is None:
+        return depth
+    pair = wide_pair(views, pictures, chart=chart, wide=wide, filled=depth.filled)
+    beside = pair.left.shape[1] - chart.columns
+    found = match(pair, SETTINGS).residual_px[:, beside:] / np.float32(pair.f_px * pair.baseline_m)
+    per_depth = found[:, ::-1] if wide.eye_x_m > 0.0 else found
+    per_depth = np.where(per_depth > 1.0 / FARTHEST_M, per_depth, np.nan).astype(np.float32)
+    both = np.isfinite(per_depth) & np.isfinite(depth.per_depth)
+    if both.any() and float(np.median(np.abs(per_depth / depth.per_depth - 1.0)[both])) > AGREE_SHARE:
+        return depth
+    surmised = np.where(np.isfinite(depth.surmised), depth.surmised, per_depth)
+    surmised[specks(surmised)] = np.nan
+    return replace(depth, surmised=surmised, filled=fill(surmised))
+
+
+def wide_pair(
+    views: Sequence[View], pictures: Pictures, *, chart: Chart, wide: WideView, filled: Cells
+) -> RectifiedPair:
+    """Return the foveae, and the wide view at infinity, both at the size of cells.
+
+    Windows reach as far beyond the chart as the nearest things move. For the right eye both are mirrored,
+    so that the wide view is always the right one of the two.
+    """
+    f_px, baseline_m = chart.f_px / CELL, abs(wide.eye_x_m)
+    beyond = int(f_px * baseline_m / NEAREST_M)
+    mirrored = wide.eye_x_m > 0.0
+    seen, valid = _in_cells(views, pictures, chart, filled)
+    columns = slice(0, chart.columns + beyond) if mirrored else slice(-beyond, chart.columns)
+    u_px, v_px = chart.cell_places(slice(0, chart.rows), columns)
+    x, y = wide.places(u_px, v_px, np.zeros((chart.rows, chart.columns + beyond)))
+    maps = x.astype(np.float32), y.astype(np.float32)
+    other = cv2.remap(gray(wide.picture), *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    height, width = wide.picture.shape[:2]
+    inside = (maps[0] > 0) & (maps[0] < width - 1) & (maps[1] > 0) & (maps[1] < height - 1)
+    margin = (0, beyond) if mirrored else (beyond, 0)
+    left = np.pad(seen, ((0, 0), margin), mode="edge")
+    valid = np.pad(valid, ((0, 0), margin))
+    turn = -1 if mirrored else 1
+    gain = float(np.median(left[valid])) / max(1.0, float(np.median(other[inside]))) if valid.any() else 1.0
+    right = np.clip(np.asarray(other, dtype=np.float32) * gain, 0, 255).astype(np.uint8)
+    return RectifiedPair(
+        left=np.ascontiguousarray(left[:, ::turn]),
+        right=np.ascontiguousarray(right[:, ::turn]),
+        valid_left=np.ascontiguousarray(valid[:, ::turn]),
+        valid_right=np.ascontiguousarray(inside[:, ::turn]),
+        f_px=f_px,
+        baseline_m=baseline_m,
+        u0_left_px=0.0,
+        u0_right_px=0.0,
+        v0_px=0.0,
+        pose_sigma_px=0.0,
+        t_ns=0,
+    )
+
+
+def _in_cells(
+    views: Sequence[View], pictures: Pictures, chart: Chart, filled: Cells
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return the foveae at the size of cells, grey, and which cells they see."""
+    total, weight = (np.zeros((chart.rows, chart.columns), dtype=np.float32) for _ in range(2))
+    for view in views:
+        low_x, low_y = (
+            int((view.box[k] - origin) // CELL) for k, origin in ((0, chart.u0_px), (1, chart.v0_px))
+        )
+        high_x, high_y = (
+            int((view.box[k] - origin) // CELL) + 1 for k, origin in ((2, chart.u0_px), (3, chart.v0_px))
+        )
+        rows, columns = (
+            slice(max(0, low_y), min(chart.rows, high_y)),
+            slice(max(0, low_x), min(chart.columns, high_x)),
+        )
+        u_px, v_px = chart.cell_places(rows, columns)
+        x, y = view.look.raw(u_px, v_px, filled[rows, columns].astype(np.float64))
+        picture = gray(pictures.of(view))
+        height, width = picture.shape
+        small = cv2.resize(picture, (width // CELL, height // CELL), interpolation=cv2.INTER_AREA)
+        scale_x, scale_y = (width // CELL) / width, (height // CELL) / height
+        maps = (
+            ((x + 0.5) * scale_x - 0.5).astype(np.float32),
+            ((y + 0.5) * scale_y - 0.5).astype(np.float32),
+        )
+        image = cv2.remap(small, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        inside = np.minimum(np.minimum(x, width - 1 - x), np.minimum(y, height - 1 - y))
+        share = np.maximum(inside, 0.0).astype(np.float32)
+        total[rows, columns] += share * np.asarray(image, dtype=np.float32)
+        weight[rows, columns] += share
+    mean = total / np.maximum(weight, np.float32(1e-9))
+    return np.clip(np.rint(mean), 0, 255).astype(np.uint8), weight > 0.0
