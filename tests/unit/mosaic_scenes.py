@@ -65,9 +65,8 @@ def scan(folder: Path, *, wide: bool = False) -> Dataset:
             aim_rad = math.radians(x * STEP_DEG), math.radians(0.75 * y * STEP_DEG)
             volts = calibration.steer(*aim_rad, distance_m=VERGED_M)
             frames = [fovea(role, volts) for role in (Role.LEFT, Role.RIGHT)]
-            if wide:
-                size = calibration.wide.height, calibration.wide.width
-                frames.append(replace(noise_frame(Role.WIDE, 0), image=np.full(size, 90, dtype=np.uint8)))
+            if wide and index == 1:
+                frames.append(wide_frame())
             place = Place(index=index, aim_rad=aim_rad, distance_m=VERGED_M)
             writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
         writer.finish()
@@ -86,3 +85,16 @@ def fovea(role: Role, volts: StereoVolts) -> Frame:
     image = cv2.warpPerspective(texture(), to_texture, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
     drive = volts.left if role is Role.LEFT else volts.right
     return replace(noise_frame(role, 0), image=np.asarray(image, dtype=np.uint8), volts=drive)
+
+
+def wide_frame() -> Frame:
+    """Return what the wide camera sees of the plane, as far as the foveae look."""
+    wide = small_calibration().wide
+    image = np.full((wide.height, wide.width), 128, dtype=np.uint8)
+    rows, columns = slice(430, 650), slice(480, 960)
+    y, x = np.mgrid[rows, columns]
+    tangents = np.tan(wide.angles_rad(np.column_stack([x.ravel(), y.ravel()])))
+    places = (tangents * Z_M / TEXEL_M + SIDE / 2).reshape(*x.shape, 2).astype(np.float32)
+    blurred = cv2.GaussianBlur(texture(), (0, 0), 2.5)
+    image[rows, columns] = cv2.remap(blurred, places[..., 0], places[..., 1], cv2.INTER_LINEAR)
+    return replace(noise_frame(Role.WIDE, 0), image=image)

@@ -11,8 +11,12 @@ import pytest
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
-from foveacam_pipeline.capture.mosaic.build import Mosaic
+from foveacam_pipeline.capture.mosaic.build import Mosaic, chart_of
 from foveacam_pipeline.capture.mosaic.chart import CELL
+from foveacam_pipeline.capture.mosaic.fuse import fuse
+from foveacam_pipeline.capture.mosaic.views import Pictures, views_of
+from foveacam_pipeline.capture.mosaic.wide import wide_of
+from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
 from foveacam_server import cli
 
 from .dataset_scenes import written
@@ -61,6 +65,20 @@ def test_seams_and_depth_are_measured(made: tuple[Path, Mosaic]) -> None:
     known = z_m[np.isfinite(z_m)]
     assert known.size > 0.4 * z_m.size
     assert np.sqrt(np.mean((known / Z_M - 1.0) ** 2)) < 2e-3
+
+
+@pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
+def test_where_stereo_has_no_depth_the_wide_view_tells(raster: Dataset, eye: Role) -> None:
+    calibration, settings = small_calibration(), MosaicSettings(eye=eye)
+    views, pictures = views_of(raster, calibration, settings), Pictures(settings)
+    chart = chart_of(views, calibration)
+    wide = wide_of(raster, calibration, pictures, views[0])
+    found = with_wide(fuse(chart, []), views, pictures, chart=chart, wide=wide)
+    assert np.isnan(found.per_depth).all()
+    told = found.surmised[np.isfinite(found.surmised)]
+    assert told.size > 0.5 * found.surmised.size
+    assert np.median(np.abs(told * Z_M - 1.0)) < 0.02
+    assert np.abs(np.median(found.filled) * Z_M - 1.0) < 0.02
 
 
 def test_the_folder_says_what_it_holds(made: tuple[Path, Mosaic], raster: Dataset) -> None:
