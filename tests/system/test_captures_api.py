@@ -147,7 +147,7 @@ def test_a_complete_capture_is_not_gone_on_with_nor_paused(server: Running, kept
 
 
 def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> None:
-    capture_id, job = begin(server, "paused", plan(2, 1, wide="none"))
+    capture_id, job = begin(server, "paused", plan(wide="none"))
     assert server.post(f"{URL}/{capture_id}/pause").status_code == 200
     until(server, capture_id, lambda document: document["state"] == "paused")
     refused = server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
@@ -160,14 +160,19 @@ def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> Non
 
 
 def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> None:
-    capture_id, job = begin(server, "stopped", plan(2, 1, wide="none"))
+    capture_id, job = begin(server, "stopped", plan(3, 4, wide="none"))
+    until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
     server.post("/stop")
-    assert ended(server, job)["state"] == "cancelled"
-    server.http.delete(f"{API}/stop")
+    try:
+        assert ended(server, job)["state"] == "cancelled"
+        assert server.post(f"{URL}/{capture_id}/resume").json()["type"] == "/problems/stopped"
+    finally:
+        server.http.delete(f"{API}/stop")
 
-    if server.get(f"{URL}/{capture_id}").status_code == 200:  # it had begun: what was taken is kept
-        answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
-        assert answer.json()["state"] == "complete"
+    answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
+
+    assert answer.json()["state"] == "complete"
+    assert check(folder_of(server, "stopped")) == []
 
 
 def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Clock, InvalidInput
+from foveacam_hardware.contract import Busy, Cancelled, Clock, InvalidInput, Stopped
 from foveacam_pipeline.capture.dataset import Codec
 from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
@@ -184,6 +184,8 @@ class CaptureService:
                     writer = begin(access, folder, wish, tools.calibration.require(), watch=watch)
                 with writer:
                     run_capture(access, writer, watch=watch)
+        except Stopped as error:  # it may come before the stop has cancelled the job
+            raise Cancelled("the stop was engaged") from error
         finally:
             with self._lock:
                 self._live = None
