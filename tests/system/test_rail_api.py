@@ -12,6 +12,8 @@ pytestmark = pytest.mark.timeout(300)
 PATIENCE_S = 60.0
 QUICK = dict.fromkeys((24, 25, 110, 111, 112, 120, 121, 122), 1e6)
 """Motors that home in no time; moves are as quick as the rig asks for."""
+SLOW = {112: 600.0}
+"""A rail of 10 mm/s: a busy machine has the time to stop it."""
 
 
 def come_to_rest(server: Running) -> dict[str, Any]:
@@ -58,6 +60,7 @@ def test_it_moves_to_a_place_and_to_a_position(homed: Running) -> None:
 
 
 def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> None:
+    homed.truth.pan_tilt.impair(settings=SLOW)
     homed.post("/rail/moves", {"position_mm": -300.0})
     homed.post("/stop")
     try:
@@ -66,6 +69,7 @@ def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> No
         assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
     finally:
         homed.http.delete(f"{API}/stop")
+        homed.truth.pan_tilt.impair(settings=QUICK)
 
 
 @pytest.mark.parametrize(
@@ -84,3 +88,27 @@ def test_a_move_that_cannot_be_is_refused_in_words(homed: Running, body: dict[st
 
     assert refused.status_code == 422
     assert told in refused.text
+
+
+def devices(server: Running, kind: str, *, after: int) -> set[str]:
+    """Wait until an event of a kind has been told of both devices of the board; return which."""
+    waiting, found = threading.Event(), set[str]()
+    for _ in range(round(PATIENCE_S / 0.1)):
+        found = {event.data["device"] for event in server.services.events.after(after) if event.kind == kind}
+        if len(found) > 1:
+            return found
+        waiting.wait(0.1)
+    raise AssertionError(f"of {kind} only {found} was told")
+
+
+def test_an_alarm_is_an_event_of_each_device_and_the_server_stays_ready(homed: Running) -> None:
+    after = homed.last_event
+    homed.truth.pan_tilt.hit_a_limit()
+
+    assert devices(homed, "device.fault", after=after) == {"pan_tilt", "rail"}
+    assert homed.http.get("/readyz").json()["ready"]
+    assert "limit switch" in homed.get("/rail").json()["fault"]
+    homed.post("/rail/homings")
+
+    assert devices(homed, "device.recovered", after=after) == {"pan_tilt", "rail"}
+    come_to_rest(homed)
