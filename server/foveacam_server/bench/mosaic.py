@@ -10,7 +10,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -114,40 +114,43 @@ def glb_of(mesh: DepthMesh) -> bytes:
 def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = Role.LEFT) -> Judged:
     """Compare a scan as it was laid out with what the simulation knows."""
     chart, depth = laid.chart, laid.depth
-    t_ns = _frame_ns(laid.views[0], eye)
-    true_z_m, textured = true_depth_m(truth, chart, calibration.reference_rig_m(eye), t_ns)
-    seams, unadjusted, one_depth = [], [], []
+    eye_rig_m = calibration.reference_rig_m(eye)
+    true_z_m, textured = true_depth_m(truth, chart, eye_rig_m, _frame_ns(laid.views[0], eye))
+    seams = []
     for place in places(laid.views, chart):
-        z_m = float(true_z_m[place.row, place.column])
-        if not textured[place.row, place.column]:
-            continue
-        u = chart.u0_px + CELL * place.column + (CELL - 1) / 2
-        v = chart.v0_px + CELL * place.row + (CELL - 1) / 2
-        thing = calibration.reference_rig_m(eye) + z_m * np.array([u / chart.f_px, v / chart.f_px, 1.0])
-        q = float(depth.filled[place.row, place.column])
-        pair = [laid.views[k] for k in (place.first, place.second)]
-        raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing[None]) for view in pair]
-        laid_px = [view.look.plane(px, q) for view, px in zip(pair, raw, strict=True)]
-        plain_px = [
-            view.look.adjusted(np.zeros(2), np.eye(2)).plane(px, q)
-            for view, px in zip(pair, raw, strict=True)
-        ]
-        flat_px = [view.look.plane(px, view.per_depth) for view, px in zip(pair, raw, strict=True)]
-        one_depth.append(np.linalg.norm(flat_px[1] - flat_px[0]))
-        seams.append(np.linalg.norm(laid_px[1] - laid_px[0]))
-        unadjusted.append(np.linalg.norm(plain_px[1] - plain_px[0]))
+        here = place.row, place.column
+        if textured[here]:
+            u = chart.u0_px + CELL * place.column + (CELL - 1) / 2
+            v = chart.v0_px + CELL * place.row + (CELL - 1) / 2
+            ray = np.array([u / chart.f_px, v / chart.f_px, 1.0])
+            pair = [laid.views[k] for k in (place.first, place.second)]
+            thing = eye_rig_m + float(true_z_m[here]) * ray
+            seams.append(apart_px(pair, thing, truth, eye=eye, per_depth=float(depth.filled[here])))
     relative = depth.z_m / true_z_m - 1.0
     known = np.isfinite(relative)
-    level = known & ~beside_jumps(true_z_m)
     carried = relative * REFERENCE_M / true_z_m
+    seams_px, unadjusted_px, one_depth_px = np.array(seams).T
     return Judged(
-        seams_px=np.array(seams),
-        unadjusted_px=np.array(unadjusted),
-        one_depth_px=np.array(one_depth),
-        depth_rel=carried[level],
+        seams_px=seams_px,
+        unadjusted_px=unadjusted_px,
+        one_depth_px=one_depth_px,
+        depth_rel=carried[known & ~beside_jumps(true_z_m)],
         all_depth_rel=carried[known],
         known=float((known & textured).sum() / max(1, int(textured.sum()))),
     )
+
+
+def apart_px(
+    pair: Sequence[View], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
+) -> tuple[float, float, float]:
+    """Return how far a thing lies apart in two views: as laid, not adjusted, and at the pairs' own depths."""
+    raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing_rig_m[None]) for view in pair]
+    still = [view.look.adjusted(np.zeros(2), np.eye(2)) for view in pair]
+    laid = [view.look.plane(px, per_depth) for view, px in zip(pair, raw, strict=True)]
+    plain = [look.plane(px, per_depth) for look, px in zip(still, raw, strict=True)]
+    flat = [look.plane(px, view.per_depth) for look, px, view in zip(still, raw, pair, strict=True)]
+    as_laid, unadjusted, one_depth = (float(np.linalg.norm(b - a)) for a, b in (laid, plain, flat))
+    return as_laid, unadjusted, one_depth
 
 
 def figures_of(judged: Judged) -> dict[str, object]:

@@ -38,7 +38,6 @@ from foveacam_pipeline.models.calibration import Calibration
 DEFAULT = MosaicSettings()
 SILENT = Silent()
 OVERVIEW_PX = 2048
-TEXTURE_PX = 4096
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,7 +94,7 @@ def build_mosaic(
             folder,
             chart,
             laid.depth,
-            pyramid.whole(pyramid.level_of(TEXTURE_PX)),
+            overview,
             calibration=calibration,
             eye=settings.eye,
             cloud_points=settings.cloud_points,

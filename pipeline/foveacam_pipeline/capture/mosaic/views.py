@@ -17,8 +17,8 @@ from foveacam_pipeline.stereo.rectify import EDGE_PX, crossing_z_m, to_uint8
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.float64]
-KEPT = 24
-"""Pictures held at once: two rows of a raster of nine columns, and some."""
+KEPT = 12
+"""Pictures held at once: tiles are painted in an order in which neighbours follow each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill, specks
-from foveacam_pipeline.capture.mosaic.views import Pictures, View
+from foveacam_pipeline.capture.mosaic.views import Floats, Pictures, View
 from foveacam_pipeline.capture.mosaic.wide import WideView
 from foveacam_pipeline.stereo.match import MatchSettings, gray, match
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -93,30 +93,36 @@ def _in_cells(
     """Return the foveae at the size of cells, grey, and which cells they see."""
     total, weight = (np.zeros((chart.rows, chart.columns), dtype=np.float32) for _ in range(2))
     for view in views:
-        low_x, low_y = (
-            int((view.box[k] - origin) // CELL) for k, origin in ((0, chart.u0_px), (1, chart.v0_px))
-        )
-        high_x, high_y = (
-            int((view.box[k] - origin) // CELL) + 1 for k, origin in ((2, chart.u0_px), (3, chart.v0_px))
-        )
-        rows, columns = (
-            slice(max(0, low_y), min(chart.rows, high_y)),
-            slice(max(0, low_x), min(chart.columns, high_x)),
-        )
+        rows, columns = _cells_of(view, chart)
         u_px, v_px = chart.cell_places(rows, columns)
         x, y = view.look.raw(u_px, v_px, filled[rows, columns].astype(np.float64))
-        picture = gray(pictures.of(view))
-        height, width = picture.shape
-        small = cv2.resize(picture, (width // CELL, height // CELL), interpolation=cv2.INTER_AREA)
-        scale_x, scale_y = (width // CELL) / width, (height // CELL) / height
-        maps = (
-            ((x + 0.5) * scale_x - 0.5).astype(np.float32),
-            ((y + 0.5) * scale_y - 0.5).astype(np.float32),
-        )
-        image = cv2.remap(small, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        inside = np.minimum(np.minimum(x, width - 1 - x), np.minimum(y, height - 1 - y))
-        share = np.maximum(inside, 0.0).astype(np.float32)
-        total[rows, columns] += share * np.asarray(image, dtype=np.float32)
+        image, inside = _small(gray(pictures.of(view)), x, y)
+        share = np.maximum(inside, np.float32(0.0))
+        total[rows, columns] += share * image
         weight[rows, columns] += share
     mean = total / np.maximum(weight, np.float32(1e-9))
     return np.clip(np.rint(mean), 0, 255).astype(np.uint8), weight > 0.0
+
+
+def _cells_of(view: View, chart: Chart) -> tuple[slice, slice]:
+    """Return the rows and columns of the cells that a view may reach."""
+    left, top, right, bottom = (
+        int((edge - origin) // CELL)
+        for edge, origin in zip(view.box, 2 * (chart.u0_px, chart.v0_px), strict=True)
+    )
+    rows = slice(max(0, top), min(chart.rows, bottom + 1))
+    return rows, slice(max(0, left), min(chart.columns, right + 1))
+
+
+def _small(picture: NDArray[np.uint8], x: Floats, y: Floats) -> tuple[Cells, Cells]:
+    """Return a picture at places (h, w) of it, as large as cells, and how far inside it they lie, px."""
+    height, width = picture.shape
+    size = (width // CELL, height // CELL)
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    at = [
+        ((places + 0.5) * (count / whole) - 0.5).astype(np.float32)
+        for places, count, whole in ((x, size[0], width), (y, size[1], height))
+    ]
+    image = cv2.remap(small, at[0], at[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    inside = np.minimum(np.minimum(x, width - 1 - x), np.minimum(y, height - 1 - y))
+    return np.asarray(image, dtype=np.float32), inside.astype(np.float32)
