@@ -101,8 +101,10 @@ export class CalibrationReader {
   /** Read which sessions there are, and the one that is open; without one, the newest. */
   readSessions() {
     return this.#reads.read("sessions", async () => {
+      const wanted = this.#wanted;
       const sessions = /** @type {SessionSummary[]} */ (await request("GET", "/calibration_sessions"));
       this.#store.set({ sessions });
+      if (this.#wanted !== wanted) return; // another one was opened meanwhile, and is being read
       const open = this.#wanted ?? this.#store.state.session?.id;
       const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
       this.#wanted = id ?? null;
