@@ -14,7 +14,6 @@ from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
-
 LONGEST_READ_S = 0.005
 """A reader is let go this often, so that a session closes at once."""
 
