@@ -31,19 +31,19 @@ HALF_CELLS = 3
 def with_overlaps(
     depth: FieldDepth, views: Sequence[View], pictures: Pictures, *, chart: Chart
 ) -> Iterator[tuple[int, FieldDepth]]:
-    """Yield (views done, depth so far); in the last, gaps where views overlap lie as the overlaps tell."""
+    """Yield (views done, depth so far); in the last, overlaps without stereo lie as the views tell."""
     surmised = depth.surmised.copy()
     last = 0
     for place in places(views, chart, most=MOST):
         if place.first != last:
             last = place.first
             yield last, depth
-        if np.isfinite(depth.surmised[place.row, place.column]):
+        if np.isfinite(depth.per_depth[place.row, place.column]):
             continue
         q = _told(place, views, pictures, chart=chart, depth=depth)
         if q is not None:
             here = tuple(slice(k - HALF_CELLS, k + HALF_CELLS + 1) for k in (place.row, place.column))
-            free = np.isnan(depth.surmised[here])
+            free = np.isnan(depth.per_depth[here])
             surmised[here][free] = q
     yield len(views), replace(depth, surmised=surmised, filled=fill(surmised))
 
