@@ -72,6 +72,20 @@ def test_a_board_that_says_it_moves_and_stands_still_is_stopped_and_reported(hom
     assert homed.stands_at(20.0, 0.0)
 
 
+def test_a_board_that_an_alarm_has_silenced_lets_nobody_wait_for_it(homed: Bench) -> None:
+    homed.board.hit_a_limit()
+    fault = homed.driver.state.fault
+    began_ns = homed.clock.now_ns()
+
+    states = {homed.driver.state for _ in range(10)}
+
+    assert {state.fault for state in states} == {fault}
+    assert "limit switch" in (fault or "")
+    assert homed.clock.now_ns() - began_ns < 10_000_000
+    homed.board.unplug()
+    assert not homed.driver.state.connected
+
+
 def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None:
     homed.board.impair(settings={10: 0.0})
 

@@ -73,6 +73,8 @@ class GrblSession:
         self._report: Report | None = None
         self.alarm: Alarm | None = None
         """The last alarm that it told; who acts on it clears it."""
+        self._mute = False
+        """Whether it has fallen silent over its alarm."""
         self.restarts = 0
         """How often it has said hello."""
         self.bad_lines = 0
@@ -85,14 +87,17 @@ class GrblSession:
     def report(self, *, tries: int = REPORT_TRIES) -> Report:
         """Ask where it stands; raise `NotConnected` when it does not say."""
         with self._lock:
+            if self._mute and self.alarm is not None and self._is_still_mute():
+                return Report(state="Alarm")
             for _ in range(tries):
                 self._report = None
                 self.realtime(STATUS)
                 self._listen_until(lambda: self._latest() is not None, REPORT_S)
                 if (found := self._latest()) is not None:
                     return found
-            if self.alarm is not None:  # after some it says nothing until it is reset
-                return Report(state="Alarm")
+                if self.alarm is not None:  # after some it says nothing until it is reset
+                    self._mute = True
+                    return Report(state="Alarm")
         raise NotConnected(
             f"{self._name}: it was asked {tries} times where it stands and said nothing;"
             " check its cable and its supply, then connect it again"
@@ -146,6 +151,13 @@ class GrblSession:
     def close(self) -> None:
         """Release the link."""
         self._link.close()
+
+    def _is_still_mute(self) -> bool:
+        """Ask without waiting, and take in what was said to the question before."""
+        self.listen()
+        self._mute = self._report is None
+        self.realtime(STATUS)
+        return self._mute
 
     def _latest(self) -> Report | None:
         return self._report
