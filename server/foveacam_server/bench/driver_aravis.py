@@ -4,13 +4,16 @@ Triggers are not timed here: the fake camera looks for them every 40 ms.
 """
 
 import ctypes
+import fcntl
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_size_t
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -63,7 +66,7 @@ class BareRacer:
 def figures(*, quick: bool) -> dict[str, float]:
     """Return the figures of the driver for GigE Vision cameras."""
     race = Race(rounds=3, frames=40, triggers=0) if quick else Race(rounds=15, frames=60, triggers=0)
-    with _fake_camera():
+    with alone_on_the_interface(), _fake_camera():
         ours_hz, bare_hz = frames_per_s(race, STREAM, _ours, _bare)
         most_hz, bare_most_hz = frames_per_s(race, FLOOD, _ours, _bare)
         ours_cpu_ms, bare_cpu_ms = (cpu_ms(entry, frames=race.frames) for entry in (_ours, _bare))
@@ -77,6 +80,14 @@ def figures(*, quick: bool) -> dict[str, float]:
         "aravis_cpu_ms_per_frame": ours_cpu_ms,
         "aravis_bare_cpu_ms_per_frame": bare_cpu_ms,
     }
+
+
+@contextmanager
+def alone_on_the_interface() -> Iterator[None]:
+    """Wait until no other process has a fake camera there: an address has one."""
+    with (Path(tempfile.gettempdir()) / "foveacam-gige-loopback.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def cpu_ms(entry: Entry, *, frames: int) -> float:

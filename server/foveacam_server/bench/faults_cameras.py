@@ -4,21 +4,16 @@ libaravis' fake camera is a process of its own: killed and started again, or sto
 mirrors are not at rest. Noticed is the operator's problem document, recovered a frame of a new epoch.
 """
 
-import fcntl
 import random
 import shutil
 import signal
 import subprocess
-import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
 from foveacam_hardware.camera_config import AravisCameraConfig, CamerasConfig
 from foveacam_hardware.contract import CameraPhase, FoveaError, MirrorLimits, Role
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_server.bench.driver_aravis import INTERFACE, PROGRAM
+from foveacam_server.bench.driver_aravis import INTERFACE, PROGRAM, alone_on_the_interface
 from foveacam_server.bench.faults_bench_host import (
     OPEN_PATIENCE_S,
     BenchHost,
@@ -45,7 +40,7 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     program = shutil.which(PROGRAM)
     if program is None:
         return {"gige_camera": False}
-    with _alone_on_the_interface():
+    with alone_on_the_interface():
         for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
             _one_sequence(tally, number, program, most=1 if quick else 2)
     return {"gige_camera": True}
@@ -182,11 +177,3 @@ class _CameraProgram:
         return subprocess.Popen(  # noqa: S603 - a program found by its name, with constant arguments
             self._command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
-
-
-@contextmanager
-def _alone_on_the_interface() -> Iterator[None]:
-    """Wait until no other process has a camera there: an address has one."""
-    with (Path(tempfile.gettempdir()) / "foveacam-gige-loopback.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
