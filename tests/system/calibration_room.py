@@ -19,6 +19,8 @@ from foveacam_hardware.sim.optics import gaze
 from foveacam_pipeline.calibrate.sweep.marker_sight import direction_rad, gaze_on_target
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
+from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 ROOM = Path(scenes.__file__).with_name("calibration.toml")
@@ -45,6 +47,22 @@ class Notebook:
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         self.shown[name] += 1
         self.last[name] = image
+
+
+class Silent(Nobody):
+    """Watches a step without a word."""
+
+    def stage(self, name: str) -> None:
+        """Ignore it."""
+
+    def sample(self, sample_id: str) -> None:
+        """Ignore it."""
+
+    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
+        """Ignore it."""
+
+    def fitted(self, calibration: Calibration) -> None:
+        """Ignore it."""
 
 
 def changed_room(folder: Path, *changes: tuple[str, str], plain: bool = False) -> str:

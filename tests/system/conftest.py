@@ -71,9 +71,19 @@ class Running:
         return found
 
     def wait_for_event(
-        self, kind: str, *, after: int, of: str | None = None, within_s: float = EVENT_PATIENCE_S
+        self,
+        kind: str,
+        *,
+        after: int,
+        of: str | None = None,
+        step: str | None = None,
+        within_s: float = EVENT_PATIENCE_S,
     ) -> dict[str, Any]:  # Any: an event's data
-        """Return the data of the first event of `kind` after number `after` (`of`: of that fixation)."""
+        """Return the data of the first event of `kind` after number `after`.
+
+        `of`: of that fixation. `step`: of that step of a calibration.
+        """
+        wanted = {name: value for name, value in (("fixation_id", of), ("step", step)) if value is not None}
         seen: Counter[str] = Counter()
         end_s = time.monotonic() + within_s
         with suppress(httpx.ReadTimeout):
@@ -81,11 +91,11 @@ class Running:
                 if event is not None:
                     seen[event["kind"]] += 1
                     data: dict[str, Any] = event["data"]
-                    if event["kind"] == kind and of in (None, data.get("fixation_id")):
+                    if event["kind"] == kind and wanted.items() <= data.items():
                         return data
                 if time.monotonic() > end_s:
                     break
-        asked = kind if of is None else f"{kind} of {of}"
+        asked = " ".join([kind, *wanted.values()])
         told = ", ".join(f"{name} ({count})" for name, count in seen.items()) or "none"
         raise AssertionError(f"no event {asked} within {within_s:g} s after number {after}; seen: {told}")
 
@@ -112,7 +122,12 @@ def slow_views() -> dict[str, str]:
 
 @contextmanager
 def running(
-    data: Path, *, rig: str = "sim", scene: str = "bench", calibration: Path | None = None
+    data: Path,
+    *,
+    rig: str = "sim",
+    scene: str = "bench",
+    calibration: Path | None = None,
+    live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(
@@ -121,8 +136,8 @@ def running(
         scene=scene,
         calibration=calibration,
         viewer=False,
-        live_wide_hz=LIVE_WIDE_HZ,
-        live_fovea_hz=LIVE_FOVEA_HZ,
+        live_wide_hz=live_hz[0],
+        live_fovea_hz=live_hz[1],
     )
     app = create_app(settings)
     with serving(app) as port:

@@ -5,17 +5,21 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.unit.settle_report import REPORT
-from tests.unit.swept_rig import swept
+from tests.unit.swept_rig import swept, visited
 
 from foveacam_hardware.contract import Station
 from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to
+from foveacam_pipeline.calibrate.wide.boards import Charuco
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models.content import plain
 from foveacam_server.calibrating.documents import SETTLE
+from foveacam_server.calibrating.finished import finish
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
-from foveacam_server.calibrating.wide_documents import RESULT
+from foveacam_server.calibrating.wide_documents import RESULT, VIEWS
 
 from .calibration_room import true_wide
 
@@ -39,20 +43,40 @@ def store_session(
     label: str = "stored",
     stations: Sequence[Station] = (),
     side: int = 3,
+    field_deg: float | None = None,
     poses: int | None = None,
 ) -> CalibrationSession:
     """Store a session of the simulated rig: its lens is known, and it was swept at `stations`.
 
-    `side`: poses of the sweep across and down. `poses`: how many of them were measured; None: all.
+    `side`: poses of the sweep across and down, over the whole field or to `field_deg`. `poses`: how many of
+    them were measured; None: all.
     """
     shelf = SessionShelf(data / "calibrations" / "sessions")
     session = shelf.create(label=label, rig_id=RIG, baseline_m=0.2)
     lens = plain(true_wide())
-    session.write(RESULT, {"views_ns": 0, "board": BOARD, "model": None, "lens": lens, "wide": {**NO_VIEWS}})
+    WideSamples(Charuco()).save(session.folder)
+    views_ns = (session.folder / VIEWS).stat().st_mtime_ns
+    stage = {"board": BOARD, "model": None, "lens": lens, "wide": {**NO_VIEWS}}
+    session.write(RESULT, {"views_ns": views_ns, **stage})
+    finish(session, "wide", {"views": 40})
     for station in stations:
-        sweep = sweep_at(station, side=side)
-        save_sweep(replace(sweep, poses=sweep.poses[:poses]), session.folder / sweep_filename(station))
+        store_sweep(session, station, side=side, field_deg=field_deg, poses=poses)
     return session
+
+
+def store_sweep(
+    session: CalibrationSession,
+    station: Station,
+    *,
+    side: int = 3,
+    field_deg: float | None = None,
+    poses: int | None = None,
+) -> None:
+    """Let a session have swept a station, with as many poses as told, or all and the return to some."""
+    sweep = sweep_at(station, side=side, field_deg=field_deg)
+    if poses is not None:
+        sweep = replace(sweep, poses=sweep.poses[:poses], repeats=())
+    save_sweep(sweep, session.folder / sweep_filename(station))
 
 
 def store_settle(session: CalibrationSession, *, settle_us: int, low_pass_hz: int = 120) -> None:
@@ -62,8 +86,11 @@ def store_settle(session: CalibrationSession, *, settle_us: int, low_pass_hz: in
     session.write(SETTLE, {"axes": [], "settle_us": settle_us})
 
 
-def sweep_at(station: Station, *, side: int) -> Sweep:
-    """Return what the simulated rig would measure at a station, noise and all."""
+def sweep_at(station: Station, *, side: int, field_deg: float | None = None) -> Sweep:
+    """Return what the simulated rig would measure at a station, and when it returns there, noise and all."""
     assert station.distance_m is not None
-    sweep = swept(SEED, station.distance_m, side=side)
+    sweep = swept(SEED, station.distance_m, side=side, field_deg=field_deg)
+    last_s = 1e-9 * sweep.poses[-1].t_ns
+    back = {last_s + 1.0 + number: node for number, node in enumerate(nodes_to_return_to(sweep))}
+    sweep = visited(sweep, back, drift_deg=0.0)
     return replace(sweep, header=replace(sweep.header, rig_id=RIG, station=station))

@@ -4,9 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from .conftest import running
+from .calibration_desk import Desk, virtual_desk
 from .stored_session import store_session
-from .test_calibration_resumed import Desk
 
 MEASURED = 7
 """Poses of the nine that were measured before."""
@@ -14,8 +13,6 @@ MEASURED = 7
 pytestmark = pytest.mark.timeout(300)
 
 RIG_FILE = """
-kind = "simulated"
-scene = "calibration"
 pan_tilt = "manual"
 [operator]
 delay_s = 0.1
@@ -25,10 +22,8 @@ speed_deg_s = 60.0
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    folder = tmp_path_factory.mktemp("by hand")
-    (folder / "rig.toml").write_text(RIG_FILE)
-    with running(folder / "data", rig=str(folder / "rig.toml")) as room:
-        yield Desk(room, folder / "data")
+    with virtual_desk(tmp_path_factory.mktemp("by hand"), rig_file=RIG_FILE) as found:
+        yield found
 
 
 def test_rig_turned_by_hand_says_so(desk: Desk) -> None:
@@ -39,7 +34,7 @@ def test_rig_turned_by_hand_says_so(desk: Desk) -> None:
 
 
 def test_sweep_by_hand_is_finished_where_the_rig_rests(desk: Desk) -> None:
-    session_id = store_session(desk.data, stations=desk.stations[:1], poses=MEASURED).id
+    session_id = store_session(desk.data, stations=desk.stations[:1], field_deg=6.0, poses=MEASURED).id
     before = desk.room.last_event
     job = desk.begin(session_id, "mirrors", stations=["markers"])
     told = desk.room.wait_for_event("calibration.progress", after=before)

@@ -1,103 +1,30 @@
 """A calibration over REST from what was measured before: fitted, checked, activated, cancelled, resumed."""
 
-import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from foveacam_hardware.contract import Clock, Station, StationTarget, VirtualClock
-from foveacam_hardware.rig import Rig
-from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.calibrating.settle_times import SettleTime
-from foveacam_server.runtime import opening
 
-from .conftest import API, Running, running
+from .calibration_desk import Desk, virtual_desk
+from .conftest import API
 from .stored_session import RIG, store_session
 
 pytestmark = pytest.mark.timeout(300)
 
-PATIENCE_S, PERIOD_S = 200.0, 0.2
 SOON_S = 5.0
-"""A cancel takes effect within a second of computing; this machine may be busy."""
+"""Of computing: the fit is loaded and begun, and a cancel takes effect within a second."""
 SIDE = 6
-
-Begin = Callable[..., dict[str, Any]]  # Any: a JSON document
-
-
-@dataclass
-class Desk:
-    """A server in the room to calibrate in, and the sessions in its data directory."""
-
-    room: Running
-    data: Path
-
-    @property
-    def stations(self) -> list[Station]:
-        """Where markers stand, the farthest first."""
-        return [s for s in self.room.rig.stations if s.target is StationTarget.MARKERS]
-
-    def begin(self, session_id: str, step: str, **options: object) -> dict[str, Any]:
-        answer = self.room.post(
-            f"/calibration_sessions/{session_id}/runs", {"step": step, "options": options}
-        )
-        assert answer.status_code == 202, answer.text
-        job: dict[str, Any] = answer.json()
-        return job
-
-    def ended(self, job: dict[str, Any]) -> dict[str, Any]:
-        """Wait for a job to end, for so long and no longer."""
-        waiting = threading.Event()
-        for _ in range(round(PATIENCE_S / PERIOD_S)):
-            found: dict[str, Any] = self.room.get(f"/jobs/{job['id']}").json()
-            if found["ended_utc"] is not None:
-                return found
-            waiting.wait(PERIOD_S)
-        raise AssertionError(f"{job['kind']} did not end")
-
-    def done(self, session_id: str, step: str, **options: object) -> dict[str, Any]:
-        """Run a step to its end and return the session."""
-        job = self.ended(self.begin(session_id, step, **options))
-        assert job["state"] == "succeeded", job["problem"]
-        return self.session(session_id)
-
-    def session(self, session_id: str) -> dict[str, Any]:
-        found: dict[str, Any] = self.room.get(f"/calibration_sessions/{session_id}").json()
-        return found
-
-    def cancelled_at_its_first_progress(self, session_id: str, step: str, **options: object) -> float:
-        """Cancel a step once it works; return how long it then took to end, seconds."""
-        before = self.room.last_event
-        job = self.begin(session_id, step, **options)
-        told = self.room.wait_for_event("calibration.progress", after=before)
-        assert told["step"] == step
-        asked_s = time.monotonic()
-        self.room.post(f"/jobs/{job['id']}/cancel")
-        assert self.ended(job)["state"] == "cancelled"
-        return time.monotonic() - asked_s
 
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    """A server in virtual time: however busy this machine is, the boards are held long enough to be seen."""
-    data = tmp_path_factory.mktemp("data")
-    clock = VirtualClock(VIRTUAL_START_NS)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(opening, "MonotonicClock", lambda: clock)
-        patch.setattr(opening, "open_rig", in_virtual_time)
-        with running(data, scene="calibration") as room:
-            yield Desk(room, data)
-
-
-def in_virtual_time(config: SimulatedRigConfig, *, clock: Clock, **_given: object) -> Rig:
-    """Open the simulated rig in this process, on a clock that nobody waits for."""
-    return simulated_rig(config, clock=clock, inline=True)
+    with virtual_desk(tmp_path_factory.mktemp("desk"), plain=False) as found:
+        yield found
 
 
 @pytest.fixture(scope="module")
@@ -112,29 +39,52 @@ def known_ids(desk: Desk) -> list[str]:
 
 def test_cancelled_fit_ends_soon_and_leaves_nothing(desk: Desk, swept_session: str) -> None:
     before = known_ids(desk)
-    assert desk.cancelled_at_its_first_progress(swept_session, "fit") < SOON_S
+    began_s = time.process_time()
+    desk.cancelled(swept_session, "fit", "calibration.progress", at_step="fit")
+    assert time.process_time() - began_s < SOON_S
     session = desk.session(swept_session)
     assert (session["fit"], session["calibrations"], session["pictures"]) == (None, [], [])
     assert known_ids(desk) == before
 
 
-def test_stored_session_is_fitted_checked_and_put_in_force(desk: Desk, swept_session: str) -> None:
+def test_whole_calibration_goes_on_after_a_cancel_with_what_is_missing(
+    desk: Desk, swept_session: str
+) -> None:
     shipped = desk.room.get("/calibrations/current").json()["id"]
-    fitted = desk.done(swept_session, "fit", label="stored")
+    everything = {
+        "fit": {"label": "stored", "compare": False},
+        "check": {"poses": 6},
+        "settle": False,
+        "activate": True,
+    }
+    before = desk.room.last_event
+    desk.cancelled(swept_session, "all", "calibration.progress", at_step="check", **everything)
+    fitted = desk.session(swept_session)
     assert {model["eye"] for model in fitted["fit"]["models"] if model["chosen"]} == {"left", "right"}
-    checked = desk.done(swept_session, "check", poses=6)
-    assert checked["check"]["calibration_id"] == fitted["calibrations"][-1]
-    assert checked["check"]["epipolar_rms_px"] < 5.0  # few poses, and a rig that has drifted since
+    assert fitted["check"] is None
     assert desk.room.get("/calibrations/current").json()["id"] == shipped
-    answer = desk.room.post(f"/calibrations/{fitted['calibrations'][-1]}/activate")
-    assert answer.status_code == 200, answer.text
-    assert desk.room.get("/calibrations/current").json()["label"] == "stored"
+
+    whole = desk.done(swept_session, "all", **everything)
+
+    assert whole["fit"] == fitted["fit"]
+    assert whole["check"]["calibration_id"] == whole["calibrations"][-1]
+    assert whole["check"]["epipolar_rms_px"] < 5.0  # few poses decide
+    current = desk.room.get("/calibrations/current").json()
+    assert current["id"] == whole["calibrations"][-1]
+    assert current["label"].startswith("stored")
+    steps = {
+        (event.data["step"], event.data["note"])
+        for event in desk.room.services.events.recent(1000)
+        if event.id > before and event.kind == "calibration.progress"
+    }
+    assert {step for step, note in steps if "complete already" in note} == {"wide", "mirrors", "fit"}
+    assert all("complete already" in note for step, note in steps if step in ("wide", "mirrors"))
     desk.room.post(f"/calibrations/{shipped}/activate")
 
 
 def test_cancelled_check_leaves_the_one_before(desk: Desk, swept_session: str) -> None:
     before = desk.session(swept_session)["check"]
-    desk.cancelled_at_its_first_progress(swept_session, "check", poses=100)
+    desk.cancelled(swept_session, "check", "calibration.progress", at_step="check", poses=100)
     assert desk.session(swept_session)["check"] == before
 
 
@@ -142,40 +92,31 @@ def test_cancelled_settle_step_exposes_as_before_and_changes_nothing(desk: Desk)
     session_id = store_session(desk.data).id
     rig = desk.room.rig
     before = rig.left.settings, rig.right.settings, rig.settle_us
-    desk.cancelled_at_its_first_progress(session_id, "settle", apply=True)
+    desk.cancelled(session_id, "settle", "calibration.progress", at_step="settle", apply=True)
     assert (rig.left.settings, rig.right.settings, rig.settle_us) == before
     assert desk.room.services.settling.source == "rig file"
     assert desk.session(session_id)["settle"] is None
 
 
-def test_wide_camera_is_measured_from_nothing(desk: Desk) -> None:
-    session_id = desk.room.post("/calibration_sessions", {"label": "new"}).json()["id"]
-    session = desk.done(session_id, "wide", views=5, model="five")
-    assert len(session["wide"]["samples"]) == 5
-    assert session["wide"]["fit"]["rms_px"] < 0.1
-    assert {"coverage", "wide_residuals"} <= {picture["name"] for picture in session["pictures"]}
-
-
 def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_path: Path) -> None:
-    with running(tmp_path, scene="calibration") as room:
-        desk = Desk(room, tmp_path)
+    with virtual_desk(tmp_path) as desk:
         far = desk.stations[0]
-        session = store_session(tmp_path, stations=[far], poses=7)
-        before = room.last_event
-        desk.begin(session.id, "mirrors", stations=[far.name], nodes=[3, 3])
-        room.wait_for_event("calibration.pose", after=before)
-        assert room.get("/rig").json()["trigger"]["settle_source"] == "rig file"
-        room.services.settling.apply(SETTLED, room.services.hardware)
+        session = store_session(desk.data, stations=[far], field_deg=6.0, poses=7)
+        before = desk.room.last_event
+        with desk.held_at("calibration.pose"):
+            desk.begin(session.id, "mirrors", stations=[far.name])
+            desk.room.wait_for_event("calibration.pose", after=before)
+        assert desk.room.get("/rig").json()["trigger"]["settle_source"] == "rig file"
+        desk.room.services.settling.apply(SETTLED, desk.room.services.hardware)
     kept = load_sweep(session.folder / sweep_filename(far))
-    assert len(kept.poses) + len(kept.repeats) > 7
-    with running(tmp_path, scene="calibration") as room:
-        desk = Desk(room, tmp_path)
-        trigger = room.get("/rig").json()["trigger"]
+    assert len(kept.poses) > 7
+    with virtual_desk(tmp_path) as desk:
+        trigger = desk.room.get("/rig").json()["trigger"]
         assert (trigger["settle_us"], trigger["settle_source"]) == (12_000, "measured 2026-02-01")
         # 12 ms to settle, 8 ms of exposure (a frame takes 4.4 ms), half a millisecond
         assert trigger["interval_ms"] == pytest.approx(20.5, abs=0.01)
         assert trigger["rate_hz"] == pytest.approx(1e3 / 20.5, abs=0.05)
-        assert room.http.get(f"{API}/jobs").json()[0]["state"] in ("cancelled", "failed")
+        assert desk.room.http.get(f"{API}/jobs").json()[0]["state"] in ("cancelled", "failed")
         sweep = desk.done(session.id, "mirrors", stations=[far.name])["sweeps"][0]
         assert (sweep["done"], sweep["nodes"]) == (9, 9)
 

@@ -26,8 +26,7 @@ from foveacam_server.calibrating.sessions import CalibrationSession, SessionShel
 from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.wide_documents import RESULT
 
-from .calibration_room import EYES, changed_room, make_grey, true_wide
-from .test_calibration_run import Silent
+from .calibration_room import EYES, Silent, changed_room, make_grey, true_wide
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -1,5 +1,6 @@
 """Sweeps of a simulated rig as the procedures would measure them: its truth, with noise on the corners."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -149,13 +150,17 @@ def swept(
     wide_noise_px: float = 0.05,
     fovea_noise_px: float = 0.1,
     side: int = 9,
+    field_deg: float | None = None,
     drift_deg: float = 0.0,
     begin_s: float = 10.0,
 ) -> Sweep:
-    """Return the sweep of a seed's rig over the target at a distance."""
+    """Return the sweep of a seed's rig over the target at a distance, over the field or to `field_deg`."""
     noise = Noise(wide_px=wide_noise_px, fovea_px=fovea_noise_px)
     room = _Room(SweptRig(seed, drift_deg=drift_deg), distance_m, noise, key=0)
     plan = SweepPlan(columns=side, rows=side)
+    if field_deg is not None:
+        half_rad = math.radians(field_deg)
+        plan = replace(plan, half_width_rad=half_rad, half_height_rad=half_rad)
     poses = [
         room.pose(index, node, t_s=begin_s + POSE_S * index)
         for index, node in enumerate(plan.nodes_rad().tolist())

@@ -228,6 +228,15 @@ def test_the_rig_has_returned_once_nodes_out_in_the_field_were_visited_in_the_la
     assert not returned([swept(SEED, 5.0)])
 
 
+def test_a_grid_without_a_node_in_its_middle_is_returned_to_once() -> None:
+    even = swept(SEED, 5.0, side=4, field_deg=5.0)
+    nodes = nodes_to_return_to(even)
+    assert len(nodes) == 4  # the nearest to the middle is one of those out in the field
+    visits = {100.0 + number: node for number, node in enumerate(nodes)}
+    assert returned([visited(even, visits, drift_deg=0.0, run="one")])
+    assert not returned([visited(even, {100.0: nodes[0]}, drift_deg=0.0, run="one")])
+
+
 def test_nodes_to_return_to_lie_in_the_middle_and_out_in_all_four_quarters() -> None:
     sweep = swept(SEED, 5.0)
     nodes = sweep.header.plan.nodes_rad()[nodes_to_return_to(sweep)]

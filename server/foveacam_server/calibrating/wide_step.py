@@ -59,7 +59,7 @@ def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
         return False
     if options.board is not None and board_of(options.board) != board_of(BoardOption(**found["board"])):
         return False
-    return options.model in (None, found["wide"]["fit"]["model"])
+    return options.model in (None, (found["wide"]["fit"] or {}).get("model"))
 
 
 def measure_wide_images(

@@ -57,8 +57,11 @@ class LiveViews:
 
     def wide_begins(self, *, in_session: bool) -> None:
         """Begin a new period of the wide view."""
-        rate_hz = self._limits.wide_hz if self._sink.watched(Role.WIDE.value) else IDLE_WIDE_HZ
-        rate_hz = min(rate_hz, SESSION_WIDE_HZ) if in_session else rate_hz
+        rate_hz = self._limits.wide_hz
+        if not self._sink.watched(Role.WIDE.value):
+            rate_hz = min(rate_hz, IDLE_WIDE_HZ)
+        if in_session:
+            rate_hz = min(rate_hz, SESSION_WIDE_HZ)
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
     def take_wide(self, rig: Rig, *, gaze: StereoVolts, max_age_ms: float = LIVE_AGE_MS) -> Frame:
@@ -70,7 +73,7 @@ class LiveViews:
     def look_begins(self) -> None:
         """Begin a new period of the live fovea views."""
         watched = self._sink.watched(Role.LEFT.value) or self._sink.watched(Role.RIGHT.value)
-        rate_hz = self._limits.fovea_hz if watched else IDLE_FOVEA_HZ
+        rate_hz = self._limits.fovea_hz if watched else min(self._limits.fovea_hz, IDLE_FOVEA_HZ)
         self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
     def wait_s(self, *, wide: bool, looks: bool) -> float:

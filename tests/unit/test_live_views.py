@@ -1,0 +1,52 @@
+"""How often the live views are due: as often as they are allowed, and more seldom while nobody looks."""
+
+import pytest
+
+from foveacam_hardware.contract import VirtualClock
+from foveacam_server.runtime.live_views import (
+    IDLE_FOVEA_HZ,
+    IDLE_WIDE_HZ,
+    SESSION_WIDE_HZ,
+    LiveRates,
+    LiveViews,
+)
+
+from .fake_rig import Pictures
+
+LOOKING, NOBODY = {"wide", "left"}, set[str]()
+
+
+@pytest.mark.parametrize(
+    ("watching", "limit_hz", "wide_hz", "fovea_hz"),
+    [
+        (LOOKING, 15.0, 15.0, 15.0),
+        (NOBODY, 15.0, IDLE_WIDE_HZ, IDLE_FOVEA_HZ),
+        (NOBODY, 0.25, 0.25, 0.25),
+    ],
+)
+def test_views_are_due_as_often_as_allowed_and_more_seldom_while_nobody_looks(
+    watching: set[str], limit_hz: float, wide_hz: float, fovea_hz: float
+) -> None:
+    assert due_after_s(watching, limit_hz, wide=True) == pytest.approx(1.0 / wide_hz, abs=1e-3)
+    assert due_after_s(watching, limit_hz, wide=False) == pytest.approx(1.0 / fovea_hz, abs=1e-3)
+
+
+def test_a_job_that_brings_looks_of_its_own_leaves_few_wide_frames_to_the_views() -> None:
+    found_s = due_after_s(LOOKING, 15.0, wide=True, in_session=True)
+    assert found_s == pytest.approx(1.0 / SESSION_WIDE_HZ, abs=1e-3)
+
+
+def due_after_s(watching: set[str], limit_hz: float, *, wide: bool, in_session: bool = False) -> float:
+    """Return after how long a view is due again."""
+    clock = VirtualClock()
+    views = LiveViews(
+        sink=Pictures(watching=watching),
+        clock=clock,
+        limits=LiveRates(wide_hz=limit_hz, fovea_hz=limit_hz),
+        overlay=lambda _: None,
+    )
+    views.wide_begins(in_session=in_session)
+    views.look_begins()
+    while not (views.wide_due() if wide else views.look_due()):
+        clock.sleep_until_ns(clock.now_ns() + 1_000_000)
+    return 1e-9 * clock.now_ns()
