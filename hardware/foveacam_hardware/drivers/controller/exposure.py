@@ -1,10 +1,9 @@
 """One triggered exposure in the controller's words: its times checked, its phases awaited, its report."""
 
-from collections.abc import Callable
-
 from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
+from foveacam_hardware.drivers.controller.recovery import Recovery
 from foveacam_hardware.drivers.controller.replies import Reply
 from foveacam_hardware.drivers.controller.volts import is_whole, mirror_volts
 from foveacam_hardware.wire.controller_payloads import FrameReport
@@ -15,14 +14,35 @@ MAX_U32 = 0xFFFF_FFFF
 
 
 class ExposureUnderWay:
-    """Implements the contract's PendingExposure."""
+    """Implements the contract's PendingExposure: both replies of one exposure, still to come."""
 
-    def __init__(self, end: Callable[[], ExposureReceipt]) -> None:
-        self._end = end
+    def __init__(
+        self,
+        dialogue: Dialogue,
+        replies: tuple[Reply, Reply],
+        *,
+        duration_s: float,
+        clock_map: ClockMap,
+        recovery: Recovery,
+    ) -> None:
+        self._dialogue = dialogue
+        self._update, self._frame = replies
+        self._duration_s = duration_s
+        self._clock_map = clock_map
+        self._recovery = recovery
 
     def wait(self) -> ExposureReceipt:
         """Return the report of the exposure once it is over."""
-        return self._end()
+        return receipt(self._recovery.guarded(self._dialogue, self._report), self._clock_map)
+
+    def _report(self) -> FrameReport:
+        dialogue, frame = self._dialogue, self._frame
+        try:
+            dialogue.wait(self._update)
+            dialogue.wait(frame, last=False)
+            return FrameReport.unpack(dialogue.wait(frame, extra_s=self._duration_s).packet.payload)
+        finally:
+            dialogue.session.forget(frame)
 
 
 def longest_s(*, settle_us: int, pulse_us: int) -> float:
@@ -38,16 +58,6 @@ def receipt(report: FrameReport, clock_map: ClockMap) -> ExposureReceipt:
         t_exposure_ns=clock_map.host_ns(report.t_exposure_us),
         volts=StereoVolts(left=mirror_volts(report.left), right=mirror_volts(report.right)),
     )
-
-
-def await_frame(dialogue: Dialogue, update: Reply, frame: Reply, *, duration_s: float) -> FrameReport:
-    """Wait for all phases of an exposure, and return its report."""
-    try:
-        dialogue.wait(update)
-        dialogue.wait(frame, last=False)
-        return FrameReport.unpack(dialogue.wait(frame, extra_s=duration_s).packet.payload)
-    finally:
-        dialogue.session.forget(frame)
 
 
 def check_times(*, settle_us: int, pulse_us: int) -> None:

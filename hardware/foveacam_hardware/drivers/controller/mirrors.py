@@ -21,28 +21,20 @@ from foveacam_hardware.contract import (
     NotConnected,
     PendingExposure,
     StereoVolts,
-    Timeout,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
 from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.exposure import (
-    ExposureUnderWay,
-    await_frame,
-    check_times,
-    longest_s,
-    receipt,
-)
+from foveacam_hardware.drivers.controller.exposure import ExposureUnderWay, check_times, longest_s
 from foveacam_hardware.drivers.controller.governor import Governor
 from foveacam_hardware.drivers.controller.guard import Care, Watch, set_watch
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
 from foveacam_hardware.drivers.controller.pace import Pace
-from foveacam_hardware.drivers.controller.recovery import RAIL_WARNING, Recovery, switched_off
+from foveacam_hardware.drivers.controller.recovery import Recovery, switched_off, undone
 from foveacam_hardware.drivers.controller.session import Session
 from foveacam_hardware.drivers.controller.targets import STREAMS, Targets
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
 from foveacam_hardware.wire.controller import Property
-from foveacam_hardware.wire.controller_payloads import FrameReport
 from foveacam_hardware.wire.link import PortLinkFactory
 
 logger = logging.getLogger(__name__)
@@ -135,7 +127,8 @@ class ControllerMirrors:
                 self._dialogue = Dialogue(session, deadline_s=self._care.answer_s)
                 self._start(self._dialogue)
             except FoveaError as failure:
-                told = self._undone(failure)
+                told = undone(self._dialogue, failure, probe_s=self._care.probe_s)
+                self._discard()
                 self._recovery.fault = str(told)
                 raise told from failure.__cause__
 
@@ -208,11 +201,9 @@ class ControllerMirrors:
                 dialogue.session, volts, settle_us=settle_us, pulse_us=pulse_us, t_ns=self._clock.now_ns()
             )
         duration_s = longest_s(settle_us=settle_us, pulse_us=pulse_us)
-
-        def report() -> FrameReport:
-            return await_frame(dialogue, update, frame, duration_s=duration_s)
-
-        return ExposureUnderWay(lambda: receipt(self._recovery.guarded(dialogue, report), clock_map))
+        return ExposureUnderWay(
+            dialogue, (update, frame), duration_s=duration_s, clock_map=clock_map, recovery=self._recovery
+        )
 
     @property
     def low_pass_hz(self) -> int:
@@ -290,13 +281,6 @@ class ControllerMirrors:
             raise
         self._targets.restart(streaming=self._controller.has_frames)
         self._enabled = True
-
-    def _undone(self, failure: FoveaError) -> FoveaError:
-        """Leave nothing open and, if anybody listens, the rail off; return the error to raise."""
-        session = None if self._dialogue is None else self._dialogue.session
-        off = session is not None and switched_off(session, probe_s=self._care.probe_s)
-        self._discard()
-        return failure if off or not isinstance(failure, Timeout) else Timeout(f"{failure}; {RAIL_WARNING}")
 
     def _discard(self) -> None:
         dialogue, self._dialogue = self._dialogue, None

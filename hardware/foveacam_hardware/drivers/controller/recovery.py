@@ -44,6 +44,12 @@ def switched_off(session: Session, *, probe_s: float, tries: int = PROBES) -> bo
     return False
 
 
+def undone(dialogue: Dialogue | None, failure: FoveaError, *, probe_s: float) -> FoveaError:
+    """Leave the rail off after a start that failed, if anybody listens; return the error to raise."""
+    off = dialogue is not None and switched_off(dialogue.session, probe_s=probe_s)
+    return failure if off or not isinstance(failure, Timeout) else Timeout(f"{failure}; {RAIL_WARNING}")
+
+
 class Recovery:
     """Watches over conversations; `fault` says why the controller was given up."""
 
