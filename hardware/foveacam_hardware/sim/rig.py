@@ -12,6 +12,7 @@ from foveacam_hardware.contract import (
     Role,
     VirtualClock,
 )
+from foveacam_hardware.drivers.controller.guard import Care
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
@@ -52,6 +53,8 @@ PAN_TILT_MOUNTING = GrblMounting(
 RAIL_LIMITS = RailLimits(min_m=-0.305, max_m=0.305)
 RAIL_MOUNTING = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.1)
 PULSE_US = 4_000
+PATIENT = Care(answer_s=1.0, probe_s=0.5)
+"""The far end shares this machine's cores with the renderer, which may keep it waiting."""
 """Half of the default exposure; the head shortens it with the exposure."""
 VIRTUAL_START_NS = 1_000_000_000
 """Virtual time begins here: a controller that has been up for a second, and room for history before it."""
@@ -88,7 +91,9 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         undo.callback(board.close)
         controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
         undo.pop_all()
-    mirrors = ControllerMirrors(link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated")
+    mirrors = ControllerMirrors(
+        link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated", care=PATIENT
+    )
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     head = TriggeredHead(
         mirrors, left, right, wide, clock=clock, settle_us=preset.settle_us, pulse_us=PULSE_US

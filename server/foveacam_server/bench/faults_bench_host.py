@@ -22,7 +22,7 @@ from foveacam_server.runtime.ports import Rig as RigPort
 from foveacam_server.runtime.store import Store
 
 _Answer = TypeVar("_Answer")
-OPEN_PATIENCE_S = 20.0
+OPEN_PATIENCE_S = 60.0
 
 
 POLL_S = 0.004
