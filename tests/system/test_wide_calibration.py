@@ -1,5 +1,7 @@
 """Stage 1 on the simulated rig: somebody shows a board, and the lens comes out as it is."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,14 +12,18 @@ from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
 from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 
+from .calibration_room import changed_room
+
 EVERY_S = 0.5
 """Between looks at a board that is held for 1.6 s and shown elsewhere every 2 s: two looks see it at rest."""
 
 
-@pytest.mark.timeout(300)  # renders some 80 wide frames
+@pytest.mark.timeout(300)  # some 120 looks, those at a moving board in steps
 @pytest.mark.parametrize(("station", "board"), [("board", Charuco()), ("checkerboard", Checkerboard())])
-def test_pixels_and_angles_agree_with_the_lens_as_well_as_stated(station: str, board: Board) -> None:
-    with open_simulated("calibration", inline=True) as rig:
+def test_pixels_and_angles_agree_with_the_lens_as_well_as_stated(
+    tmp_path: Path, station: str, board: Board
+) -> None:
+    with open_simulated(changed_room(tmp_path, plain=True), inline=True) as rig:
         assert rig.pan_tilt is not None
         assert rig.truth is not None
         rig.pan_tilt.home()
