@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from foveacam_hardware.contract import Role, StereoVolts
 from foveacam_pipeline.capture.plan.plan_document import Grid, RasterPlan
@@ -147,6 +146,8 @@ def _neighbours(
 def _nearest(scan_points: tuple[PlanPoint, ...]) -> list[tuple[int, int]]:
     if len(scan_points) < 2:
         return []
+    from scipy.spatial import cKDTree  # half a second: a server that plans nothing does without
+
     tangents = np.tan([(point.ax_rad, point.ay_rad) for point in scan_points])
     indices = np.asarray(cKDTree(tangents).query(tangents, k=2)[1])
     return [(k, other if other != k else first) for k, (first, other) in enumerate(indices.tolist())]
