@@ -89,7 +89,7 @@ class Verging(Document):
     """"scene": the average of the scene, measured by fixations before the start and filled in then."""
     distance_m: Distance | None = None
     each_point: bool = False
-    """Verge anew at every point, beginning from the distance."""
+    """Verge anew at every point, as a click there does."""
 
     @model_validator(mode="after")
     def _has_what_it_was_given(self) -> "Verging":
