@@ -3,9 +3,10 @@
 import asyncio
 import json
 import time
+from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,6 +32,20 @@ SOCKET = "/api/v1/views/ws"
 
 
 @dataclass
+class Client:
+    """A viewer's end of the WebSocket; pictures that came while a text was waited for are kept."""
+
+    connection: ClientConnection
+    kept: deque[bytes] = field(default_factory=deque)
+
+    async def recv(self) -> str | bytes:
+        return self.kept.popleft() if self.kept else await self.connection.recv()
+
+    async def send(self, message: str | bytes) -> None:
+        await self.connection.send(message)
+
+
+@dataclass
 class Live:
     """A running server and its inside."""
 
@@ -49,8 +64,9 @@ class Live:
         return httpx.get(self.url(path), trust_env=False)
 
     @asynccontextmanager
-    async def viewer(self, **scales: int) -> AsyncIterator[ClientConnection]:
-        async with connect(self.url(SOCKET, scheme="ws"), compression=None, proxy=None) as socket:
+    async def viewer(self, **scales: int) -> AsyncIterator["Client"]:
+        async with connect(self.url(SOCKET, scheme="ws"), compression=None, proxy=None) as connection:
+            socket = Client(connection)
             await text(socket, "hello")
             if scales:
                 await subscribe(socket, **scales)
@@ -70,7 +86,7 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     streams.close()
 
 
-async def subscribe(socket: ClientConnection, **scales: int) -> None:
+async def subscribe(socket: Client, **scales: int) -> None:
     views_ = {view: {"scale": scale} for view, scale in scales.items()}
     await socket.send(json.dumps({"type": "subscribe", "views": views_}))
     # Answered in order: once the refusal of this nonsense is here, the subscription is in force
@@ -78,12 +94,14 @@ async def subscribe(socket: ClientConnection, **scales: int) -> None:
     await text(socket, "problem")
 
 
-async def text(socket: ClientConnection, kind: str) -> dict[str, Any]:  # Any: a JSON message
+async def text(socket: Client, kind: str) -> dict[str, Any]:  # Any: a JSON message
     """Return the next text message of a kind."""
     async with asyncio.timeout(PATIENCE_S):
         while True:
-            message = await socket.recv()
-            if isinstance(message, str) and json.loads(message)["type"] == kind:
+            message = await socket.connection.recv()
+            if isinstance(message, bytes):
+                socket.kept.append(message)
+            elif json.loads(message)["type"] == kind:
                 found: dict[str, Any] = json.loads(message)
                 return found
 
@@ -105,7 +123,7 @@ class Got:
         return picture.shape[1], picture.shape[0]
 
 
-async def picture(socket: ClientConnection) -> Got:
+async def picture(socket: Client) -> Got:
     """Return the next picture, not acknowledged."""
     async with asyncio.timeout(PATIENCE_S):
         while True:
@@ -115,7 +133,7 @@ async def picture(socket: ClientConnection) -> Got:
                 return Got(view, scale, flags, seq, t_us, age_us, message[HEADER.size :])
 
 
-async def ack(socket: ClientConnection, got: Got) -> None:
+async def ack(socket: Client, got: Got) -> None:
     await socket.send(json.dumps({"type": "ack", "view": got.view, "seq": got.seq}))
 
 
@@ -129,7 +147,8 @@ def play(scenario: Callable[[], Awaitable[None]]) -> None:
 
 def test_the_server_says_who_it_is_and_what_it_shows(live: Live) -> None:
     async def scenario() -> None:
-        async with connect(live.url(SOCKET, scheme="ws"), proxy=None) as socket:
+        async with connect(live.url(SOCKET, scheme="ws"), proxy=None) as connection:
+            socket = Client(connection)
             hello = await text(socket, "hello")
             stats = await text(socket, "stats")
         assert hello["server"] == "boot-1"

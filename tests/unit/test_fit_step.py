@@ -153,4 +153,6 @@ def test_fit_is_asked_often_whether_it_shall_go_on(session: CalibrationSession) 
             return False
 
     fit_session(session, FitOptions(compare=False), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Asked())
-    assert float(np.diff(asked_s).max()) < 1.0  # cpu seconds of its thread; a whole fit takes about one
+    gaps_s = np.diff(asked_s)  # of its thread's own time: nothing that runs beside it counts
+    assert len(gaps_s) >= 10
+    assert float(gaps_s.max()) < float(gaps_s.sum()) / 3.0
