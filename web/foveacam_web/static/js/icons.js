@@ -30,6 +30,7 @@ const PATHS = Object.freeze({
   sliders: "M3.5 2v6 M3.5 12v2 M8 2v2 M8 8v6 M12.5 2v7 M12.5 13v1 M1.5 10h4 M6 6h4 M10.5 11h4",
   link: "M6.5 9.5l3-3 M7 4.5l1.5-1.5a3 3 0 0 1 4.5 4.5L11.5 9 M9 11.5L7.5 13A3 3 0 0 1 3 8.5L4.5 7",
   file: "M4 1.8h5l3 3v9.4H4z M9 1.8v3h3",
+  pictures: "M1.8 3h12.4v10H1.8z M1.8 11l3.7-3.7l3 3l2-2l3.7 3.7 M10.6 5.6v.2",
   scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });
 

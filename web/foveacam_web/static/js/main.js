@@ -8,6 +8,9 @@ import { WorkFollower } from "./calibration/work.js";
 import { Commands } from "./commands.js";
 import { fill, h, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
+import { mountGallery } from "./gallery/page.js";
+import { GalleryReader } from "./gallery/reader.js";
+import { followGalleryAddress, GALLERY_ADDRESS } from "./gallery/route.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
 import { makeHelp, makeLease, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
@@ -40,7 +43,8 @@ const reader = new CalibrationReader({ store, work });
 const orders = new CalibrationOrders({ store, commands, reader, work });
 const rigReader = new RigReader({ store, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
-const sync = new Sync({ store, fixations, others: [reader, rigReader] });
+const galleryReader = new GalleryReader();
+const sync = new Sync({ store, fixations, others: [reader, rigReader, galleryReader] });
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
 const help = makeHelp();
@@ -72,8 +76,10 @@ mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
 mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
+mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 followAddress(store);
 followRigAddress(store);
+followGalleryAddress(store);
 mountTools();
 mountTabs();
 store.on(["settings"], ({ settings: { theme } }) => {
@@ -91,9 +97,15 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || store.state.wizard || store.state.rig_page) return; // a sweep is not thrown away by a key
+  if (views.shrinkAll() || elsewhere()) return; // a sweep is not thrown away by a key
   views.wide.abandon();
   void commands.cancel();
+}
+
+/** Whether another page is over the console. */
+function elsewhere() {
+  const { wizard, rig_page, gallery } = store.state;
+  return Boolean(wizard || rig_page || gallery);
 }
 
 /**
@@ -102,7 +114,7 @@ function escape() {
  */
 function onWide(act) {
   return () => {
-    if (!store.state.wizard && !store.state.rig_page) act();
+    if (!elsewhere()) act();
   };
 }
 
@@ -116,7 +128,8 @@ function mountTools() {
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
   const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
     h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
-  fill(need("tools"), link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
+  fill(need("tools"), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
+    link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
     tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));
 }

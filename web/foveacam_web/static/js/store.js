@@ -44,12 +44,15 @@ export class Store {
   }
 
   /**
-   * Call the listener now and whenever one of the keys changes.
+   * Call the listener now and whenever one of the keys changes, until the signal, if there is one.
    * @param {(keyof ConsoleState)[]} keys
    * @param {(state: ConsoleState) => void} listener
+   * @param {AbortSignal} [signal]
    */
-  on(keys, listener) {
-    this.#listeners.push({ keys: new Set(keys), listener });
+  on(keys, listener, signal) {
+    const entry = { keys: new Set(keys), listener };
+    this.#listeners.push(entry);
+    signal?.addEventListener("abort", () => (this.#listeners = this.#listeners.filter((each) => each !== entry)));
     listener(this.#state);
   }
 
@@ -74,8 +77,9 @@ export class Store {
   #tell() {
     const changed = this.#changed;
     this.#changed = new Set();
-    for (const { keys, listener } of [...this.#listeners]) {
-      if ([...keys].some((key) => changed.has(key))) listener(this.#state);
+    for (const entry of [...this.#listeners]) {
+      const listens = this.#listeners.includes(entry); // the one before may have ended it
+      if (listens && [...entry.keys].some((key) => changed.has(key))) entry.listener(this.#state);
     }
   }
 }
@@ -119,6 +123,7 @@ export function createStore() {
     rail: null,
     trigger_test: null,
     running_test: null,
+    gallery: null,
   });
 }
 

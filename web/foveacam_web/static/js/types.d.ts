@@ -2,6 +2,7 @@
 // Those of calibrating are in calibration/documents.d.ts, those of the rig's devices in rig/documents.d.ts.
 
 import type { CalibrationState } from "./calibration/documents.js";
+import type { GalleryState } from "./gallery/documents.js";
 import type { CameraDocument, ControllerLink, DeviceInfo, Difference, RigPageState, TriggerDocument } from "./rig/documents.js";
 
 export type { CameraDocument } from "./rig/documents.js";
@@ -243,7 +244,7 @@ export type CurrentFixation = {
 
 export type LinkState = "connecting" | "open" | "down";
 
-export type ConsoleState = CalibrationState & RigPageState & {
+export type ConsoleState = CalibrationState & RigPageState & GalleryState & {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;

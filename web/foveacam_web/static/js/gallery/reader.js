@@ -1,0 +1,32 @@
+// Hands the server's events and each reconnection to what the gallery shows now.
+
+/**
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("../sync.js").Reader} Reader
+ */
+
+/** The readers of one page's gallery. */
+export class GalleryReader {
+  /** @type {Set<Reader>} */
+  #readers = new Set();
+
+  /**
+   * Let a reader read now and after each reconnection, and hear events, until the signal.
+   * @param {Reader} reader
+   * @param {AbortSignal} signal
+   */
+  follow(reader, signal) {
+    this.#readers.add(reader);
+    signal.addEventListener("abort", () => this.#readers.delete(reader));
+    void reader.readAll();
+  }
+
+  readAll() {
+    return Promise.all([...this.#readers].map((reader) => reader.readAll()));
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    for (const reader of this.#readers) reader.hear(event);
+  }
+}

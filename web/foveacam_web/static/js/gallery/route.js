@@ -1,0 +1,50 @@
+// Where in the gallery one is: #/gallery/TAB[/ID[/PART]], so that Back, reload and links work.
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").GalleryPlace} GalleryPlace
+ */
+
+export const GALLERY_ADDRESS = "#/gallery";
+
+/**
+ * @param {string} tab
+ * @param {string | null} [id]
+ * @param {string | null} [part]
+ */
+export function galleryAddress(tab, id = null, part = null) {
+  return [GALLERY_ADDRESS, tab, ...[id, part].filter((step) => step !== null).map(encodeURIComponent)].join("/");
+}
+
+/**
+ * @param {string} hash
+ * @returns {GalleryPlace | null} null when it is no address of the gallery
+ */
+export function galleryAt(hash) {
+  const [root, page, tab, id, part] = hash.split("/");
+  if (`${root}/${page}` !== GALLERY_ADDRESS) return null;
+  return { tab: tab || "datasets", id: plain(id), part: plain(part) };
+}
+
+/** @param {string | undefined} step */
+function plain(step) {
+  if (!step) return null;
+  try {
+    return decodeURIComponent(step);
+  } catch {
+    return step; // typed by hand: it is looked for as it stands
+  }
+}
+
+/**
+ * Keep the state equal to the address.
+ * @param {Store} store
+ */
+export function followGalleryAddress(store) {
+  const read = () => {
+    const gallery = galleryAt(location.hash);
+    if (JSON.stringify(gallery) !== JSON.stringify(store.state.gallery)) store.set({ gallery });
+  };
+  window.addEventListener("hashchange", read);
+  read();
+}
