@@ -224,3 +224,46 @@ def test_restart_fails_what_it_interrupted_and_keeps_what_had_ended(store: Store
     problem = jobs.get("job-running").problem
     assert problem is not None
     assert "interrupted by a restart" in problem["detail"]
+
+
+def test_a_job_beside_waits_for_no_other_and_the_stop_lets_it_go_on(bench: Bench) -> None:
+    seen: list[str] = []
+    go = threading.Event()
+
+    def observe(context: JobContext) -> str:
+        seen.append("began")
+        assert go.wait(PATIENCE_S)
+        context.check()
+        return "/results/seen"
+
+    bench.jobs.handle("observe", observe, beside=True)
+    first = bench.jobs.submit("wait", {})
+    assert bench.running.wait(PATIENCE_S)
+    beside = bench.jobs.submit("observe", {})
+    bench.jobs.cancel_all("the stop was engaged")
+    go.set()
+
+    assert bench.end(beside).state is JobState.SUCCEEDED
+    assert bench.jobs.get(first.id).state is JobState.CANCELLING
+
+
+def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Store) -> None:
+    events = EventLog(store)
+    jobs = JobRunner(store, events=events, clock=MonotonicClock())
+    noticed = threading.Event()
+
+    def observe(context: JobContext) -> str:
+        while not context.cancelled():
+            noticed.wait(0.001)
+        noticed.set()
+        context.check()
+        return ""
+
+    jobs.handle("observe", observe, beside=True)
+    jobs.start()
+    job = jobs.submit("observe", {})
+    jobs.close()
+    events.close()
+
+    assert noticed.is_set()
+    assert jobs.get(job.id).state is JobState.CANCELLED

@@ -1,4 +1,7 @@
-"""Runs jobs one after the other on one thread: one rig, one worker. Cancel works at every step."""
+"""Runs jobs one after the other on one thread: one rig, one worker. Cancel works at every step.
+
+Jobs that leave the rig alone may run beside these, each on a thread of its own.
+"""
 
 import asyncio
 import logging
@@ -69,6 +72,8 @@ class JobRunner:
         self._events = events
         self._clock = clock
         self._handlers: dict[str, Handler] = {}
+        self._beside: set[str] = set()
+        self._helpers: set[threading.Thread] = set()
         self._waiting: queue.Queue[Job | None] = queue.Queue()
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
@@ -77,9 +82,15 @@ class JobRunner:
         self.interrupted = self._table.end_interrupted()
         self._thread = threading.Thread(target=self._run, name="foveacam-jobs", daemon=True)
 
-    def handle(self, kind: str, handler: Handler) -> None:
-        """Let `handler` do the jobs of `kind`; before `start`."""
+    def handle(self, kind: str, handler: Handler, *, beside: bool = False) -> None:
+        """Let `handler` do the jobs of `kind`; before `start`.
+
+        `beside`: they move nothing. They wait for no other job and none waits for them, and the stop lets
+        them go on.
+        """
         self._handlers[kind] = handler
+        if beside:
+            self._beside.add(kind)
 
     def start(self) -> None:
         """Begin to work."""
@@ -87,10 +98,17 @@ class JobRunner:
 
     def close(self) -> None:
         """Cancel what there is and end the thread."""
-        self.cancel_all("the server is shutting down")
+        reason = "the server is shutting down"
+        self.cancel_all(reason)
+        with self._lock:
+            helpers = list(self._helpers)
+            beside = [job.id for job in self._open.values() if job.kind in self._beside]
+        for job_id in beside:
+            self.cancel(job_id, reason)
         self._waiting.put(None)
-        if self._thread.is_alive():
-            self._thread.join(timeout=15.0)
+        for thread in (self._thread, *helpers):
+            if thread.is_alive():
+                thread.join(timeout=15.0)
 
     def submit(self, kind: str, request: Document, *, idempotency_key: str | None = None) -> Job:
         """Enqueue a job, or return the earlier one with the same idempotency key."""
@@ -112,7 +130,10 @@ class JobRunner:
             self._open[job.id] = job
             self._endings[job.id] = Future()
         self._tell(job)
-        self._waiting.put(job)
+        if kind in self._beside:
+            self._help(job)
+        else:
+            self._waiting.put(job)
         return job
 
     def keyed(self, idempotency_key: str | None) -> bool:
@@ -158,9 +179,11 @@ class JobRunner:
         return job
 
     def cancel_all(self, reason: str) -> None:
-        """Ask every job to end, without a word to the database."""
+        """Ask every job that may move the rig to end, without a word to the database."""
         with self._lock:
             for job in self._open.values():
+                if job.kind in self._beside:
+                    continue
                 self._cancelled.setdefault(job.id, reason)
                 if job.state is JobState.RUNNING:
                     job.state = JobState.CANCELLING
@@ -175,12 +198,28 @@ class JobRunner:
 
     def _run(self) -> None:
         while (job := self._waiting.get()) is not None:
-            try:
-                self._work(job)
-            except Exception:  # noqa: BLE001 - the worker must outlive a database that fails
-                _log.exception("job %s could not be written down", job.id)
-            finally:
-                self._forget(job)
+            self._do(job)
+
+    def _help(self, job: Job) -> None:
+        """Begin a job on a thread of its own."""
+
+        def help_() -> None:
+            self._do(job)
+            with self._lock:
+                self._helpers.discard(threading.current_thread())
+
+        thread = threading.Thread(target=help_, name=f"foveacam-{job.kind}", daemon=True)
+        with self._lock:
+            self._helpers.add(thread)
+        thread.start()
+
+    def _do(self, job: Job) -> None:
+        try:
+            self._work(job)
+        except Exception:  # noqa: BLE001 - the worker must outlive a database that fails
+            _log.exception("job %s could not be written down", job.id)
+        finally:
+            self._forget(job)
 
     def _work(self, job: Job) -> None:
         try:
