@@ -126,6 +126,38 @@ def test_pictures_and_the_download_show_what_was_taken(server: Running, kept: Do
     assert len(images) == 12
 
 
+def test_every_point_shows_what_each_camera_saw(server: Running, kept: Document) -> None:
+    base = f"{API}{URL}/{kept['id']}"
+    assert Path(kept["folder"]) == folder_of(server, "kept").resolve()
+    found = server.http.get(f"{base}/points").json()
+    assert [point["index"] for point in found["points"]] == [0, 1, 2, 3]
+    for role in ("left", "right", "wide"):
+        picture = server.http.get(f"{base}/points/2/{role}.png")
+        seen = cv2.imdecode(np.frombuffer(picture.content, np.uint8), cv2.IMREAD_COLOR_RGB)
+        assert seen is not None
+        truth = Dataset.open(kept["folder"])[2].frame(Role(role)).image
+        assert np.array_equal(seen, truth if truth.ndim == 3 else np.dstack([truth] * 3))
+
+    missing = server.http.get(f"{base}/points/9/left.jpg")
+
+    assert (missing.status_code, "point 9" in missing.json()["detail"]) == (422, True)
+
+
+def test_a_check_reads_every_file_again_and_says_what_is_wrong(server: Running, kept: Document) -> None:
+    path = f"{URL}/{kept['id']}/check"
+    assert server.post(path).json() == {"id": kept["id"], "sound": True, "faults": []}
+    index = folder_of(server, "kept") / "frames.csv"
+    before = index.read_text()
+    index.write_text(before.replace("left", "LEFT", 1))
+    try:
+        answer = server.post(path).json()
+    finally:
+        index.write_text(before)
+
+    assert answer["sound"] is False
+    assert "frames.csv: line 2 is not what the journal says" in answer["faults"][0]
+
+
 def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Document) -> None:
     base = f"{API}{URL}/{kept['id']}"
     server.http.patch(base, json={"label": "figurine at dusk"})
@@ -236,7 +268,7 @@ def test_a_disk_that_is_too_small_is_refused_with_both_figures(
 
 
 def test_there_is_no_capture_by_that_id(server: Running) -> None:
-    for path in ("cap-none", "cap-none/sheet.png", "cap-none/download.zip"):
+    for path in ("cap-none", "cap-none/sheet.png", "cap-none/points", "cap-none/download.zip"):
         assert server.get(f"{URL}/{path}").status_code == 404
-    for action in ("resume", "pause", "continue", "restore"):
+    for action in ("resume", "pause", "continue", "restore", "check"):
         assert server.post(f"{URL}/cap-none/{action}").status_code == 404

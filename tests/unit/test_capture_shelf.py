@@ -12,6 +12,7 @@ from foveacam_pipeline.capture.dataset.document import read_document, write_docu
 from foveacam_server.capture_command.plans import plan_of
 from foveacam_server.capturing.documents import capture_document
 from foveacam_server.capturing.download import zip_stream
+from foveacam_server.capturing.points import point_of, points_document
 from foveacam_server.capturing.shelf import CaptureShelf
 from foveacam_server.errors import NotFound
 
@@ -94,3 +95,23 @@ def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path)
     ):
         with pytest.raises(InvalidInput, match=told):
             plan_of(path, options, resumes=resumes)
+
+
+def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureShelf) -> None:
+    dataset = written(shelf.folder / "three", 3)
+
+    found = points_document(dataset)
+
+    assert (found["rows"], found["columns"], found["skipped"]) == (2, 2, [])
+    assert [(point["sheet_row"], point["sheet_column"]) for point in found["points"]] == [
+        (0, 0),
+        (0, 1),
+        (1, 0),
+    ]
+    assert found["points"][0]["cameras"] == ["left", "right", "wide"]
+    assert found["points"][0]["aim_ax_deg"] == pytest.approx(5.7296, abs=1e-3)
+
+
+def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureShelf) -> None:
+    with pytest.raises(InvalidInput, match="point 7 was asked for, it has 2 points of 2"):
+        point_of(shelf.get("test"), 7)

@@ -67,6 +67,8 @@ class CaptureDocument(Told):
 
     id: str
     name: str
+    folder: str
+    """Where it lies on the server's disk."""
     label: str
     licence: str
     state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
@@ -84,6 +86,45 @@ class CaptureDocument(Told):
     job_id: str | None
     progress: CaptureProgress | None
     url: str
+
+
+class PointDocument(Told):
+    """A point that was taken. `sheet_row`, `sheet_column`: its place on the contact sheet, from 0."""
+
+    index: int
+    scan: int
+    sheet_row: int
+    sheet_column: int
+    aim_ax_deg: float | None
+    aim_ay_deg: float | None
+    distance_m: float | None
+    rail_mm: float | None
+    cameras: list[Literal["left", "right", "wide"]]
+    brackets: int
+
+
+class SkippedPoint(Told):
+    """A point that was passed over."""
+
+    index: int
+    why: str
+
+
+class PointsDocument(Told):
+    """The points of a capture; `rows`, `columns`: of the contact sheet."""
+
+    rows: int
+    columns: int
+    points: list[PointDocument]
+    skipped: list[SkippedPoint]
+
+
+class CaptureChecked(Told):
+    """What reading every file again has found; `faults`: a sentence each."""
+
+    id: str
+    sound: bool
+    faults: list[str]
 
 
 class KindDocument(Told):

@@ -25,7 +25,8 @@ from foveacam_server.api.capture_models import (
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
-from foveacam_server.capturing.drawings import anaglyph_drawing, drawing, readable
+from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
+from foveacam_server.capturing.points import readable
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -195,7 +196,7 @@ def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: Se
     """Draw the capture as far as it is."""
     captures = services.captures
     path = drawing(captures.shelf, captures.shelf.get(capture_id), picture, form=form)
-    return FileResponse(path, media_type=_media(form))
+    return FileResponse(path, media_type=media_type(form))
 
 
 @router.get(
@@ -214,8 +215,9 @@ def anaglyph(
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
     shelf = services.captures.shelf
     path = anaglyph_drawing(shelf, shelf.get(capture_id), index=index, bracket=int(bracket), form=form)
-    return FileResponse(path, media_type=_media(form))
+    return FileResponse(path, media_type=media_type(form))
 
 
-def _media(form: Form) -> str:
+def media_type(form: Form) -> str:
+    """Return the media type of a picture."""
     return "image/png" if form == "png" else "image/jpeg"

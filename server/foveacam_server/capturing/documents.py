@@ -96,6 +96,7 @@ def _document(
     return {
         "id": kept.id,
         "name": kept.name,
+        "folder": str(kept.folder.resolve()),
         "label": "" if own is None else own.label,
         "licence": "" if own is None else own.licence,
         "state": state,

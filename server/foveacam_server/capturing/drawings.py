@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_server.capturing.points import point_of, readable
 from foveacam_server.capturing.shelf import CaptureShelf, Kept
 from foveacam_server.runtime.encoder import encode_jpeg
 
@@ -29,22 +29,9 @@ def drawing(shelf: CaptureShelf, kept: Kept, name: str, *, form: str) -> Path:
 
 def anaglyph_drawing(shelf: CaptureShelf, kept: Kept, *, index: int, bracket: int, form: str) -> Path:
     """Return the file of the red and cyan picture of one point, by its number in the plan."""
-    dataset = readable(kept)
-    point = next((point for point in dataset if point.index == index), None)
-    if point is None:
-        raise InvalidInput(
-            f"capture {kept.name}: point {index} was asked for, it has {len(dataset)} points of"
-            f" {dataset.document.header.points}; ask for one that was taken"
-        )
+    point = point_of(kept, index)
     name = f"anaglyph-{index}-{bracket}"
     return _file(shelf, kept, name, form=form, draw=lambda: anaglyph(point, bracket=bracket))
-
-
-def readable(kept: Kept) -> Dataset:
-    """Return the dataset of a capture; raise InvalidInput for one that is damaged."""
-    if kept.dataset is None:
-        raise InvalidInput(f"capture {kept.name} cannot be read: {kept.trouble}")
-    return kept.dataset
 
 
 def _file(

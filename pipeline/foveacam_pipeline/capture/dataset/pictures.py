@@ -32,7 +32,7 @@ def contact_sheet(dataset: Dataset, *, role: Role = Role.LEFT, tile_px: int = 12
     if not points:
         return np.full((tile_px, tile_px, 3), GROUND, dtype=np.uint8)
     tiles = [_tile(point, role, tile_px) for point in points]
-    cells = _cells(points)
+    cells = sheet_cells(points)
     height = max(tile.shape[0] for tile in tiles)
     rows, columns = (max(cell[axis] for cell in cells) + 1 for axis in (0, 1))
     size = rows * (height + GAP_PX) - GAP_PX, columns * (tile_px + GAP_PX) - GAP_PX
@@ -96,8 +96,8 @@ def _tile(point: DatasetPoint, role: Role, width_px: int) -> Picture:
     return np.ascontiguousarray(rgb(np.asarray(small, dtype=np.uint8)))
 
 
-def _cells(points: list[DatasetPoint]) -> list[tuple[int, int]]:
-    """Return (row, column) of every point on the sheet: by the grid where all have one, else in order."""
+def sheet_cells(points: list[DatasetPoint]) -> list[tuple[int, int]]:
+    """Return (row, column) of every point on a sheet: by the grid where all have one, else in order."""
     scans = sorted({point.place.scan for point in points})
     grid = [(p.place.row, p.place.column, p.place.scan) for p in points]
     if len({place for place in grid if None not in place}) == len(points):

@@ -1,0 +1,71 @@
+"""The points of a capture, one by one: where they stand on the contact sheet, what each camera saw there."""
+
+import math
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.dataset.pictures import png, sheet_cells
+from foveacam_pipeline.capture.dataset.reader import DatasetPoint
+from foveacam_pipeline.stereo.depth import rgb
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_server.capturing.shelf import Kept
+from foveacam_server.runtime.encoder import encode_jpeg
+from foveacam_server.runtime.store import Document
+
+QUALITY = 90
+
+
+def readable(kept: Kept) -> Dataset:
+    """Return the dataset of a capture; raise InvalidInput for one that is damaged."""
+    if kept.dataset is None:
+        raise InvalidInput(f"capture {kept.name} cannot be read: {kept.trouble}")
+    return kept.dataset
+
+
+def point_of(kept: Kept, index: int) -> DatasetPoint:
+    """Return a point by its number in the plan; raise InvalidInput when it was not taken."""
+    dataset = readable(kept)
+    point = next((point for point in dataset if point.index == index), None)
+    if point is None:
+        raise InvalidInput(
+            f"capture {kept.name}: point {index} was asked for, it has {len(dataset)} points of"
+            f" {dataset.document.header.points}; ask for one that was taken"
+        )
+    return point
+
+
+def points_document(dataset: Dataset) -> Document:
+    """Return the points that were taken, in order, and those passed over, with the reason."""
+    points = list(dataset)
+    cells = sheet_cells(points)
+    return {
+        "rows": max((row + 1 for row, _ in cells), default=0),
+        "columns": max((column + 1 for _, column in cells), default=0),
+        "points": [_point(point, cell) for point, cell in zip(points, cells, strict=True)],
+        "skipped": [{"index": index, "why": why} for index, why in dataset.skipped.items()],
+    }
+
+
+def point_picture(point: DatasetPoint, role: Role, *, bracket: int, form: str) -> bytes:
+    """Return what one camera saw at a point, of a stack the mean, as a file of 8 bits; `form`: jpg or png."""
+    image = np.ascontiguousarray(rgb(to_uint8(point.stacked(role, bracket=bracket))))
+    return png(image) if form == "png" else encode_jpeg(image, quality=QUALITY)
+
+
+def _point(point: DatasetPoint, cell: tuple[int, int]) -> Document:
+    place = point.place
+    aim_deg = (None, None) if place.aim_rad is None else tuple(map(math.degrees, place.aim_rad))
+    return {
+        "index": point.index,
+        "scan": place.scan,
+        "sheet_row": cell[0],
+        "sheet_column": cell[1],
+        "aim_ax_deg": aim_deg[0],
+        "aim_ay_deg": aim_deg[1],
+        "distance_m": place.distance_m,
+        "rail_mm": None if place.rail_m is None else 1e3 * place.rail_m,
+        "cameras": sorted({frame.role.value for frame in point.frames}),
+        "brackets": len(point.brackets),
+    }
