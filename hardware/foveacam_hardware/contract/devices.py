@@ -312,6 +312,10 @@ class TriggerHead(Head, Protocol):
         """Return left and right of an exposure; raise `DeviceFault` for one that is missing."""
         ...
 
+    def frame_of(self, role: Role, receipt: ExposureReceipt) -> Frame:
+        """Return what one fovea saw in an exposure, whatever became of the other's frame; as `frames_of`."""
+        ...
+
     def wide_since(self, t_ns: int) -> Frame:
         """Return the newest wide frame exposed at `t_ns` or later, waiting for one if there is none."""
         ...

@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
     Mirrors,
     MirrorVolts,
     PendingExposure,
+    Role,
     Sighting,
     StereoVolts,
     Timeout,
@@ -70,8 +71,15 @@ class TriggeredHead:
 
     def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
         """Return what both foveae saw in an exposure that is over."""
-        left = self._frame(self._left, receipt, receipt.volts.left)
-        return left, self._frame(self._right, receipt, receipt.volts.right)
+        return self.frame_of(Role.LEFT, receipt), self.frame_of(Role.RIGHT, receipt)
+
+    def frame_of(self, role: Role, receipt: ExposureReceipt) -> Frame:
+        """Return what one fovea saw in an exposure that is over."""
+        if role is Role.LEFT:
+            return self._frame(self._left, receipt, receipt.volts.left)
+        if role is Role.RIGHT:
+            return self._frame(self._right, receipt, receipt.volts.right)
+        raise InvalidInput("the wide camera runs freely: ask for a frame since a moment instead")
 
     def wide_since(self, t_ns: int) -> Frame:
         """Return the newest wide frame exposed at `t_ns` or later; wait for one where there is none."""

@@ -111,7 +111,7 @@ class Shutter:
         self._expose_for(rig, shot.exposure_ns)
         moves = shot.volts != self._stands
         self._stands = shot.volts
-        return head.begin(shot.volts, settle_us=_settle_us(rig, head) if moves else 0)
+        return head.begin(shot.volts, settle_us=wait_after_move_us(rig, head) if moves else 0)
 
     def _expose_for(self, rig: CaptureRig, exposure_ns: int | None) -> None:
         eyes = rig.left, rig.right
@@ -145,7 +145,7 @@ def _overlap(shot: ShotPlan, following: ShotPlan) -> bool:
     return shot.volts != following.volts and shot.exposure_ns == following.exposure_ns
 
 
-def _settle_us(rig: CaptureRig, head: TriggerHead) -> int:
+def wait_after_move_us(rig: CaptureRig, head: TriggerHead) -> int:
     """Return the wait after a move: until the mirrors stand, and both sensors have been read out."""
     waits_us = [head.settle_us]
     for eye in (rig.left, rig.right):

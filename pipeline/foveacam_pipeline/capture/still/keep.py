@@ -1,0 +1,71 @@
+"""Keeps a still: a dataset of one point, on the disk when the call returns."""
+
+import math
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from pydantic import JsonValue
+
+from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
+from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header, Point, Shot, WriterSettings
+from foveacam_pipeline.capture.dataset.document import LICENCE
+from foveacam_pipeline.capture.still.values import Exposure, Still
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.rectify import crossing_z_m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StillLabels:
+    """What is written beside a still. `id`: of the dataset; None makes one up."""
+
+    label: str = ""
+    licence: str = LICENCE
+    codec: Codec = Codec.PNG
+    id: str | None = None
+
+
+def write_still(folder: Path, still: Still, calibration: Calibration | None, labels: StillLabels) -> None:
+    """Write a still into a folder that does not exist yet; raise DeviceFault when the disk refuses.
+
+    Where the gazes cross, by the calibration, is the point's distance.
+    """
+    header = Header(
+        points=1,
+        plan=still.plan.document(),
+        rig=still.rig,
+        conditions={**still.conditions, **_told(still)},
+        calibration=calibration,
+        label=labels.label,
+        licence=labels.licence,
+        codec=labels.codec,
+    )
+    if labels.id is not None:
+        header = replace(header, id=labels.id)
+    place = replace(still.place, distance_m=_crossing_m(still.shots, calibration))
+    with DatasetWriter.create(folder, header, WriterSettings(depth=1)) as writer:
+        writer.add(Point(place=place, shots=still.shots))
+        writer.finish()
+
+
+def _told(still: Still) -> dict[str, JsonValue]:
+    """Return what a dataset's index does not hold: every exposure of a mean, and what did not come."""
+    return {
+        "exposures": [_exposure(exposure) for exposure in still.exposures],
+        "missing": [each.document() for each in still.missing],
+    }
+
+
+def _exposure(exposure: Exposure) -> dict[str, JsonValue]:
+    volts = None if exposure.volts_v is None else list(exposure.volts_v)
+    return {**asdict(exposure), "role": exposure.role.value, "volts_v": volts}
+
+
+def _crossing_m(shots: tuple[Shot, ...], calibration: Calibration | None) -> float | None:
+    """Return the depth at which the gazes cross, m; None where they do not, or nobody knows."""
+    drives: dict[Role, MirrorVolts] = {
+        shot.frame.role: shot.frame.volts for shot in shots if shot.frame.volts is not None
+    }
+    if calibration is None or not {Role.LEFT, Role.RIGHT} <= drives.keys():
+        return None
+    z_m = crossing_z_m(calibration, StereoVolts(left=drives[Role.LEFT], right=drives[Role.RIGHT]))
+    return z_m if math.isfinite(z_m) else None

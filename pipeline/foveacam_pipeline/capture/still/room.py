@@ -1,0 +1,35 @@
+"""How much memory and disk a still takes, and what is refused before it is taken."""
+
+from foveacam_hardware.contract import OutOfRange, Role
+from foveacam_pipeline.capture.plan import ImageSize
+from foveacam_pipeline.capture.still.values import StillKeep, StillPlan
+
+RESERVE_BYTES = 64 << 20
+"""Of the disk, left for everything else."""
+MOST_BYTES = 1 << 30
+"""Of frames, held in memory until they are written."""
+
+
+def still_bytes(plan: StillPlan, *, fovea: ImageSize, wide: ImageSize) -> int:
+    """Return how large its images are, not compressed: most that they take."""
+    mean = plan.keep is StillKeep.MEAN and plan.frames > 1
+    count = 1 if mean else plan.frames
+    return sum(count * (wide if role is Role.WIDE else fovea).raw_bytes(mean=mean) for role in plan.roles)
+
+
+def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
+    """Raise OutOfRange with both figures when memory or disk is too small for it."""
+    if needed_bytes > MOST_BYTES:
+        raise OutOfRange(
+            f"still: its frames take {needed_bytes / 1e9:.2f} GB, at most {MOST_BYTES / 1e9:.2f} GB are held"
+            " in memory; keep the mean of each stack, or take fewer frames",
+            asked=f"{needed_bytes} bytes",
+            found=f"{MOST_BYTES} bytes at most",
+        )
+    if needed_bytes + RESERVE_BYTES > free_bytes:
+        raise OutOfRange(
+            f"still: it needs up to {(needed_bytes + RESERVE_BYTES) / 1e6:.0f} MB, {free_bytes / 1e6:.0f} MB"
+            " are free on the disk; free some, or keep the mean of fewer frames",
+            asked=f"{needed_bytes + RESERVE_BYTES} bytes",
+            found=f"{free_bytes} bytes free",
+        )

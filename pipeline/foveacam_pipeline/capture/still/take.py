@@ -1,0 +1,211 @@
+"""Takes a still: exposes where the mirrors stand, until every camera gave its frames or is given up.
+
+A camera that stalls costs the others nothing: each has a stack of its own.
+"""
+
+import logging
+from typing import Protocol
+
+from foveacam_hardware.contract import Cancelled, DeviceFault, FoveaError, Frame, Role, Stopped, Timeout
+from foveacam_pipeline.capture.dataset import Place, Shot
+from foveacam_pipeline.capture.run.access import CaptureRig, RigAccess, trigger_head
+from foveacam_pipeline.capture.run.describe import bearing, conditions_document, rail_m, rig_document
+from foveacam_pipeline.capture.run.shutter import wait_after_move_us
+from foveacam_pipeline.capture.run.stacks import StackMean
+from foveacam_pipeline.capture.still.values import (
+    Exposure,
+    Missing,
+    Still,
+    StillKeep,
+    StillPlan,
+    trouble_of,
+)
+
+logger = logging.getLogger(__name__)
+
+TRIES = 3
+"""Exposures in a row of which a camera may give nothing, before it is given up."""
+
+
+class StillWatcher(Protocol):
+    """The operator's side of a still; called on the still's own thread."""
+
+    def progress(self, done: int, *, total: int, note: str) -> None:
+        """Take note that `done` of `total` frames came."""
+        ...
+
+    def cancelled(self) -> bool:
+        """Tell whether it shall end."""
+        ...
+
+    def saw(self, frames: tuple[Frame, ...]) -> None:
+        """Look at what was just taken."""
+        ...
+
+
+def take_still(access: RigAccess, plan: StillPlan, *, watch: StillWatcher) -> Still:
+    """Take the stacks of a plan; the mirrors stay where they stand.
+
+    What came of a camera that stalls is kept, and `missing` tells of it. Raise its error when nothing came
+    at all, Cancelled when the watcher has had enough, and Stopped when the stop forbids to expose.
+    """
+    run = _Run(access, plan, watch)
+    access.still(lambda rig: trigger_head(rig))  # a rig that plays a recording is refused
+    while run.round():
+        pass
+    missing = tuple(stack.missing(plan.frames) for stack in run.stacks.values() if stack.wants)
+    if not any(stack.came for stack in run.stacks.values()):
+        raise trouble_of(missing, more="mend that, then take it again")
+    return access.still(lambda rig: run.still_of(rig, missing))
+
+
+class _Run:
+    """One press under way."""
+
+    def __init__(self, access: RigAccess, plan: StillPlan, watch: StillWatcher) -> None:
+        self._access, self._plan, self._watch = access, plan, watch
+        self.stacks = {role: _Stack(role, plan) for role in plan.roles}
+        self._since_ns = access.clock.now_ns()
+        self._settles = True
+
+    def round(self) -> bool:
+        """Take one frame of every camera that still owes some; tell whether there was one."""
+        if self._watch.cancelled():
+            raise Cancelled("the still was cancelled; nothing of it is kept")
+        owing = [stack for stack in self.stacks.values() if stack.wants and not stack.given_up]
+        foveae = [stack for stack in owing if stack.role is not Role.WIDE]
+        if foveae:
+            self._access.moving(lambda rig: self._expose(rig, foveae))
+        if (wide := self.stacks.get(Role.WIDE)) in owing and wide is not None:
+            self._access.still(lambda rig: self._wide(rig, wide))
+        if not owing:
+            return False
+        self._watch.saw(tuple(stack.newest for stack in owing if stack.newest is not None))
+        done = sum(stack.came for stack in self.stacks.values())
+        failing = [str(stack.error) for stack in owing if stack.error is not None]
+        self._watch.progress(
+            done, total=self._plan.frames * len(self.stacks), note=failing[0] if failing else "taking frames"
+        )
+        return True
+
+    def still_of(self, rig: CaptureRig, missing: tuple[Missing, ...]) -> Still:
+        """Return what came, with what the rig says of itself."""
+        pose = bearing(rig)
+        stacks = self.stacks.values()
+        exposures = tuple(exposure for stack in stacks for exposure in stack.exposures)
+        return Still(
+            plan=self._plan,
+            shots=tuple(shot for stack in stacks for shot in stack.shots()),
+            exposures=exposures,
+            missing=missing,
+            place=Place(
+                index=0,
+                rail_m=rail_m(rig),
+                pan_rad=None if pose is None else pose.pan_rad,
+                tilt_rad=None if pose is None else pose.tilt_rad,
+            ),
+            rig=rig_document(rig),
+            conditions=conditions_document(rig),
+        )
+
+    def _expose(self, rig: CaptureRig, foveae: "list[_Stack]") -> None:
+        """Expose both foveae by one pulse, and add the frame of each to its stack."""
+        try:
+            head = trigger_head(rig)
+            settle_us = wait_after_move_us(rig, head) if self._settles else 0
+            receipt = head.begin(rig.mirrors.state.volts, settle_us=settle_us).wait()
+        except (Stopped, Cancelled):
+            raise
+        except FoveaError as error:
+            for stack in foveae:
+                stack.failed(error)
+            return
+        self._settles = False
+        for stack in foveae:
+            camera = rig.left if stack.role is Role.LEFT else rig.right
+            try:
+                stack.add(head.frame_of(stack.role, receipt), gain_db=camera.settings.gain_db)
+            except FoveaError as error:
+                stack.failed(error)
+
+    def _wide(self, rig: CaptureRig, stack: "_Stack") -> None:
+        """Add a wide frame that is newer than the last."""
+        try:
+            frame = trigger_head(rig).wide_since(self._since_ns)
+            self._since_ns = frame.t_ns + 1
+            stack.add(frame, gain_db=rig.wide.settings.gain_db)
+        except FoveaError as error:
+            stack.failed(error)
+
+
+class _Stack:
+    """The frames of one camera, as they come."""
+
+    def __init__(self, role: Role, plan: StillPlan) -> None:
+        self.role = role
+        self._plan = plan
+        self._failures = 0
+        self._mean: StackMean | None = None
+        self._frames: list[Frame] = []
+        self.exposures: list[Exposure] = []
+        self.newest: Frame | None = None
+        self.error: FoveaError | None = None
+        """Why the last one did not come."""
+
+    @property
+    def came(self) -> int:
+        """How many frames there are."""
+        return len(self.exposures)
+
+    @property
+    def wants(self) -> bool:
+        """Whether it is short of frames."""
+        return self.came < self._plan.frames
+
+    @property
+    def given_up(self) -> bool:
+        """Whether nobody waits for it any more: too often late, or nothing that another try would mend."""
+        if self.error is None:
+            return False
+        return self._failures >= TRIES or not isinstance(self.error, Timeout | DeviceFault)
+
+    def add(self, frame: Frame, *, gain_db: float) -> None:
+        """Add a frame; raise DeviceFault for one that does not fit those before."""
+        self._check_alike(frame)
+        self.exposures.append(Exposure.of(frame, gain_db=gain_db))
+        self.newest, self.error, self._failures = frame, None, 0
+        if self._plan.keep is StillKeep.ALL or self._plan.frames == 1:
+            self._frames.append(frame)
+        elif self._mean is None:
+            self._mean = StackMean(frame)
+            self._frames = [frame]
+        else:
+            self._mean.add(frame)
+
+    def failed(self, error: FoveaError) -> None:
+        """Take note that a frame did not come."""
+        logger.info("still: camera %s: %s", self.role, error)
+        self.newest, self.error = None, error
+        self._failures += 1
+
+    def missing(self, asked: int) -> Missing:
+        """Say what did not come of it."""
+        reason = self.error or DeviceFault(f"camera {self.role}: it gave fewer frames than were asked")
+        return Missing(role=self.role, came=self.came, asked=asked, reason=reason)
+
+    def shots(self) -> list[Shot]:
+        """Return what is kept: every frame, or the mean of those that came; one alone as it is."""
+        if self._mean is not None and self.came > 1:
+            return [Shot(frame=self._mean.frame())]
+        return [Shot(frame=frame, stack=number) for number, frame in enumerate(self._frames)]
+
+    def _check_alike(self, frame: Frame) -> None:
+        before = self._frames[0] if self._frames else None
+        if before is None:
+            return
+        shapes = [(each.image.shape, each.image.dtype, each.bits) for each in (before, frame)]
+        if shapes[0] != shapes[1]:
+            raise DeviceFault(
+                f"camera {self.role}: its pictures changed their size or depth in the middle of a stack; "
+                "take the still again, and leave its format alone meanwhile"
+            )
