@@ -31,6 +31,7 @@ const PATHS = Object.freeze({
   link: "M6.5 9.5l3-3 M7 4.5l1.5-1.5a3 3 0 0 1 4.5 4.5L11.5 9 M9 11.5L7.5 13A3 3 0 0 1 3 8.5L4.5 7",
   file: "M4 1.8h5l3 3v9.4H4z M9 1.8v3h3",
   pictures: "M1.8 3h12.4v10H1.8z M1.8 11l3.7-3.7l3 3l2-2l3.7 3.7 M10.6 5.6v.2",
+  raster: "M2 3.5h12 M14 3.5v4.5 M14 8h-12 M2 8v4.5 M2 12.5h12 M2 3.4v.2 M8 3.4v.2 M8 7.9v.2 M8 12.4v.2 M14 12.4v.2",
   scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });
 

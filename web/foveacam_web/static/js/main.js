@@ -5,6 +5,10 @@ import { mountWizard } from "./calibration/page.js";
 import { CalibrationReader } from "./calibration/reader.js";
 import { addressOf, followAddress } from "./calibration/route.js";
 import { WorkFollower } from "./calibration/work.js";
+import { CaptureOrders } from "./capture/orders.js";
+import { mountCapturePage } from "./capture/page.js";
+import { CaptureReader } from "./capture/reader.js";
+import { CAPTURE_ADDRESS, followCaptureAddress } from "./capture/route.js";
 import { Commands } from "./commands.js";
 import { fill, h, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
@@ -44,7 +48,9 @@ const orders = new CalibrationOrders({ store, commands, reader, work });
 const rigReader = new RigReader({ store, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
 const galleryReader = new GalleryReader();
-const sync = new Sync({ store, fixations, others: [reader, rigReader, galleryReader] });
+const captureReader = new CaptureReader(store);
+const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
+const sync = new Sync({ store, fixations, others: [reader, rigReader, captureReader, galleryReader] });
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
 const help = makeHelp();
@@ -76,9 +82,11 @@ mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
 mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
+mountCapturePage(need("capture-page"), { store, views, capture_orders: captureOrders, capture_reader: captureReader });
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 followAddress(store);
 followRigAddress(store);
+followCaptureAddress(store);
 followGalleryAddress(store);
 mountTools();
 mountTabs();
@@ -104,8 +112,8 @@ function escape() {
 
 /** Whether another page is over the console. */
 function elsewhere() {
-  const { wizard, rig_page, gallery } = store.state;
-  return Boolean(wizard || rig_page || gallery);
+  const { wizard, rig_page, capture_page, gallery } = store.state;
+  return Boolean(wizard || rig_page || capture_page || gallery);
 }
 
 /**
@@ -128,7 +136,7 @@ function mountTools() {
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
   const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
     h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
-  fill(need("tools"), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
+  fill(need("tools"), link("Capture: raster datasets", "raster", CAPTURE_ADDRESS), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
     link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
     tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));

@@ -124,6 +124,10 @@ export function createStore() {
     trigger_test: null,
     running_test: null,
     gallery: null,
+    capture_page: false,
+    captures: null,
+    capturing: null,
+    estimate: { stale: false, document: null, problem: null },
   });
 }
 

@@ -2,6 +2,7 @@
 // Those of calibrating are in calibration/documents.d.ts, those of the rig's devices in rig/documents.d.ts.
 
 import type { CalibrationState } from "./calibration/documents.js";
+import type { CapturePageState } from "./capture/documents.js";
 import type { GalleryState } from "./gallery/documents.js";
 import type { CameraDocument, ControllerLink, DeviceInfo, Difference, RigPageState, TriggerDocument } from "./rig/documents.js";
 
@@ -244,7 +245,7 @@ export type CurrentFixation = {
 
 export type LinkState = "connecting" | "open" | "down";
 
-export type ConsoleState = CalibrationState & RigPageState & GalleryState & {
+export type ConsoleState = CalibrationState & RigPageState & CapturePageState & GalleryState & {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;

@@ -3,6 +3,10 @@
 import { addressOf } from "../calibration/route.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
 import { isRunning, placeOf } from "../calibration/work.js";
+import { isCapturing } from "../capture/reader.js";
+import { CAPTURE_ADDRESS } from "../capture/route.js";
+import { shareOf } from "../capture/runs.js";
+import { farWords, stateWords } from "../capture/words.js";
 import { fill, h, say } from "../dom.js";
 import { baseline, clockTime, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -31,7 +35,8 @@ export function mountBadges(place, { store, openLease }) {
   const state = h("span", { class: "badge", role: "status" });
   const calibration = h("a", { class: "badge plain link", href: addressOf("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
-  fill(place, rig, simulated, state, calibration, lease);
+  const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS, hidden: true });
+  fill(place, rig, simulated, state, capture, calibration, lease);
   store.on(["rig", "stream", "stop"], (now) => {
     say(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
@@ -40,6 +45,7 @@ export function mountBadges(place, { store, openLease }) {
     showState(state, now);
   });
   store.on(["rig", "health", "work"], (now) => showCalibration(calibration, now));
+  store.on(["capturing"], (now) => showCapture(capture, now));
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
@@ -66,6 +72,20 @@ function showCalibration(badge, now) {
   badge.className = `badge link ${tone}`;
   say(badge, text);
   badge.title = reason;
+}
+
+/**
+ * @param {HTMLElement} badge
+ * @param {ConsoleState} now
+ */
+function showCapture(badge, { capturing }) {
+  badge.hidden = !isCapturing(capturing);
+  if (!capturing) return;
+  const share = shareOf(capturing);
+  const waits = capturing.state === "paused" ? "Capture paused" : "Capturing";
+  badge.className = `badge link ${capturing.why ? "warn" : "plain mine"}`;
+  say(badge, [waits, share === null ? "" : `${Math.floor(100 * share)} %`].filter(Boolean).join(" "));
+  badge.title = sentence([capturing.name, capturing.why || stateWords(capturing), farWords(capturing)].filter(Boolean).join(", "));
 }
 
 /** @param {import("../calibration/documents.js").Work} work */

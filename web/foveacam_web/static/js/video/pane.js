@@ -3,6 +3,7 @@
 import { fill, h, say } from "../dom.js";
 import { clockTime, millis, sentence, span } from "../format.js";
 import { isRunning } from "../calibration/work.js";
+import { isCapturing } from "../capture/reader.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
@@ -147,7 +148,7 @@ export class Pane {
     const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
     const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
     const frozen_ms = server_ms ?? (shown?.frozen || silent_ms > SILENT_MS ? silent_ms : null);
-    const sparing = isRunning(state.work) && this.name !== "wide"; // a procedure triggers the foveae only when it wants to look
+    const sparing = (isRunning(state.work) || isCapturing(state.capturing)) && this.name !== "wide"; // a procedure triggers the foveae only when it wants to look
     const showing = !noticed && !sparing && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
     this.badge.hidden = !showing;
     if (!showing) this.#frozen_since = null;

@@ -1,0 +1,49 @@
+// Which field a refusal is about, and what of the server's words is read there. Nothing here touches the page.
+
+/**
+ * @typedef {import("./documents.js").Trouble} Trouble
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ */
+
+/** @type {[RegExp, string][]} the first that fits tells the place */
+const PLACES = [
+  [/^name\b|^dataset name|there is a capture .* already/s, "name"],
+  [/^label\b/, "label"],
+  [/^licence\b/, "licence"],
+  [/set points, line|^set points:|^plan\.points\.set_points/, "text"],
+  [/^plan\.points\.grid\.(columns|rows)\b/, "size"],
+  [/^plan\.points\.grid\.centre/, "centre"],
+  [/^plan\.points\.grid/, "field"],
+  [/^plan\.verging|^distance_m\b|average distance/, "distance"],
+  [/^plan\.exposures_ms|an exposure of/, "exposures"],
+  [/^plan\.stack/, "stack"],
+  [/^plan\.rail|(on|of) the rail/, "rail"],
+  [/^plan is |scans of \d+ points/, "size"],
+  [/beyond its calibrated field|are beyond reach|more volts than were calibrated|the grid may be/, "reach"],
+];
+const ANOTHER = /(?<=\.) (?=(?:plan|name|label|licence|codec|distance_m)[\w.]* is )/;
+const ASKED = /^[\w.]+ is (.+); needed is (.+)$/s;
+const OF_A_KIND = /^(a|an|one|text|true) /;
+
+/**
+ * What a refused request is refused for, each with its place on the page.
+ * @param {ProblemDocument} problem
+ * @param {"grid" | "set_points"} source where the points come from
+ * @returns {Trouble[]}
+ */
+export function blamed({ detail }, source) {
+  return detail.split(ANOTHER).map((words) => {
+    const found = PLACES.find(([pattern]) => pattern.test(words))?.[1] ?? null;
+    return { place: found === "reach" ? (source === "grid" ? "field" : "text") : found, words: plainly(words) };
+  });
+}
+
+/**
+ * The words without the names that only programs use.
+ * @param {string} words
+ */
+function plainly(words) {
+  const [, given, needed] = ASKED.exec(words) ?? [];
+  const said = !given || !needed ? words : OF_A_KIND.test(needed) ? `${given} was given; needed is ${needed}` : needed;
+  return said.replace(/^(raster plan|set points)[:,] /, "");
+}

@@ -1,0 +1,82 @@
+// The plan's editor: points, distance, what is taken at every point, and from where. It says when something changed.
+
+import { choiceField, numberField, tickField } from "../calibration/parts.js";
+import { h } from "../dom.js";
+import { asked, numberChips, segments } from "./parts.js";
+import { asSetPoints, PAPER_RAIL_MM } from "./plan.js";
+import { makePoints } from "./points.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./parts.js").Troubles} Troubles
+ */
+
+/**
+ * @param {{store: Store, troubles: Troubles, changed: () => void}} context
+ */
+export function makeEditor({ store, troubles, changed }) {
+  const gridAsText = () => {
+    const grid = store.state.estimate.document?.plan.points;
+    return grid?.kind === "grid" ? asSetPoints(grid) : null;
+  };
+  const parts = [makePoints(troubles, gridAsText, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
+  const titles = ["Points", "Distance", "At every point", "Rail"];
+  const said = () => {
+    for (const { show } of parts) show();
+    changed();
+  };
+  const element = h("div", { class: "plan-editor", on: { input: said, change: said } },
+    parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)));
+  const read = () => /** @type {Draft} */ (Object.assign({}, ...parts.map((part) => part.read())));
+  return { element, read };
+}
+
+/** @param {Troubles} troubles */
+function makeDistance(troubles) {
+  const mode = segments("Where the eyes meet", /** @type {[Draft["mode"], string][]} */ ([["scene", "Measured"], ["given", "Given"], ["parallel", "Parallel"]]));
+  const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
+  const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "last seen" });
+  const each = tickField("Verge anew at every point", false);
+  const note = h("p", { class: "why", text: "The average of nine fixations, before the first point." });
+  const show = () => {
+    given.element.hidden = mode.value() !== "given";
+    assumed.element.hidden = note.hidden = mode.value() !== "scene";
+  };
+  show();
+  const element = h("div", { class: "stack" }, mode.element, asked([given.element, assumed.element], note, troubles.place("distance")), each.element);
+  return { element, show, read: () => ({ mode: mode.value(), distance_m: given.value(), assumed_m: assumed.value(), each_point: each.value() }) };
+}
+
+/**
+ * @param {Troubles} troubles
+ * @param {() => void} changed
+ */
+function makeExposures(troubles, changed) {
+  const bracket = numberChips({ label: "Exposures", unit: "ms", empty: "as the cameras are set", lists: [{ text: "2, 8, 32", values: [2, 8, 32] }, { text: "None", values: [] }], changed });
+  const frames = numberField("Frames of each", { value: 1, min: 1, max: 256 });
+  const keep = choiceField("Kept of a stack", [["mean", "the mean, 16 bits"], ["all", "every frame"]]);
+  const wide = choiceField("Wide pictures", [["point", "with every point"], ["scan", "one a scan"], ["none", "none"]]);
+  const show = () => {
+    keep.element.hidden = (frames.value() ?? 1) <= 1;
+  };
+  show();
+  const element = h("div", { class: "stack" },
+    asked([bracket.element], troubles.place("exposures")),
+    asked([frames.element, keep.element, wide.element], troubles.place("stack")));
+  const read = () => ({ exposures_ms: bracket.value(), stack_frames: frames.value(), stack_keep: keep.value(), wide: wide.value() });
+  return { element, show, read };
+}
+
+/**
+ * @param {Troubles} troubles
+ * @param {() => void} changed
+ */
+function makeRail(troubles, changed) {
+  const places = numberChips({
+    label: "Places", unit: "mm", empty: "where the rig stands",
+    lists: [{ text: "The paper's five", values: PAPER_RAIL_MM }, { text: "None", values: [] }], changed,
+  });
+  const note = h("p", { class: "why", text: "A full scan from each, in this order." });
+  return { element: h("div", { class: "stack" }, asked([places.element], note, troubles.place("rail"))), show: () => {}, read: () => ({ rail_positions_mm: places.value() }) };
+}

@@ -1,0 +1,87 @@
+// Asks what a plan takes while it is edited: a moment after the last key, one at a time, and only the newest answer counts.
+
+import { Problem, request } from "../api.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
+ * @typedef {import("./documents.js").EstimateWish} EstimateWish
+ * @typedef {import("./documents.js").PlanEstimate} PlanEstimate
+ */
+
+const REST_MS = 250; // between the last key and the question
+const PATIENCE_MS = 60_000; // ten thousand points take a while
+
+/** The estimates of one page. */
+export class Estimator {
+  #store;
+  /** @type {EstimateWish | null} */
+  #wanted = null;
+  /** @type {EstimateWish | null} */
+  #due = null;
+  #asking = false;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #timer;
+
+  /** @param {Store} store */
+  constructor(store) {
+    this.#store = store;
+  }
+
+  /**
+   * Say what shall be estimated; null: nothing, as the plan is not whole.
+   * @param {EstimateWish | null} wish
+   */
+  want(wish) {
+    if (JSON.stringify(wish) === JSON.stringify(this.#wanted)) return;
+    this.#wanted = wish;
+    clearTimeout(this.#timer);
+    if (wish === null) this.#tell({ stale: false, problem: null, document: null });
+    else this.#soon(wish);
+  }
+
+  /** Ask once more: the rig, its calibration or the disk is another one. */
+  again() {
+    if (this.#wanted) this.#soon(this.#wanted);
+  }
+
+  /** @param {EstimateWish} wish */
+  #soon(wish) {
+    this.#tell({ ...this.#store.state.estimate, stale: true });
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      this.#due = wish;
+      if (!this.#asking) void this.#ask();
+    }, REST_MS);
+  }
+
+  async #ask() {
+    this.#asking = true;
+    while (this.#due) {
+      const wish = this.#due;
+      this.#due = null;
+      const answer = await answerTo(wish);
+      if (wish === this.#wanted && !this.#due) this.#tell({ stale: false, ...answer });
+    }
+    this.#asking = false;
+  }
+
+  /** @param {PlanEstimate} estimate */
+  #tell(estimate) {
+    this.#store.set({ estimate });
+  }
+}
+
+/**
+ * @param {EstimateWish} body
+ * @returns {Promise<Omit<PlanEstimate, "stale">>}
+ */
+async function answerTo(body) {
+  try {
+    const document = /** @type {EstimateDocument} */ (await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS }));
+    return { document, problem: null };
+  } catch (error) {
+    if (!(error instanceof Problem)) throw error;
+    return { document: null, problem: error.document };
+  }
+}

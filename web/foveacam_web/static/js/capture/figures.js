@@ -1,0 +1,101 @@
+// What a plan takes, in figures: time and what it is made of, files, room, how much of the field is seen, warnings.
+
+import { figures, nothing } from "../calibration/parts.js";
+import { changing, h } from "../dom.js";
+import { count, number, sentence, span } from "../format.js";
+import { icon } from "../icons.js";
+import { percent, sizeText } from "./words.js";
+
+/**
+ * @typedef {import("../dom.js").Child} Child
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
+ * @typedef {import("./documents.js").PlanEstimate} PlanEstimate
+ */
+
+const RESERVE_BYTES = 64 * 2 ** 20; // what the server sets aside
+
+/**
+ * @param {HTMLElement} place
+ * @param {Store} store
+ */
+export function mountFigures(place, store) {
+  const show = changing(place, (/** @type {EstimateDocument | null} */ document) => (document ? figuresOf(document) : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")]));
+  store.on(["estimate"], ({ estimate }) => {
+    place.classList.toggle("stale", estimate.stale);
+    place.setAttribute("aria-busy", String(estimate.stale));
+    show(estimate.document && { ...estimate.document, coverage: { ...estimate.document.coverage, footprints: [] }, plan: shortened(estimate.document.plan) });
+  });
+}
+
+/**
+ * The plan without its points: only how many there are is shown here.
+ * @param {EstimateDocument["plan"]} plan
+ * @returns {EstimateDocument["plan"]}
+ */
+function shortened(plan) {
+  return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
+}
+
+/**
+ * @param {EstimateDocument} estimate
+ * @returns {Child[]}
+ */
+function figuresOf(estimate) {
+  return [
+    h("p", { class: "budget" }, h("strong", { class: "number", text: span(estimate.total_s) }), h("span", { class: "lead", text: timeWords(estimate) })),
+    figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
+    estimate.warnings.length > 0 && h("ul", { class: "warnings" }, estimate.warnings.map((words) => h("li", {}, icon("warn"), h("span", { text: sentence(words) })))),
+  ];
+}
+
+/** @param {EstimateDocument} estimate */
+function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
+  const parts = [`at least: ${span(limit_s)} by settling, exposing and reading out`];
+  if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
+  if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
+  if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
+  return parts.join(", ");
+}
+
+/**
+ * @param {EstimateDocument} estimate
+ * @returns {[string, Child][]}
+ */
+function pointRows({ points, shots, plan, distance_assumed }) {
+  const scans = Math.max(1, plan.rail_positions_mm.length);
+  const far = plan.verging.distance_m === "infinity" ? "∞" : plan.verging.distance_m === null ? "each its own" : `${number(plan.verging.distance_m, 2)} m`;
+  return [
+    ["Points", scans > 1 ? `${scans} × ${count(points / scans)} = ${count(points)}` : count(points)],
+    ...(shots === points ? [] : /** @type {[string, Child][]} */ ([["Exposures", count(shots)]])),
+    ["Eyes meet at", distance_assumed ? `${far}, assumed until measured` : far],
+  ];
+}
+
+/**
+ * @param {EstimateDocument} estimate
+ * @returns {[string, Child][]}
+ */
+function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
+  const tight = stored_bytes + RESERVE_BYTES > free_bytes;
+  const smaller = stored_bytes < raw_bytes ? ` of ${sizeText(raw_bytes)} raw` : "";
+  return [
+    ["Files", `${count(files)} (${kinds.map((kind) => `${count(kind.files)} ${kind.kind}`).join(", ")})`],
+    ["Size", `${sizeText(stored_bytes)}${smaller}`],
+    ["Free on the disk", h("span", { class: tight ? "warn-text" : "", text: tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes) })],
+  ];
+}
+
+/**
+ * @param {EstimateDocument} estimate
+ * @returns {[string, Child][]}
+ */
+function fieldRows({ plan: { points }, coverage }) {
+  const grid = points.kind === "grid" ? points : null;
+  const overlap = grid ? `${percent(coverage.overlap_across)} across, ${percent(coverage.overlap_down)} down` : `${percent(coverage.overlap_across)} with the nearest`;
+  return [
+    ...(grid ? /** @type {[string, Child][]} */ ([["Field", `±${number(grid.half_width_deg, 1)}° × ±${number(grid.half_height_deg, 1)}°`]]) : []),
+    ["Least overlap", coverage.overlap_across === null && coverage.overlap_down === null ? "no neighbours" : overlap],
+    ["Seen by an eye, by both", `${percent(coverage.seen_either)}, ${percent(coverage.seen_both)}`],
+  ];
+}

@@ -1,0 +1,94 @@
+// What the operator can order of captures. What a start is refused for is handed back, to be read where it was asked.
+
+import { Problem, request } from "../api.js";
+
+/**
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./documents.js").CaptureDocument} CaptureDocument
+ * @typedef {import("./documents.js").CaptureWish} CaptureWish
+ * @typedef {import("./reader.js").CaptureReader} CaptureReader
+ */
+
+/** The orders of one page. */
+export class CaptureOrders {
+  #store;
+  #commands;
+  #reader;
+
+  /** @param {{store: Store, commands: Commands, reader: CaptureReader}} context */
+  constructor({ store, commands, reader }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.#reader = reader;
+  }
+
+  /**
+   * @param {CaptureWish} wish
+   * @returns {Promise<ProblemDocument | null>} why not
+   */
+  async start(wish) {
+    try {
+      const job = /** @type {JobDocument} */ (await this.#post("/captures", wish));
+      this.#reader.follow(job.id, { name: wish.name });
+      return null;
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
+      return error.document;
+    }
+  }
+
+  /**
+   * Take the rest of a partial capture.
+   * @param {CaptureDocument} capture
+   */
+  async resume({ id, name }) {
+    const job = await this.#commands.attempt(() => /** @type {Promise<JobDocument>} */ (this.#post(`/captures/${id}/resume`)));
+    if (job) this.#reader.follow(job.id, { name, capture_id: id });
+    else await this.#reader.readList();
+  }
+
+  pause() {
+    return this.#turn("pause");
+  }
+
+  goOn() {
+    return this.#turn("continue");
+  }
+
+  /** End the capture that runs; what it has taken is kept. */
+  async cancel() {
+    const { capturing } = this.#store.state;
+    if (!capturing) return;
+    this.#reader.mark("cancel");
+    const answer = await this.#commands.attempt(() => request("POST", `/jobs/${capturing.job_id}/cancel`));
+    if (answer === null) this.#reader.mark(null);
+  }
+
+  /** @param {"pause" | "continue"} how */
+  async #turn(how) {
+    const id = this.#store.state.capturing?.capture_id;
+    if (!id) return;
+    this.#reader.mark(how);
+    const answer = await this.#commands.attempt(() => this.#post(`/captures/${id}/${how}`));
+    if (answer === null) this.#reader.mark(null);
+    else await this.#reader.readAll();
+  }
+
+  /** @param {Problem} error */
+  #hasAWayOut({ slug, message }) {
+    const { lease, lease_token } = this.#store.state;
+    return slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder));
+  }
+
+  /**
+   * @param {string} path
+   * @param {object} [body]
+   */
+  #post(path, body) {
+    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
+  }
+}

@@ -1,0 +1,149 @@
+// The capture page: the plan's editor, what it takes, the wide view with its footprints, what runs, what can go on. The
+// console's live panes come here while it is open, deaf to clicks, and go back after.
+
+import { addressOf } from "../calibration/route.js";
+import { panel } from "../calibration/parts.js";
+import { fill, focusOn, h, need } from "../dom.js";
+import { icon } from "../icons.js";
+import { makeEditor } from "./editor.js";
+import { Estimator } from "./estimator.js";
+import { mountFigures } from "./figures.js";
+import { mountPartials } from "./partials.js";
+import { Troubles } from "./parts.js";
+import { planOf, viewSize } from "./plan.js";
+import { PlanPrints } from "./prints.js";
+import { mountRuns } from "./runs.js";
+import { makeStarter } from "./starter.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").Role} Role
+ * @typedef {import("../video/views.js").Views} Views
+ * @typedef {import("./documents.js").ViewSize} ViewSize
+ * @typedef {{
+ *   store: Store, views: Views, capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader
+ * }} CaptureContext
+ */
+
+/** @type {Role[]} */
+const ROLES = ["wide", "left", "right"];
+
+/**
+ * @param {HTMLElement} place
+ * @param {CaptureContext} context
+ */
+export function mountCapturePage(place, { store, views, capture_orders: orders, capture_reader: reader }) {
+  const bench = makeBench({ store, orders });
+  const [runs, figures, partials] = [h("div", { class: "jobbar" }), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
+  const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
+  mountRuns(runs, { store, orders, reader });
+  mountFigures(figures, store);
+  mountPartials(partials, { store, orders });
+  new PlanPrints(views.pane("wide"), store);
+  reader.ended = () => bench.again();
+  fill(place, head(), runs, h("div", { class: "capture-body" },
+    h("div", { class: "column capture-plan" }, panel("Plan", bench.editor)),
+    h("div", { class: "column capture-see" }, places.get("wide") ?? null, legend(), h("div", { class: "capture-eyes" }, places.get("left") ?? null, places.get("right") ?? null)),
+    h("div", { class: "column capture-start" }, panel("What it takes", figures), panel("Capture", bench.starter), panel("Unfinished", partials)),
+    h("section", { id: "still-capture", class: "column capture-still", "aria-label": "Still", hidden: true })));
+  store.on(["capture_page"], ({ capture_page, wizard, rig_page }) => {
+    if (capture_page) lend(views, places);
+    else if (wizard === null && !rig_page) takeHome(views);
+    turnPage(place, capture_page);
+    if (capture_page) bench.edited();
+  });
+}
+
+/**
+ * Joins editor, estimate and button: what is typed is estimated, and what is refused is told where it was typed.
+ * @param {{store: Store, orders: import("./orders.js").CaptureOrders}} context
+ */
+function makeBench({ store, orders }) {
+  const troubles = new Troubles();
+  const estimator = new Estimator(store);
+  /** @type {ViewSize | null} */
+  let view = null;
+  const found = () => planOf(editor.read(), view);
+  const edited = () => {
+    const { plan, troubles: own } = found();
+    if (store.state.capture_page) estimator.want(own.length > 0 ? null : { plan, codec: starter.codec(), distance_m: editor.read().assumed_m });
+    starter.tell(own);
+  };
+  const editor = makeEditor({ store, troubles, changed: () => {
+    starter.forget();
+    edited();
+  } });
+  const starter = makeStarter({
+    store, orders, troubles, changed: edited, source: () => editor.read().source,
+    plan: () => {
+      const { plan, troubles: own } = found();
+      return own.length > 0 ? null : plan;
+    },
+  });
+  store.on(["estimate", "intrinsics"], ({ estimate: { document, stale }, intrinsics }) => {
+    if (document && intrinsics) view ??= viewSize(document, intrinsics);
+    if (!stale) starter.tell(found().troubles);
+  });
+  againWhenTheRigIsAnother(store, estimator);
+  return { editor: editor.element, starter: starter.element, edited, again: () => store.state.capture_page && estimator.again() };
+}
+
+/**
+ * @param {Store} store
+ * @param {Estimator} estimator
+ */
+function againWhenTheRigIsAnother(store, estimator) {
+  let before = "";
+  store.on(["rig", "stream", "capture_page"], ({ rig, stream, capture_page }) => {
+    if (!capture_page || stream !== "open" || !rig) return;
+    const now = JSON.stringify([rig.calibration?.id, rig.state, rig.cameras.map(({ settings }) => settings), rig.trigger?.settle_us]);
+    if (now !== before && before !== "") estimator.again();
+    before = now;
+  });
+}
+
+function head() {
+  return h("div", { class: "wizard-head" },
+    h("h2", { id: "capture-title", tabindex: "-1", text: "Capture" }),
+    h("a", { class: "plain to-gallery", href: "#/gallery" }, icon("pictures"), "Gallery"),
+    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+}
+
+function legend() {
+  return h("p", { class: "legend prints-legend" },
+    h("span", { class: "key left", text: "left eye" }), h("span", { class: "key right", text: "right eye" }), h("span", { class: "key both", text: "both" }),
+    h("span", { class: "key way", text: "way of the mirrors" }));
+}
+
+/**
+ * @param {Views} views
+ * @param {Map<Role, HTMLElement>} places
+ */
+function lend(views, places) {
+  for (const [role, place] of places) {
+    const pane = views.pane(role);
+    place.prepend(pane.element);
+    pane.surface.inert = true; // a click here would look there
+  }
+}
+
+/** @param {Views} views */
+function takeHome(views) {
+  need("wide").prepend(views.pane("wide").element);
+  need("eyes").prepend(views.pane("left").element, views.pane("right").element);
+  for (const role of ROLES) views.pane(role).surface.inert = false;
+}
+
+/**
+ * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * @param {HTMLElement} place
+ * @param {boolean} open
+ */
+function turnPage(place, open) {
+  if (open === !place.hidden) return;
+  place.hidden = !open;
+  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page has opened already
+  need("console").hidden = open || other;
+  if (open) window.scrollTo(0, 0);
+  if (open || !other) focusOn(need(open ? "capture-title" : "console"));
+}

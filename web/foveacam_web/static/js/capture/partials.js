@@ -1,0 +1,58 @@
+// Captures that ended before their last point, newest first: how far they are, why they ended, and the way on.
+
+import { nothing } from "../calibration/parts.js";
+import { changing, h } from "../dom.js";
+import { count, sentence } from "../format.js";
+import { datasetAddress } from "./route.js";
+import { sizeText } from "./words.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").CaptureDocument} CaptureDocument
+ * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
+ */
+
+const MOST = 8;
+
+/**
+ * @param {HTMLElement} place
+ * @param {{store: Store, orders: CaptureOrders}} context
+ */
+export function mountPartials(place, { store, orders }) {
+  const show = changing(place, (/** @type {CaptureDocument[] | null} */ partials) => partialsOf(partials, orders));
+  store.on(["captures"], ({ captures }) => show(captures?.filter(({ resumable }) => resumable) ?? null));
+}
+
+/**
+ * @param {CaptureDocument[] | null} partials
+ * @param {CaptureOrders} orders
+ */
+function partialsOf(partials, orders) {
+  if (partials === null) return [nothing("The captures have not been read yet.")];
+  if (partials.length === 0) return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
+  return [
+    h("ul", { class: "partials" }, partials.slice(0, MOST).map((capture) => partial(capture, orders))),
+    partials.length > MOST && h("p", {}, h("a", { href: "#/gallery/datasets", text: `${count(partials.length - MOST)} more in the gallery` })),
+  ];
+}
+
+/**
+ * @param {CaptureDocument} capture
+ * @param {CaptureOrders} orders
+ */
+function partial(capture, orders) {
+  const { id, name, label, points, size_bytes, why } = capture;
+  const resume = h("button", {
+    type: "button", class: "plain", data: { keep: `resume-${id}` }, "aria-label": `Resume ${name}`,
+    on: { click: async () => {
+      resume.disabled = true;
+      await orders.resume(capture);
+      resume.disabled = false;
+    } },
+  }, "Resume");
+  return h("li", {},
+    h("div", { class: "what" }, h("a", { class: "name", href: datasetAddress(id), text: name }), label && h("span", { class: "lead", text: label }),
+      h("span", { class: "number", text: `${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}` }),
+      why && h("span", { class: "lead", text: sentence(why) })),
+    resume);
+}

@@ -1,0 +1,112 @@
+// Small parts of the capture page: places where refusals are told, a choice in a row, a line of text, numbers as chips.
+
+import { fill, h, say } from "../dom.js";
+import { sentence } from "../format.js";
+import { icon } from "../icons.js";
+
+/** @typedef {import("./documents.js").Trouble} Trouble */
+
+/** Where refusals are told: beside the field that they are about. */
+export class Troubles {
+  /** @type {Map<string, HTMLElement>} */
+  #places = new Map();
+
+  /**
+   * The place of a field.
+   * @param {string} name
+   */
+  place(name) {
+    const place = h("p", { class: "refused", role: "alert", data: { about: name } });
+    this.#places.set(name, place);
+    return place;
+  }
+
+  /**
+   * Tell these and forget all others; those that have no place, or whose place cannot be seen now, are handed back.
+   * @param {Trouble[]} troubles
+   */
+  tell(troubles) {
+    /** @type {Map<string, string[]>} */
+    const told = new Map();
+    const homeless = [];
+    for (const { place, words } of troubles) {
+      const seen = place !== null && this.#places.has(place) && !this.#places.get(place)?.closest("[data-off]");
+      if (!seen) homeless.push(words);
+      else told.set(place, [...(told.get(place) ?? []), sentence(words)]);
+    }
+    for (const [name, element] of this.#places) {
+      say(element, (told.get(name) ?? []).join(" "));
+      element.closest(".asked-for")?.classList.toggle("at-fault", told.has(name));
+    }
+    return homeless;
+  }
+}
+
+/**
+ * Fields with what is to be told of them.
+ * @param {(Node | null)[]} fields
+ * @param {...(Node | null)} below
+ */
+export function asked(fields, ...below) {
+  return h("div", { class: "asked-for" }, h("div", { class: "fields" }, ...fields), ...below);
+}
+
+let choices = 0;
+
+/**
+ * One of a few, all of them in sight.
+ * @template {string} T
+ * @param {string} label
+ * @param {[T, string][]} options value and words; the first is chosen
+ */
+export function segments(label, options) {
+  choices += 1;
+  const name = `choice-${choices}`;
+  const inputs = options.map(([value], index) => h("input", { type: "radio", name, value, checked: index === 0, id: `${name}-${value}` }));
+  const element = h("div", { class: "segments", role: "radiogroup", "aria-label": label },
+    options.map(([value, text], index) => [inputs[index], h("label", { for: `${name}-${value}`, text })]).flat());
+  return { element, value: () => /** @type {T} */ (inputs.find(({ checked }) => checked)?.value ?? options[0]?.[0]) };
+}
+
+/**
+ * @param {string} label
+ * @param {{value?: string, placeholder?: string}} [options]
+ */
+export function textField(label, { value = "", placeholder } = {}) {
+  choices += 1;
+  const id = `text-${choices}`;
+  const input = h("input", { type: "text", id, value, placeholder, autocomplete: "off", spellcheck: "false" });
+  return { element: h("div", { class: "field wide-field" }, h("label", { for: id, text: label }), input), input, value: () => input.value };
+}
+
+/**
+ * Numbers in an order of their own: added, taken away, or a whole list at once.
+ * @param {{label: string, unit: string, empty: string, lists: {text: string, values: readonly number[]}[], changed: () => void}} options
+ *   `empty`: what no number means
+ */
+export function numberChips({ label, unit, empty, lists, changed }) {
+  choices += 1;
+  const id = `chips-${choices}`;
+  /** @type {number[]} */
+  let values = [];
+  const list = h("ul", { class: "chips", "aria-label": label });
+  const input = h("input", { type: "number", id, step: "any", inputmode: "decimal" });
+  const set = (/** @type {readonly number[]} */ next) => {
+    values = [...next];
+    fill(list, values.length === 0 ? h("li", { class: "none", text: empty }) : null, values.map((value, index) => h("li", {}, h("button", {
+      type: "button", class: "chip", "aria-label": `${label}: take away ${value} ${unit}`, on: { click: () => set(values.filter((_, other) => other !== index)) },
+    }, String(value), icon("close")))));
+    changed();
+  };
+  const add = () => {
+    if (Number.isFinite(input.valueAsNumber)) set([...values, input.valueAsNumber]);
+    input.value = "";
+    input.focus();
+  };
+  input.addEventListener("keydown", (event) => event.key === "Enter" && add());
+  const button = (/** @type {string} */ text, /** @type {() => void} */ act) => h("button", { type: "button", class: "plain", on: { click: act } }, text);
+  const element = h("div", { class: "field chips-field" }, h("label", { for: id, text: label }), list,
+    h("span", { class: "entry" }, input, h("span", { class: "unit", text: unit }), button("Add", add), lists.map(({ text, values: whole }) => button(text, () => set(whole)))));
+  fill(list, h("li", { class: "none", text: empty }));
+  return { element, value: () => values };
+}

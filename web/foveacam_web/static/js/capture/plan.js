@@ -1,0 +1,124 @@
+// From what was typed to the plan that is sent, and what is missing in it. Nothing here touches the page.
+
+import { directionOf } from "../video/angles.js";
+
+/**
+ * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
+ * @typedef {import("./documents.js").GridDocument} GridDocument
+ * @typedef {import("./documents.js").PlanWish} PlanWish
+ * @typedef {import("./documents.js").Trouble} Trouble
+ * @typedef {import("./documents.js").ViewSize} ViewSize
+ * @typedef {import("../types.js").Intrinsics} Intrinsics
+ */
+
+/** Sec. 5.1: five places along the x axis, each with a full scan. */
+export const PAPER_RAIL_MM = Object.freeze([-300, -100, 0, 100, 300]);
+
+/**
+ * The plan of a draft; with troubles it is not whole, and is not sent.
+ * @param {Draft} draft
+ * @param {ViewSize | null} view of one fovea, once it is known
+ * @returns {{plan: PlanWish, troubles: Trouble[]}}
+ */
+export function planOf(draft, view) {
+  /** @type {Trouble[]} */
+  const troubles = [];
+  const points = draft.source === "grid" ? gridOf(draft, view, troubles) : /** @type {const} */ ({ kind: "set_points", points: draft.text });
+  if (draft.mode === "given" && draft.distance_m === null) troubles.push({ place: "distance", words: "Give the distance in metres." });
+  if (draft.stack_frames === null) troubles.push({ place: "stack", words: "Give a whole number of frames; 1 is no stack." });
+  const { each_point, exposures_ms, stack_frames, stack_keep, wide, rail_positions_mm } = draft;
+  const verging = draft.mode === "scene" ? { mode: draft.mode, distance_m: null, each_point }
+    : { mode: /** @type {const} */ ("given"), distance_m: draft.mode === "parallel" ? /** @type {const} */ ("infinity") : draft.distance_m, each_point };
+  return { plan: { points, verging, exposures_ms, stack_frames: stack_frames ?? 1, stack_keep, wide, rail_positions_mm }, troubles };
+}
+
+/**
+ * @param {Draft} draft
+ * @param {ViewSize | null} view
+ * @param {Trouble[]} troubles
+ * @returns {GridDocument}
+ */
+function gridOf(draft, view, troubles) {
+  const { columns, rows, centre_ax_deg, centre_ay_deg, order } = draft;
+  if (columns === null || rows === null) troubles.push({ place: "size", words: "Give how many columns and rows." });
+  if (centre_ax_deg === null || centre_ay_deg === null) troubles.push({ place: "centre", words: "Give both angles of the centre." });
+  return {
+    kind: "grid", columns: columns ?? 1, rows: rows ?? 1, centre_ax_deg: centre_ax_deg ?? 0, centre_ay_deg: centre_ay_deg ?? 0,
+    ...extentOf(draft, view, troubles), order,
+  };
+}
+
+/**
+ * @param {Draft} draft
+ * @param {ViewSize | null} view
+ * @param {Trouble[]} troubles
+ * @returns {Pick<GridDocument, "half_width_deg" | "half_height_deg">}
+ */
+function extentOf({ field, across, down, columns, rows }, view, troubles) {
+  if (field === "all") return { half_width_deg: null, half_height_deg: null };
+  const wanting = (/** @type {string} */ words) => {
+    troubles.push({ place: "field", words });
+    return { half_width_deg: null, half_height_deg: null };
+  };
+  if (across === null || down === null) return wanting("Give both numbers, or choose all that both eyes reach.");
+  if (field === "extent") return { half_width_deg: across, half_height_deg: down };
+  if (field === "step") return { half_width_deg: halfOf(columns, across), half_height_deg: halfOf(rows, down) };
+  if (across >= 100 || down >= 100) return wanting("Views that overlap wholly are one view: give less than 100 %.");
+  if (!view) return wanting("How large a view is comes with the first estimate of another field: choose all that both eyes reach, then come back.");
+  return { half_width_deg: halfOf(columns, view.width_deg * (1 - across / 100)), half_height_deg: halfOf(rows, view.height_deg * (1 - down / 100)) };
+}
+
+/**
+ * Half of what so many points with this step take; a single point has no extent, but the plan wants one.
+ * @param {number | null} count
+ * @param {number} step_deg
+ */
+function halfOf(count, step_deg) {
+  return Number(((step_deg * Math.max(1, (count ?? 1) - 1)) / 2).toFixed(6));
+}
+
+/**
+ * How large a fovea's view is, by the middle one of those that were estimated.
+ * @param {EstimateDocument} estimate
+ * @param {Intrinsics} lens
+ * @returns {ViewSize | null}
+ */
+export function viewSize({ coverage: { footprints } }, lens) {
+  const middle = footprints[Math.floor(footprints.length / 2)];
+  if (!middle) return null;
+  const [a, b, c, d] = middle.left.map(([x, y]) => directionOf(lens, { x, y }));
+  if (!a || !b || !c || !d) return null;
+  const across = (/** @type {typeof a} */ from, /** @type {typeof a} */ to) => Math.hypot(to.ax_deg - from.ax_deg, to.ay_deg - from.ay_deg);
+  return { width_deg: (across(a, b) + across(d, c)) / 2, height_deg: (across(a, d) + across(b, c)) / 2 };
+}
+
+/**
+ * A grid in the language of set points: its corners and what lies between them.
+ * @param {GridDocument} grid filled in
+ */
+export function asSetPoints({ columns, rows, centre_ax_deg, centre_ay_deg, half_width_deg, half_height_deg, order }) {
+  const [x, y] = [half_width_deg ?? 0, half_height_deg ?? 0];
+  const corner = (/** @type {number} */ right, /** @type {number} */ down) => `${plain(centre_ax_deg + right * x)}, ${plain(centre_ay_deg + down * y)}`;
+  return [
+    "# the corners, then all points between them: x deg (right), y deg (down) [, distance m] [, shift deg]",
+    corner(-1, -1), corner(1, -1), corner(-1, 1), corner(1, 1),
+    `@interpolate ${columns} ${rows}${order === "serpentine" ? " zigzag" : ""}`, "",
+  ].join("\n");
+}
+
+/** @param {number} value */
+function plain(value) {
+  return String(Number(value.toFixed(4)));
+}
+
+/**
+ * Column and row of the points of a grid, in the order in which they are taken.
+ * @param {GridDocument} grid
+ * @param {number} number
+ */
+export function placeOf({ columns, order }, number) {
+  const row = Math.floor(number / columns);
+  const along = number % columns;
+  return { row, column: order === "serpentine" && row % 2 === 1 ? columns - 1 - along : along };
+}

@@ -1,0 +1,101 @@
+// Where the points come from: a grid of angles over a field, or a text in the language of set points.
+
+import { choiceField, numberField } from "../calibration/parts.js";
+import { fill, h, say } from "../dom.js";
+import { asked, segments } from "./parts.js";
+
+/**
+ * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./parts.js").Troubles} Troubles
+ */
+
+/** @type {Record<Draft["field"], {across: string, down: string, unit: string, usual: [number, number], note: string}>} */
+const EXTENTS = {
+  all: { across: "", down: "", unit: "", usual: [0, 0], note: "From corner to corner what both eyes reach at the distance where they meet, in steps of 0.1°." },
+  extent: { across: "To each side", down: "Up and down", unit: "°", usual: [5, 4], note: "From the centre to the outermost points." },
+  step: { across: "Step across", down: "Step down", unit: "°", usual: [1, 1], note: "Between neighbouring points." },
+  overlap: { across: "Overlap across", down: "Overlap down", unit: "%", usual: [30, 20], note: "Of neighbouring views, by the size of the middle one; the estimate says what comes of it." },
+};
+
+const LANGUAGE = [
+  ["x°, y°[, distance m][, shift°]", "a point: right, down; the distance a number, inf, or - for the plan's"],
+  ["# words", "a comment"],
+  ["@add a b c d   @sub   @mul   @div", "changes all points above, column by column; - leaves one alone"],
+  ["@delete 3   @delete 0:5   @delete -2:", "takes points away, counted from 0"],
+  ["@interpolate 9 9 zigzag", "puts a grid between the last four points, the corners"],
+  ["@reverse", "turns the order round"],
+];
+
+/**
+ * @param {Troubles} troubles
+ * @param {() => string | null} asText the grid that was estimated last, in the language of set points
+ * @param {() => void} changed
+ */
+export function makePoints(troubles, asText, changed) {
+  const source = segments("Where the points come from", /** @type {[Draft["source"], string][]} */ ([["grid", "Grid of angles"], ["set_points", "Set points"]]));
+  const [grid, text] = [makeGrid(troubles), makeText(troubles, asText, changed)];
+  const show = () => {
+    for (const [name, part] of /** @type {const} */ ([["grid", grid.element], ["set_points", text.element]])) {
+      part.hidden = source.value() !== name;
+      part.toggleAttribute("data-off", part.hidden);
+    }
+    grid.show();
+  };
+  show();
+  return {
+    element: h("div", { class: "stack" }, source.element, grid.element, text.element), show,
+    read: () => ({ source: source.value(), ...grid.read(), text: text.value() }),
+  };
+}
+
+/** @param {Troubles} troubles */
+function makeGrid(troubles) {
+  const [columns, rows] = [numberField("Columns", { value: 9, min: 1, max: 101 }), numberField("Rows", { value: 9, min: 1, max: 101 })];
+  const order = choiceField("Order", [["serpentine", "serpentine"], ["rows", "each row from the left"]]);
+  const [x, y] = [numberField("Centre, right", { value: 0, step: "any", unit: "°" }), numberField("Centre, down", { value: 0, step: "any", unit: "°" })];
+  const field = choiceField("Field", [["all", "all that both eyes reach"], ["extent", "by its extent"], ["step", "by the step"], ["overlap", "by the overlap"]]);
+  const [across, down] = [numberField("Across", { step: "any", unit: "°" }), numberField("Down", { step: "any", unit: "°" })];
+  const note = h("p", { class: "why" });
+  let shown = "all";
+  const show = () => {
+    const chosen = /** @type {Draft["field"]} */ (field.value());
+    const { across: sideways, down: downwards, unit, usual, note: words } = EXTENTS[chosen];
+    [across, down].forEach(({ element, input }, index) => {
+      element.hidden = chosen === "all";
+      say(element.querySelector("label") ?? element, [sideways, downwards][index] ?? "");
+      say(element.querySelector(".unit") ?? element, unit);
+      if (chosen !== shown) input.value = String(usual[index]);
+    });
+    shown = chosen;
+    say(note, words);
+  };
+  const element = h("div", { class: "stack" },
+    asked([columns.element, rows.element, order.element], troubles.place("size")),
+    asked([field.element, across.element, down.element], note, troubles.place("field")),
+    asked([x.element, y.element], troubles.place("centre")));
+  const read = () => ({
+    columns: columns.value(), rows: rows.value(), order: /** @type {Draft["order"]} */ (order.value()), centre_ax_deg: x.value(), centre_ay_deg: y.value(),
+    field: /** @type {Draft["field"]} */ (field.value()), across: across.value(), down: down.value(),
+  });
+  return { element, show, read };
+}
+
+/**
+ * @param {Troubles} troubles
+ * @param {() => string | null} asText
+ * @param {() => void} changed
+ */
+function makeText(troubles, asText, changed) {
+  const input = h("textarea", { id: "set-points", rows: 9, spellcheck: "false", autocapitalize: "off", autocomplete: "off", wrap: "off" });
+  input.value = "# x deg (right), y deg (down) [, distance m] [, shift deg]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
+  const begin = h("button", { type: "button", class: "plain", on: { click: () => {
+    input.value = asText() ?? input.value;
+    changed();
+  } } }, "Begin with the grid");
+  const words = h("dl", { class: "meanings" }, LANGUAGE.flatMap(([word, what]) => [h("dt", {}, h("code", { text: word })), h("dd", { text: what })]));
+  const element = h("div", { class: "stack asked-for" },
+    h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input), troubles.place("text"),
+    h("div", { class: "actions" }, begin), h("details", {}, h("summary", { text: "The language" }), words));
+  fill(begin, "Begin with the grid");
+  return { element, value: () => input.value };
+}

@@ -1,0 +1,115 @@
+// What runs now: how far, how long still, pause, cancel. When it has ended: how, why, and where to find it.
+
+import { bar } from "../calibration/parts.js";
+import { fill, h, say } from "../dom.js";
+import { sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { isCapturing } from "./reader.js";
+import { datasetAddress } from "./route.js";
+import { endWords, farWords, stateWords } from "./words.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").Capturing} Capturing
+ * @typedef {import("./documents.js").CaptureEnd} CaptureEnd
+ * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
+ * @typedef {import("./reader.js").CaptureReader} CaptureReader
+ */
+
+/**
+ * @param {HTMLElement} place
+ * @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context
+ */
+export function mountRuns(place, { store, orders, reader }) {
+  const said = h("div", { class: "unseen", "aria-live": "polite" });
+  const shown = h("div", { class: "job", role: "group", "aria-label": "The capture" });
+  const words = h("div", { class: "words" });
+  const progress = h("div", { class: "progress" });
+  const button = (/** @type {string} */ text, /** @type {() => unknown} */ act, kind = "plain") => h("button", { type: "button", class: kind, on: { click: () => void act() } }, text);
+  const parts = {
+    pause: button("Pause", () => orders.pause()), onward: button("Go on", () => orders.goOn(), "plain primary"), cancel: button("Cancel", () => orders.cancel()),
+    resume: button("Resume", () => resumeLast(store, orders), "plain primary"), look: h("a", { class: "plain" }, icon("pictures"), "Show in the gallery"),
+    dismiss: h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.dismiss() } }, icon("close")),
+  };
+  fill(shown, words, progress, ...Object.values(parts));
+  fill(place, shown, said);
+  store.on(["capturing"], ({ capturing }) => {
+    shown.hidden = capturing === null;
+    if (!capturing) return;
+    fill(words, ...(capturing.end ? endedWords({ ...capturing, end: capturing.end }) : runningWords(capturing)));
+    fill(progress, !capturing.end && bar(`Capture ${capturing.name}`, { share: shareOf(capturing), text: farWords(capturing) }));
+    progress.hidden = capturing.end !== null;
+    shown.className = `job ${capturing.end ? endWords({ ...capturing, end: capturing.end }).tone : capturing.why ? "warn" : "running"}`;
+    showButtons(parts, capturing);
+    say(said, announcement(capturing));
+  });
+}
+
+/**
+ * @param {Record<"pause" | "onward" | "cancel" | "resume" | "dismiss", HTMLButtonElement> & {look: HTMLAnchorElement}} parts
+ * @param {Capturing} capturing
+ */
+function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing) {
+  const { state, asked, end, why, capture_id } = capturing;
+  const runs = isCapturing(capturing);
+  pause.hidden = !runs || state === "paused";
+  pause.disabled = capture_id === null || state === "starting" || asked !== null;
+  onward.hidden = !runs || state !== "paused";
+  onward.disabled = asked !== null;
+  say(onward, why ? "Done, go on" : "Go on");
+  cancel.hidden = !runs;
+  cancel.disabled = asked === "cancel";
+  resume.hidden = !end?.resumable;
+  look.hidden = end === null || end.state === null || capture_id === null;
+  if (capture_id !== null) look.href = datasetAddress(capture_id);
+  dismiss.hidden = runs;
+}
+
+/**
+ * @param {Store} store
+ * @param {CaptureOrders} orders
+ */
+function resumeLast(store, orders) {
+  const { capturing, captures } = store.state;
+  const capture = captures?.find(({ id }) => id === capturing?.capture_id);
+  return capture ? orders.resume(capture) : Promise.resolve();
+}
+
+/** @param {Capturing} capturing */
+function runningWords(capturing) {
+  const { name, why, progress, state } = capturing;
+  const far = [stateWords(capturing), farWords(capturing)].filter(Boolean).join(": ");
+  const still = state === "paused" ? icon("hand") : h("span", { class: "spinner", "aria-hidden": "true" });
+  return [
+    h("p", { class: `state ${why ? "warn" : "running"}` }, still, h("span", { class: "name", text: name || "A capture" }), h("span", { class: "far number", text: far })),
+    why ? h("p", { class: "order", role: "status", text: sentence(why) }) : h("p", { class: "note", text: sentence(progress?.note) }),
+  ];
+}
+
+/** @param {Capturing & {end: CaptureEnd}} capturing */
+function endedWords(capturing) {
+  const { tone, head, why, remedy } = endWords(capturing);
+  return [
+    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), h("span", { text: head })),
+    h("p", { class: "lead", text: why }),
+    remedy && h("p", { class: "remedy", text: remedy }),
+  ];
+}
+
+/**
+ * How far it is; null while nothing is done and nobody can tell.
+ * @param {Capturing} capturing
+ */
+export function shareOf({ progress }) {
+  return progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
+}
+
+/**
+ * What screen readers hear: each state and each quarter of it, not every point.
+ * @param {Capturing} capturing
+ */
+function announcement(capturing) {
+  if (capturing.end) return endWords({ ...capturing, end: capturing.end }).head;
+  const share = shareOf(capturing);
+  return `${capturing.name} ${stateWords(capturing)}${share === null ? "" : ` ${Math.floor(share * 4) * 25} %`}. ${capturing.why}`;
+}

@@ -1,0 +1,97 @@
+// What a capture is called, in which format it is kept, and the button that starts it. Above the button stands what is
+// refused and belongs to no field.
+
+import { choiceField } from "../calibration/parts.js";
+import { changing, h } from "../dom.js";
+import { sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { blamed } from "./blame.js";
+import { asked, textField } from "./parts.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./documents.js").CaptureWish} CaptureWish
+ * @typedef {import("./documents.js").CodecName} CodecName
+ * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./documents.js").PlanWish} PlanWish
+ * @typedef {import("./documents.js").Trouble} Trouble
+ * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
+ * @typedef {import("./parts.js").Troubles} Troubles
+ */
+
+/**
+ * @param {{store: Store, orders: CaptureOrders, troubles: Troubles, plan: () => PlanWish | null, source: () => Draft["source"], changed: () => void}} context
+ *   `plan`: null while it is not whole
+ */
+export function makeStarter({ store, orders, troubles, plan, source, changed }) {
+  const fields = makeFields(troubles);
+  const above = h("div", { class: "above" });
+  const tellAbove = changing(above, (/** @type {string[]} */ refusals) => refusals.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
+  const start = h("button", { type: "button", class: "plain primary start", on: { click: () => void begin() } }, icon("pictures"), "Start the capture");
+  /** What the last start was refused for, until something changes. @type {ProblemDocument | null} */
+  let refused = null;
+  let sending = false;
+  const element = h("div", { class: "stack", on: { input: edited, change: edited } }, fields.element, above, h("p", { class: "actions" }, start));
+
+  function edited() {
+    refused = null;
+    changed();
+  }
+
+  async function begin() {
+    const whole = plan();
+    if (!whole || sending) return;
+    sending = start.disabled = true;
+    refused = await orders.start(fields.wish(whole));
+    sending = start.disabled = false;
+    if (!refused) fields.nextName();
+    changed();
+  }
+
+  /**
+   * Show what stands against the plan, in the editor's words and in the server's.
+   * @param {Trouble[]} own
+   */
+  function tell(own) {
+    const { problem } = store.state.estimate;
+    const of = (/** @type {ProblemDocument | null} */ document) => (document ? blamed(document, source()) : []);
+    const all = own.length > 0 ? own : distinct([...of(refused), ...of(problem)]);
+    tellAbove(troubles.tell(all));
+    start.disabled = sending || own.length > 0 || problem?.status === 422;
+  }
+
+  return { element, tell, codec: fields.codec, forget: () => (refused = null) };
+}
+
+/** @param {Troubles} troubles */
+function makeFields(troubles) {
+  const name = textField("Name", { value: usualName() });
+  const label = textField("Label", { placeholder: "what it shows" });
+  const licence = textField("Licence", { value: "all rights reserved" });
+  const codec = choiceField("Images as", [["tiff", "TIFF, keeps the full pace"], ["png", "PNG, half the room"]]);
+  const element = h("div", { class: "stack" }, asked([name.element], troubles.place("name")), asked([label.element], troubles.place("label")),
+    asked([licence.element], troubles.place("licence")), asked([codec.element]));
+  let given = name.value();
+  return {
+    element, codec: () => /** @type {CodecName} */ (codec.value()),
+    /** @param {PlanWish} plan @returns {CaptureWish} */
+    wish: (plan) => ({ name: name.value(), plan, label: label.value(), licence: licence.value(), codec: /** @type {CodecName} */ (codec.value()) }),
+    nextName: () => {
+      if (name.value() === given) name.input.value = given = usualName();
+    },
+  };
+}
+
+/** When it is begun, to the second: a folder's name, and no two are the same. */
+function usualName() {
+  const now = new Date();
+  const two = (/** @type {number} */ value) => String(value).padStart(2, "0");
+  const day = [now.getFullYear(), two(now.getMonth() + 1), two(now.getDate())].join("-");
+  return `raster ${day} ${two(now.getHours())}.${two(now.getMinutes())}.${two(now.getSeconds())}`;
+}
+
+/** @param {Trouble[]} troubles */
+function distinct(troubles) {
+  return troubles.filter(({ place, words }, index) => troubles.findIndex((each) => each.place === place && each.words === words) === index);
+}
