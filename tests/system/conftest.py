@@ -115,9 +115,9 @@ class Running:
 
 
 def slow_views() -> dict[str, str]:
-    """Return the environment of a server whose live views are slow."""
+    """Return the environment of a server whose live views are slow, unless it says another rate."""
     rates = {"FOVEACAM_LIVE_WIDE_HZ": str(LIVE_WIDE_HZ), "FOVEACAM_LIVE_FOVEA_HZ": str(LIVE_FOVEA_HZ)}
-    return {**os.environ, **rates}
+    return {**rates, **os.environ}
 
 
 @contextmanager
@@ -189,12 +189,12 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
     """Start `foveacam serve` with more arguments; it is ended afterwards."""
     started: list[subprocess.Popen[str]] = []
 
-    def start(*arguments: str, data: Path | None = None) -> Program:
+    def start(*arguments: str, data: Path | None = None, module: str = "foveacam_server") -> Program:
         folder = data or tmp_path / "data"
         command = [
             sys.executable,
             "-m",
-            "foveacam_server",
+            module,
             "serve",
             "--port",
             "0",
