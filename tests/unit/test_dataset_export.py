@@ -21,6 +21,7 @@ Z_M = 5.0
 CLOSE_PX = 0.1
 """A dot's centroid after one bilinear warp, against the pose."""
 BARE = ExportChoice(seeds_per_pair=0)
+SEEDED = ExportChoice(scale=0.5, seeds_per_pair=20)
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +78,32 @@ def test_colmap_cameras_see_a_known_point_where_it_is(
         assert np.abs(pixel - (centroid(seen) + 0.5)).max() < CLOSE_PX, name
 
 
-def test_colmap_seeds_lie_on_the_plane_and_name_the_pixels_that_see_them(tmp_path: Path) -> None:
+def test_colmap_itself_reads_cameras_and_poses_and_sees_a_known_point_where_it_is(
+    scene: tuple[Dataset, NDArray[np.float64]], tmp_path: Path
+) -> None:
+    pycolmap = pytest.importorskip("pycolmap", reason="COLMAP is not installed")
+    dataset, dots_m = scene
+    folder = export_dataset(dataset, tmp_path / "colmap", to="colmap", choice=BARE)
+    model = pycolmap.Reconstruction(folder / "sparse/0")
+    assert len(model.images) == 5
+    for image in model.images.values():
+        seen = grey(folder / "images" / image.name)
+        assert (image.camera.height, image.camera.width) == seen.shape
+        pixel = image.project_point(world(dots_m)[int(image.name.split("/")[1][:5])])
+        assert np.abs(pixel - (centroid(seen) + 0.5)).max() < CLOSE_PX, image.name
+
+
+@pytest.fixture(scope="module")
+def plane(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    """One point that looks at a textured plane."""
     point, _ = plane_point(0, aim_deg=(4.0, 3.0), z_m=Z_M, texture=noise_texture())
-    dataset = painted(tmp_path / "raster", [point])
-    folder = export_dataset(
-        dataset, tmp_path / "colmap", to="colmap", choice=ExportChoice(scale=0.5, seeds_per_pair=20)
-    )
+    return painted(tmp_path_factory.mktemp("plane") / "raster", [point])
+
+
+def test_colmap_seeds_lie_on_the_plane_and_name_the_pixels_that_see_them(
+    plane: Dataset, tmp_path: Path
+) -> None:
+    folder = export_dataset(plane, tmp_path / "colmap", to="colmap", choice=SEEDED)
     lines = (folder / "sparse/0/points3D.txt").read_text().splitlines()[1:]
     images = colmap_images(folder)
     assert 5 < len(lines) <= 20
@@ -116,6 +137,24 @@ def test_nerfstudio_transforms_see_a_known_point_where_it_is(
         assert seen.shape == (document["h"], document["w"])
         assert np.abs(pixel - (centroid(seen) + 0.5)).max() < CLOSE_PX
     assert (folder / document["ply_file_path"]).read_bytes().startswith(b"ply\n")
+
+
+def test_nerfstudio_seeds_stand_in_the_world_of_the_poses_and_project_into_their_images(
+    plane: Dataset, tmp_path: Path
+) -> None:
+    folder = export_dataset(plane, tmp_path / "nerf", to="nerfstudio", choice=SEEDED)
+    document = json.loads((folder / "transforms.json").read_text())
+    content = (folder / document["ply_file_path"]).read_bytes().partition(b"end_header\n")[2]
+    kind = [(name, "<f4") for name in "xyz"] + [(name, "u1") for name in ("red", "green", "blue")]
+    vertices = np.frombuffer(content, dtype=kind)
+    places = np.column_stack([*(vertices[name] for name in "xyz"), np.ones(len(vertices))])
+    assert 5 < len(places) <= 20
+    assert places[:, 1] == pytest.approx(np.full(len(places), Z_M), rel=0.005)  # z up: forward is y
+    for frame in document["frames"]:
+        seen = places @ np.linalg.inv(frame["transform_matrix"]).T
+        across = document["cx"] + document["fl_x"] * seen[:, 0] / -seen[:, 2]
+        down = document["cy"] - document["fl_y"] * seen[:, 1] / -seen[:, 2]
+        assert np.all((across > 0) & (across < document["w"]) & (down > 0) & (down < document["h"]))
 
 
 def test_the_authors_folders_reproject_a_known_point_by_their_q(

@@ -1,5 +1,6 @@
 """Reading a dataset: `Dataset.open(path)[i].left`, lazily; poses and pairs by its own calibration."""
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -118,3 +119,23 @@ def test_without_torch_a_sentence_says_what_to_install(monkeypatch: pytest.Monke
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     with pytest.raises(InvalidInput, match=r"needs torch.*foveacam-duo\[learn\]"):
         torch_dataset([])
+
+
+def test_a_loader_of_pytorch_gets_rectified_pairs_in_batches(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="the extra `learn` is not installed")
+    point, _ = plane_point(0, aim_deg=(3.0, -2.0), z_m=4.0)
+    folders = [painted(tmp_path / name, [point]).folder for name in ("a", "b")]
+
+    pairs = torch_dataset(folders)
+    batch = next(iter(torch.utils.data.DataLoader(pairs, batch_size=2)))
+
+    assert isinstance(pairs, torch.utils.data.Dataset)
+    assert (len(pairs), batch["dataset"].tolist(), batch["point"].tolist()) == (2, [0, 1], [0, 0])
+    assert (batch["left"].shape, batch["left"].dtype) == ((2, 1, 540, 720), torch.float32)
+    assert (batch["valid_right"].shape, batch["valid_right"].dtype) == ((2, 540, 720), torch.bool)
+    depth_m = batch["f_px"] * batch["baseline_m"] / batch["offset_px"]
+    assert depth_m.tolist() == pytest.approx([4.0, 4.0], rel=2e-3)
+    wanted = item_of(Dataset.open(folders[1])[0].rectified(scale=0.5))
+    np.testing.assert_array_equal(batch["left"][1].numpy(), wanted["left"])
+    again = pickle.loads(pickle.dumps(pairs))  # noqa: S301 - what a loader does for workers that are not forked
+    assert (len(again), again[1]["f_px"]) == (2, pairs[1]["f_px"])

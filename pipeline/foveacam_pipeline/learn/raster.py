@@ -83,6 +83,10 @@ def torch_dataset(paths: Sequence[str | Path], *, scale: float = 0.5) -> TorchDa
     class RasterPairs(torch.utils.data.Dataset):  # type: ignore[name-defined,misc]  # torch may be missing
         """Items are made in the process that asks, so that a loader's workers share the work."""
 
+        def __reduce__(self) -> tuple[object, ...]:
+            """Let a worker that is not forked open the datasets anew."""
+            return _opened, ([dataset.folder for dataset in datasets], scale)
+
         def __len__(self) -> int:
             return len(index)
 
@@ -94,6 +98,10 @@ def torch_dataset(paths: Sequence[str | Path], *, scale: float = 0.5) -> TorchDa
             return {**tensors, "dataset": place.dataset, "point": point.index, "bracket": place.bracket}
 
     return RasterPairs()
+
+
+def _opened(paths: Sequence[Path], scale: float) -> TorchDataset:
+    return torch_dataset(paths, scale=scale)
 
 
 def item_of(pair: RectifiedPair) -> dict[str, NDArray[np.generic]]:
