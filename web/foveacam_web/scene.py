@@ -17,6 +17,7 @@ from typing import TypeAlias
 import viser
 
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_web.scene_field import FieldNode, overlook
 from foveacam_web.scene_fixation import FixationNode, Shown
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
@@ -45,6 +46,7 @@ class ViewerScene:
         self._rig: RigDrawing | None = None
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
+        self._field: FieldNode | None = None
         self._selected: str | None = None
         self._shown = Shown()
         self._hand_over: tuple[OnSelect, asyncio.AbstractEventLoop] | None = None
@@ -85,7 +87,7 @@ class ViewerScene:
         """Close the server and forget what was drawn; harmless when stopped."""
         with self._lock:
             server, self._server = self._server, None
-            self._rig = self._panel = None
+            self._rig = self._panel = self._field = None
             self._fixations.clear()
         # Without the lock: a callback on viser's loop may be waiting for it
         if server is not None:
@@ -152,6 +154,26 @@ class ViewerScene:
             self._drop(fixation_id)
             if self._selected == fixation_id:
                 self._selected = None
+
+    def show_field(self, content: bytes, *, centre_rig_m: tuple[float, float, float]) -> None:
+        """Show the surface of a whole field in place of another, and bring the viewers before it.
+
+        `content`: a GLB file, +y up, metres from the rig.
+        """
+        with self._lock:
+            if self._server is None:
+                return
+            self.remove_field()
+            self._field = FieldNode(self._server.scene, content)
+            for viewer in self._server.get_clients().values():
+                overlook(viewer, centre_rig_m, from_rig_m=START_POSITION_M)
+
+    def remove_field(self) -> None:
+        """Take the field's surface away; harmless when there is none."""
+        with self._lock:
+            field, self._field = self._field, None
+            if field is not None:
+                field.remove()
 
     def select(self, fixation_id: str | None) -> None:
         """Highlight one fixation, or none."""

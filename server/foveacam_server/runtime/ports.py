@@ -193,6 +193,14 @@ class Viewer(Protocol):
         """Add or replace what stands for one fixation."""
         ...
 
+    def show_field(self, content: bytes, *, centre_rig_m: tuple[float, float, float]) -> None:
+        """Show the surface of a whole field (GLB, +y up) in place of another."""
+        ...
+
+    def remove_field(self) -> None:
+        """Take it away; harmless when there is none."""
+        ...
+
     def show_rig(self, shape: RigShape) -> None:
         """Draw the rig itself."""
         ...

@@ -1,0 +1,86 @@
+"""Mosaics as REST shows them: size, layers and their tiles, figures, files."""
+
+from datetime import UTC, datetime
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.capturing.documents import URL
+from foveacam_server.capturing.mosaic_shelf import FORMS, KeptMosaic
+from foveacam_server.runtime.store import Document
+
+PICTURE_TILE_PX = 512
+
+
+def mosaic_url(capture_id: str) -> str:
+    """Return where a capture's mosaic is told."""
+    return f"{URL}/{capture_id}/mosaic"
+
+
+def made_document(capture_id: str, made: KeptMosaic, dataset: Dataset | None) -> Document:
+    """Return one mosaic that is whole."""
+    recipe, figures, url = made.document["recipe"], made.document["figures"], mosaic_url(capture_id)
+    settings, chart = recipe["settings"], recipe["chart"]
+    has_mesh = (made.folder / "mesh.glb").is_file()
+    return {
+        "eye": settings["eye"],
+        "scan": settings["scan"],
+        "bracket": settings["bracket"],
+        "made_utc": datetime.fromtimestamp(made.made_ns / 1e9, tz=UTC).isoformat(timespec="seconds"),
+        "size_bytes": made.size_bytes,
+        "width": chart["width"],
+        "height": chart["height"],
+        "f_px": chart["f_px"],
+        "u0_px": chart["u0_px"],
+        "v0_px": chart["v0_px"],
+        "eye_rig_m": _eye_rig_m(dataset, Role(settings["eye"])),
+        "layers": [
+            _layer("picture", chart["width"], chart["height"], PICTURE_TILE_PX, made.version, url),
+            _layer(
+                "depth",
+                made.depth["width"],
+                made.depth["height"],
+                made.depth["tile_px"],
+                made.version,
+                url,
+            ),
+        ],
+        "cell_px": made.depth["cell_px"],
+        "step_m": made.depth["step_m"],
+        "near_m": made.depth["near_m"],
+        "far_m": made.depth["far_m"],
+        "views": figures["views"],
+        "tiles": figures["tiles"],
+        "seams": figures["seams"],
+        "depth": figures["depth"],
+        "overview_url": f"{url}/overview.png?made={made.version}",
+        "depth_picture_url": f"{url}/depth.png?made={made.version}",
+        "glb_url": f"{url}/mesh.glb?made={made.version}" if has_mesh else None,
+        "ply_url": f"{url}/cloud.ply?made={made.version}" if has_mesh else None,
+    }
+
+
+def _layer(name: str, width: int, height: int, tile_px: int, version: str, url: str) -> Document:
+    tiles = f"{url}/tiles/{name}_files/{{level}}/{{x}}_{{y}}.{FORMS[name]}?made={version}"
+    return {
+        "name": name,
+        "width": width,
+        "height": height,
+        "levels": (max(width, height) - 1).bit_length() + 1,
+        "tile_px": tile_px,
+        "tiles_url": tiles,
+        "dzi_url": f"{url}/tiles/{name}.dzi",
+    }
+
+
+def _eye_rig_m(dataset: Dataset | None, eye: Role) -> list[float] | None:
+    if dataset is None or dataset.calibration is None:
+        return None
+    return [float(value) for value in dataset.calibration.reference_rig_m(eye)]
+
+
+def centre_rig_m(made: KeptMosaic) -> tuple[float, float, float]:
+    """Return the middle of a field, half way between its near and its far end."""
+    chart, near_m, far_m = made.document["recipe"]["chart"], made.depth["near_m"], made.depth["far_m"]
+    z_m = 1.0 if near_m is None else (near_m + far_m) / 2
+    x, y = chart["u0_px"] + chart["width"] / 2, chart["v0_px"] + chart["height"] / 2
+    return x / chart["f_px"] * z_m, y / chart["f_px"] * z_m, z_m

@@ -1,0 +1,118 @@
+"""Whether a mosaic can be made of a dataset, how large it will be, and whether the disk has room for it."""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, OutOfRange, Role
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.capturing.mosaic_process import MosaicWish
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.capture.mosaic.views import View
+
+BYTES_PER_PX = 0.7
+"""Of a grey picture's pixel, all levels: JPEG at quality 90 of the noisiest scene took two thirds of it."""
+BYTES_PER_CELL = 40.0
+"""Depth, its error, their pictures, the mesh."""
+BYTES_PER_FOVEA_CELL = 12 * 8
+"""What is kept of the pairs until the end: three numbers a cell, up to eight partners a fovea."""
+FIXED_BYTES = 20_000_000
+"""Cloud and overview, whatever the size."""
+RESERVE_BYTES = 200_000_000
+"""Room that other work of the server keeps."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MosaicNeeds:
+    """What a mosaic takes: foveae, size in px, room on the disk until it is done."""
+
+    views: int
+    width: int
+    height: int
+    needed_bytes: int
+    free_bytes: int
+
+
+def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
+    """Return what a mosaic takes in `folder`; raise InvalidInput or NotCalibrated where none can be made."""
+    # scipy comes with these: they are loaded when somebody asks
+    from foveacam_pipeline.capture.mosaic import MosaicSettings
+    from foveacam_pipeline.capture.mosaic.build import chart_of
+    from foveacam_pipeline.capture.mosaic.chart import CELL
+    from foveacam_pipeline.capture.mosaic.views import views_of
+
+    name = dataset.folder.name
+    if dataset.calibration is None:
+        raise NotCalibrated(
+            f"dataset {name} has no calibration: its views cannot be laid side by side; capture it again "
+            "with a calibration in use",
+            asked=f"the mosaic of dataset {name}",
+            found="it has no calibration",
+            remedy="capture it again with a calibration in use",
+        )
+    settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
+    views = views_of(_scan(dataset, wish), dataset.calibration, settings)
+    _check_overlap(views, name)
+    chart = chart_of(views, dataset.calibration)
+    pixels, cells = chart.width * chart.height, chart.rows * chart.columns
+    fovea_cells = dataset.calibration.fovea_width * dataset.calibration.fovea_height / CELL**2
+    channels = views[0].point.frame(settings.eye, bracket=settings.bracket).image.ndim
+    needed = (
+        BYTES_PER_PX * pixels * (1 if channels == 2 else 2)
+        + BYTES_PER_CELL * cells
+        + BYTES_PER_FOVEA_CELL * fovea_cells * len(views)
+        + FIXED_BYTES
+    )
+    return MosaicNeeds(
+        views=len(views),
+        width=chart.width,
+        height=chart.height,
+        needed_bytes=round(needed),
+        free_bytes=shutil.disk_usage(folder).free,
+    )
+
+
+def check_room(needs: MosaicNeeds) -> None:
+    """Raise OutOfRange with both figures when the disk is too small."""
+    wanted_bytes = needs.needed_bytes + RESERVE_BYTES
+    if wanted_bytes > needs.free_bytes:
+        raise OutOfRange(
+            f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
+            f" is made, {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
+            asked=f"{wanted_bytes} bytes",
+            found=f"{needs.free_bytes} bytes",
+            remedy="free some room on the disk",
+        )
+
+
+def _scan(dataset: Dataset, wish: MosaicWish) -> Dataset:
+    if len(dataset) == 0:
+        raise InvalidInput(f"dataset {dataset.folder.name} has no point yet; capture it first")
+    return dataset.scan(wish.scan)
+
+
+def _check_overlap(views: Sequence["View"], name: str) -> None:
+    if len(views) == 1:
+        raise InvalidInput(
+            f"dataset {name} has a single point with this eye's frame: there is nothing to lay beside it; "
+            "capture a raster of two points or more",
+            asked=f"the mosaic of dataset {name}",
+            found="a single point",
+            remedy="capture a raster of two points or more",
+        )
+    if not any(_overlap(a, b) for k, a in enumerate(views) for b in views[:k]):
+        raise InvalidInput(
+            f"no two of the {len(views)} views of dataset {name} overlap: nothing says how they lie side by "
+            "side; capture a raster with more points or a smaller field",
+            asked=f"the mosaic of dataset {name}",
+            found=f"{len(views)} views, no two of which overlap",
+            remedy="capture a raster with more points or a smaller field",
+        )
+
+
+def _overlap(a: "View", b: "View") -> bool:
+    """Tell whether two views share something: boxes hold left, top, right, bottom."""
+    return a.box[0] < b.box[2] and b.box[0] < a.box[2] and a.box[1] < b.box[3] and b.box[1] < a.box[3]

@@ -1,0 +1,120 @@
+"""Makes one mosaic in a process of its own, so that live views go on: `python -m` this module.
+
+Progress and trouble are told as JSON lines on stdout. It ends with whoever holds its stdin open, and
+may be killed at any time: what is on the disk by then is gone on with.
+"""
+
+import json
+import os
+import shutil
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, Role
+from foveacam_server.capturing.mosaic_shelf import begun_as
+
+NICENESS = 10
+"""Below the server's own work."""
+COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
+"""What one fovea's step takes, in times of a tile; measured at full resolution."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MosaicWish:
+    """Which mosaic is asked for: whose picture, of which scan and exposure."""
+
+    eye: str = Role.LEFT.value
+    scan: int = 0
+    bracket: int = 0
+
+
+class TellingWatch:
+    """Implements `MosaicWatch`: tells each step on stdout. To be cancelled, its process is ended.
+
+    `share`: of the work that is over, as steps of different kinds take different times.
+    """
+
+    def __init__(self, views: int) -> None:
+        self._views, self._done, self._over = views, 0, 0.0
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Tell it."""
+        self._over += (done - self._done) * COSTS.get(note, 1.0)
+        self._done = done
+        whole = self._views * sum(COSTS.values()) + max(0, total - len(COSTS) * self._views)
+        tell({"done": done, "total": total, "note": note, "share": min(1.0, self._over / whole)})
+
+    def cancelled(self) -> bool:
+        """Go on."""
+        return False
+
+
+def tell(message: dict[str, object]) -> None:
+    """Write one line for the server."""
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()
+
+
+def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
+    """Make the mosaic of a dataset in `folder`, with mesh and depth tiles; go on where one was begun.
+
+    What was begun of other frames or for another wish is thrown away.
+    """
+    from foveacam_pipeline.capture.dataset import Dataset
+    from foveacam_pipeline.capture.dataset.disk import disk_errors
+    from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
+    from foveacam_pipeline.capture.mosaic.build import chart_of
+    from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
+    from foveacam_pipeline.capture.mosaic.folder import recipe_of
+    from foveacam_pipeline.capture.mosaic.views import calibration_of, views_of
+    from foveacam_web.glb import write_glb
+
+    settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
+    opened = Dataset.open(dataset)
+    calibration, scan = calibration_of(opened), opened.scan(wish.scan)
+    views = views_of(scan, calibration, settings)
+    chart = chart_of(views, calibration)
+    if folder.exists() and begun_as(folder) != recipe_of(scan, settings, chart):
+        shutil.rmtree(folder)
+    made = build_mosaic(
+        opened,
+        folder,
+        settings,
+        watch=TellingWatch(len(views)),
+        mesh_file=lambda mesh: write_glb(mesh, y_up=True),
+    )
+    with disk_errors("the mosaic", folder.parent):
+        write_depth_tiles(folder, made.laid.depth.z_m)
+
+
+def main() -> int:
+    """Do what the arguments say: dataset, folder, wish as JSON. Return 0, or 1 when it was told why not."""
+    dataset, folder, wish = sys.argv[1:]
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    os.nice(NICENESS)
+    try:
+        make(Path(dataset), Path(folder), MosaicWish(**json.loads(wish)))
+    except FoveaError as error:
+        tell(
+            {
+                "error": type(error).__name__,
+                "detail": str(error),
+                "asked": error.asked,
+                "found": error.found,
+                "remedy": error.remedy,
+            }
+        )
+        return 1
+    return 0
+
+
+def _end_with_parent() -> None:
+    while os.read(sys.stdin.fileno(), 1):  # not by the file object: its lock would be held at exit
+        pass
+    os._exit(2)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""Runs one of our own modules in a process beside the server: what it tells, line by line, and how it ends.
+
+Work that would hold the interpreter for long belongs there: live views and requests go on. The child is told
+by its stdin that the server has ended.
+"""
+
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+
+from foveacam_hardware.contract import Cancelled, FoveaError
+from foveacam_server.errors import KINDS
+from foveacam_server.runtime.store import Document
+
+LOOK_S = 0.1
+"""How often it is asked whether the work is still wanted."""
+END_S = 5.0
+
+
+def run_child(
+    module: str,
+    arguments: Sequence[str],
+    *,
+    told: Callable[[Document], None],
+    cancelled: Callable[[], bool],
+) -> None:
+    """Run `python -m module` to its end; `told` gets each JSON line of its stdout.
+
+    Raise Cancelled when it was ended on request, the error that it told, or RuntimeError when it ended
+    otherwise.
+    """
+    process = subprocess.Popen(  # noqa: S603 - our own module, by our own interpreter
+        [sys.executable, "-m", module, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,  # Ctrl-C is the server's; the child follows it
+    )
+    with process:
+        try:
+            trouble = _follow(process, told=told, cancelled=cancelled)
+            status = process.wait(END_S)
+        finally:
+            _end(process)
+    if trouble is not None:
+        raise trouble
+    if status != 0:
+        raise RuntimeError(f"{module} ended with status {status}; see its messages above")
+
+
+def _follow(
+    process: subprocess.Popen[bytes], *, told: Callable[[Document], None], cancelled: Callable[[], bool]
+) -> FoveaError | None:
+    """Hand on what the child tells until it has nothing more; return the error that it told."""
+    if process.stdout is None:
+        raise AssertionError("the child was started with a pipe")
+    rest, trouble, source = b"", None, process.stdout.fileno()
+    while True:
+        if cancelled():
+            raise Cancelled("the job was cancelled")
+        if not select.select([source], [], [], LOOK_S)[0]:
+            continue
+        read = os.read(source, 65536)
+        if not read:
+            return trouble
+        *lines, rest = (rest + read).split(b"\n")
+        for line in lines:
+            message = json.loads(line)
+            if "error" in message:
+                trouble = _error(message)
+            else:
+                told(message)
+
+
+def _error(message: Document) -> FoveaError:
+    named = {kind.__name__: kind for kind in KINDS}
+    kind = named.get(message["error"], FoveaError)
+    return kind(message["detail"], asked=message["asked"], found=message["found"], remedy=message["remedy"])
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is not None:
+        return
+    process.terminate()
+    try:
+        process.wait(END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
