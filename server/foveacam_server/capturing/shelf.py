@@ -11,11 +11,13 @@ from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_server.capturing.mosaic_shelf import MosaicShelf
 from foveacam_server.errors import NotFound
 
 CAPTURES = "captures"
 TRASH = ".trash"
 PICTURES = ".pictures"
+MOSAICS = ".mosaics"
 _Stamp = tuple[int, int, int, int, bool]
 
 
@@ -38,8 +40,9 @@ class Kept:
 class CaptureShelf:
     """Finds, removes and restores captures; the folders themselves are the record."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, noun: str = "capture", url: str = "/api/v1/captures") -> None:
         self.folder = folder
+        self._noun, self._url = noun, url
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, Kept]] = {}
@@ -50,10 +53,10 @@ class CaptureShelf:
         taken = {other.name.casefold() for other in self.folder.iterdir()}
         if path.name.casefold() in taken:
             raise InvalidInput(
-                f"there is a capture {name!r} already; choose another name, or resume that one",
-                asked=f"a capture named {name!r}",
+                f"there is a {self._noun} {name!r} already; choose another name{self._or_resume}",
+                asked=f"a {self._noun} named {name!r}",
                 found="there is one already",
-                remedy="choose another name, or resume that one",
+                remedy=f"choose another name{self._or_resume}",
             )
         return path
 
@@ -70,33 +73,33 @@ class CaptureShelf:
 
     def get(self, capture_id: str) -> Kept:
         """Return one capture by its id or raise NotFound."""
-        return _by_id(self.every(), capture_id, where="/api/v1/captures")
+        return self._by_id(self.every(), capture_id, where=self._url)
 
     def named(self, name: str) -> Kept:
         """Return one capture by its name or its id, or raise NotFound."""
         for kept in self.every():
             if name in (kept.name, kept.id):
                 return kept
-        raise NotFound(f"there is no capture {name!r} in {self.folder}", asked=name)
+        raise NotFound(f"there is no {self._noun} {name!r} in {self.folder}", asked=name)
 
     def remove(self, capture_id: str) -> Kept:
         """Move a capture to the trash."""
         kept = self.get(capture_id)
         home = self.folder / TRASH / kept.id
-        with disk_errors(f"removing capture {kept.name}", self.folder):
+        with disk_errors(f"removing {self._noun} {kept.name}", self.folder):
             home.mkdir(parents=True, exist_ok=True)
             kept.folder.rename(home / kept.name)
         return kept
 
     def restore(self, capture_id: str) -> Kept:
         """Take a capture out of the trash again, under its name, or one beside it where that is taken."""
-        kept = _by_id(self.trash(), capture_id, where="/api/v1/captures?removed=true")
+        kept = self._by_id(self.trash(), capture_id, where=f"the trash of {self._url}")
         target = self.folder / kept.name
         number = 2
         while target.exists():
             target = self.folder / f"{kept.name} ({number})"
             number += 1
-        with disk_errors(f"restoring capture {kept.name}", self.folder):
+        with disk_errors(f"restoring {self._noun} {kept.name}", self.folder):
             home = kept.folder.parent
             kept.folder.rename(target)
             home.rmdir()
@@ -108,11 +111,22 @@ class CaptureShelf:
         for kept in removed:
             shutil.rmtree(kept.folder.parent, ignore_errors=True)
             shutil.rmtree(self.pictures(kept.id), ignore_errors=True)
+            MosaicShelf(self.folder / MOSAICS).remove(kept.id)
         return len(removed)
 
     def pictures(self, capture_id: str) -> Path:
         """Return the folder of pictures that were drawn of a capture."""
         return self.folder / PICTURES / capture_id
+
+    @property
+    def _or_resume(self) -> str:
+        return ", or resume that one" if self._noun == "capture" else ""
+
+    def _by_id(self, found: list[Kept], wanted: str, *, where: str) -> Kept:
+        for kept in found:
+            if kept.id == wanted:
+                return kept
+        raise NotFound(f"there is no {self._noun} {wanted}; see {where} for those there are", asked=wanted)
 
     def _folders(self, home: Path) -> list[Path]:
         return [path for path in home.iterdir() if not path.name.startswith(".") and path.is_dir()]
@@ -132,13 +146,6 @@ class CaptureShelf:
         with self._lock:
             self._known[path] = stamp, kept
         return kept
-
-
-def _by_id(captures: list[Kept], capture_id: str, *, where: str) -> Kept:
-    for kept in captures:
-        if kept.id == capture_id:
-            return kept
-    raise NotFound(f"there is no capture {capture_id}; see {where} for those there are", asked=capture_id)
 
 
 def _created(kept: Kept) -> str:

@@ -15,6 +15,7 @@ from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.settle_times import SettleTimes
 from foveacam_server.capturing.shelf import CAPTURES
+from foveacam_server.capturing.still_shelf import STILLS
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_health import CalibrationHealth
 from foveacam_server.runtime.calibration_records import CalibrationRecords
@@ -40,6 +41,7 @@ from foveacam_server.runtime.scene_follower import SceneFollower, Sight
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.settle_desk import SettleDesk
 from foveacam_server.runtime.shapes import ShapeWorker
+from foveacam_server.runtime.stills import StillService
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
 from foveacam_server.runtime.stream import Streams
@@ -82,7 +84,9 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         jobs=jobs,
         events=ground.events,
     )
-    captures = _captures(ground, lore, sights, hardware=hardware, jobs=jobs)
+    capture_tools = _capture_tools(ground, lore, sights, hardware=hardware, jobs=jobs)
+    captures = CaptureService(ground.store.subfolder(CAPTURES), capture_tools)
+    stills = StillService(ground.store.subfolder(STILLS), capture_tools)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
     hardware.start()
@@ -114,6 +118,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         jobs=jobs,
         clouds=study.clouds,
         captures=captures,
+        stills=stills,
         fixations=study.fixations,
         viewer=sights.viewer,
     )
@@ -214,10 +219,10 @@ def _hardware(ground: _Ground, lore: _Lore, sights: _Sights) -> HardwareThread:
     return hardware
 
 
-def _captures(
+def _capture_tools(
     ground: _Ground, lore: _Lore, sights: _Sights, *, hardware: HardwareThread, jobs: JobRunner
-) -> CaptureService:
-    tools = CaptureTools(
+) -> CaptureTools:
+    return CaptureTools(
         hardware=hardware,
         calibration=lore.calibration,
         jobs=jobs,
@@ -227,7 +232,6 @@ def _captures(
         events=ground.events,
         clock=ground.clock,
     )
-    return CaptureService(ground.store.subfolder(CAPTURES), tools)
 
 
 def _open_study(

@@ -26,6 +26,7 @@ from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.rail import RailDesk
 from foveacam_server.runtime.settle_desk import SettleDesk
+from foveacam_server.runtime.stills import StillService
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
 from foveacam_server.runtime.stream import Streams
@@ -63,6 +64,7 @@ class Services:
     jobs: JobRunner
     clouds: CloudShelf
     captures: CaptureService
+    stills: StillService
     fixations: FixationService
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""

@@ -5,12 +5,23 @@ from enum import StrEnum
 
 from pydantic import JsonValue
 
-from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, OutOfRange, Role
+from foveacam_hardware.contract import (
+    DeviceFault,
+    FoveaError,
+    Frame,
+    InvalidInput,
+    NotConnected,
+    OutOfRange,
+    Role,
+    Timeout,
+)
 from foveacam_pipeline.capture.dataset import Place, Shot
 
 FORMAT = "foveacam-still"
 VERSION = 1
 MOST_FRAMES = 64
+_KINDS = (InvalidInput, NotConnected, Timeout, DeviceFault)
+"""What the error of a still may be, by what ailed its first camera."""
 EVERY_ROLE = (Role.WIDE, Role.LEFT, Role.RIGHT)
 
 
@@ -133,9 +144,10 @@ class Still:
 def trouble_of(missing: tuple[Missing, ...], *, more: str) -> FoveaError:
     """Return one error for every camera that did not give what was asked, of the first one's kind."""
     first = missing[0].reason
+    kind = next((kind for kind in _KINDS if isinstance(first, kind)), DeviceFault)
     told = "; ".join(each.sentence() for each in missing)
     remedy = "; ".join(dict.fromkeys(each.remedy for each in missing))
-    return type(first)(
+    return kind(
         f"still: {told}; {more}",
         asked=", ".join(f"{each.asked} frames of camera {each.role.value}" for each in missing),
         found=", ".join(f"{each.came} of camera {each.role.value}" for each in missing),

@@ -1,0 +1,197 @@
+"""Stills: a stack of every camera where the mirrors stand; looked at, kept or discarded."""
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Query
+from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import check
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.capture_models import TrashEmptied
+from foveacam_server.api.models import JobDocument
+from foveacam_server.api.still_models import (
+    CameraName,
+    StateName,
+    StillCheck,
+    StillDocument,
+    StillKeepRequest,
+    StillPatch,
+    StillRequest,
+)
+from foveacam_server.capturing.download import zip_stream
+from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
+from foveacam_server.capturing.points import readable
+from foveacam_server.capturing.still_pictures import still_picture
+from foveacam_server.capturing.still_shelf import Standing
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/stills", tags=["stills"])
+
+StillId = Annotated[str, Path(max_length=100)]
+Form = Literal["jpg", "png", "tiff"]
+_MEDIA = {"jpg": "image/jpeg", "png": "image/png", "tiff": "image/tiff"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Take a still",
+    response_model=JobDocument,
+    responses={
+        200: {"model": StillDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: StillRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
+    services.lease.check(x_lease)
+    asked = request.model_dump(mode="json")
+    job = await asyncio.to_thread(services.stills.start, asked, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.stills.at_url)
+
+
+@router.get("", summary="Stills, newest first", response_model=list[StillDocument])
+def every(
+    services: ServicesDep,
+    text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
+    state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
+) -> list[Document]:
+    """Return all stills of one state, or those that hold every word of `text`."""
+    return services.stills.every(text=text, standing=Standing(state))
+
+
+@router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
+def empty_trash(services: ServicesDep) -> dict[str, int]:
+    """Delete for good what was removed or discarded."""
+    return {"deleted": services.stills.shelf.empty_trash()}
+
+
+@router.get("/{still_id}", summary="One still", response_model=StillDocument, responses=problems(404))
+def one(still_id: StillId, services: ServicesDep) -> Document:
+    """Return one still, held or kept."""
+    return services.stills.document(still_id)
+
+
+@router.patch(
+    "/{still_id}", summary="Describe a still", response_model=StillDocument, responses=problems(404, 409)
+)
+def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> Document:
+    """Change its label or its licence."""
+    return services.stills.describe(still_id, label=change.label, licence=change.licence)
+
+
+@router.post(
+    "/{still_id}/keep",
+    summary="Keep a still that is held",
+    response_model=StillDocument,
+    responses=problems(404, 409, 502),
+)
+def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> Document:
+    """Put it with those kept, under another name if one is given."""
+    wanted = change or StillKeepRequest()
+    return services.stills.keep(still_id, name=wanted.name, label=wanted.label)
+
+
+@router.delete(
+    "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
+)
+def remove(still_id: StillId, services: ServicesDep) -> None:
+    """Move it to the trash, whence it can be restored."""
+    services.stills.remove(still_id)
+
+
+@router.post(
+    "/{still_id}/restore",
+    summary="Take a still out of the trash",
+    response_model=StillDocument,
+    responses=problems(404),
+)
+def restore(still_id: StillId, services: ServicesDep) -> Document:
+    """Undo its removal; one that was discarded is kept then."""
+    return services.stills.restore(still_id)
+
+
+@router.post(
+    "/{still_id}/check", summary="Verify every file", response_model=StillCheck, responses=problems(404)
+)
+def check_files(still_id: StillId, services: ServicesDep) -> Document:
+    """Read every file of the still's dataset again, and say what is not as it was written."""
+    faults = check(services.stills.shelf.get(still_id).kept.folder)
+    return {"id": still_id, "sound": not faults, "faults": faults}
+
+
+@router.get(
+    "/{still_id}/download.zip",
+    summary="The still's dataset as one ZIP file",
+    response_class=StreamingResponse,
+    responses=file_responses("application/zip"),
+)
+def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
+    """Send the dataset's folder, files as they are."""
+    kept = services.stills.shelf.get(still_id).kept
+    readable(kept)
+    headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
+    return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
+
+
+@router.get(
+    "/{still_id}/cameras/{camera}.{form}",
+    summary="What one camera saw",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def picture(
+    still_id: StillId,
+    camera: CameraName,
+    form: Form,
+    services: ServicesDep,
+    frame: Annotated[
+        str | None,
+        Query(pattern=r"^\d{1,2}$", description="one of the stack, from 0; usually their mean"),
+    ] = None,
+) -> FileResponse:
+    """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
+    shelf = services.stills.shelf
+    number = None if frame is None else int(frame)
+    found = shelf.get(still_id)
+    path = still_picture(shelf, found, Role(camera), form=form, frame=number)
+    name = f"{found.kept.id}-{camera}.{form}"
+    return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
+
+
+@router.get(
+    "/{still_id}/{drawn}.{form}",
+    summary="Where the foveae looked, or both in red and cyan",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def drawing_of(
+    still_id: StillId,
+    drawn: Literal["thumbnail", "coverage", "anaglyph"],
+    form: Literal["jpg", "png"],
+    services: ServicesDep,
+) -> FileResponse:
+    """Draw a small wide view with both outlines, a large one, or the rectified pair."""
+    shelf = services.stills.shelf
+    kept = shelf.get(still_id).kept
+    if drawn == "anaglyph":
+        path = anaglyph_drawing(shelf.drawn, kept, index=0, bracket=0, form=form)
+    else:
+        path = drawing(shelf.drawn, kept, drawn, form=form)
+    return FileResponse(path, media_type=_MEDIA[form])
