@@ -12,9 +12,12 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_pipeline.capture.dataset.export import FORMATS, ExportChoice, export_dataset
 from foveacam_pipeline.capture.dataset.export.hugging_face import card, features, rows_of
+from foveacam_pipeline.capture.dataset.export.views import eye_pinhole
 from foveacam_pipeline.capture.dataset.images import decode
+from foveacam_pipeline.geometry import homography_apply
+from foveacam_pipeline.stereo.rectify import plane_from_raw
 
-from .dataset_scenes import centroid, noise_texture, painted, plane_point, raw_px, written
+from .dataset_scenes import CALIBRATION, centroid, noise_texture, painted, plane_point, raw_px, written
 
 RAIL_M = 0.1
 Z_M = 5.0
@@ -76,6 +79,23 @@ def test_colmap_cameras_see_a_known_point_where_it_is(
         seen = grey(folder / "images" / name)
         assert seen.shape == (height, width)
         assert np.abs(pixel - (centroid(seen) + 0.5)).max() < CLOSE_PX, name
+
+
+@pytest.mark.parametrize("depth_m", [1.5, 5.0, 40.0])
+@pytest.mark.parametrize("role", [Role.LEFT, Role.RIGHT])
+def test_an_exported_pose_holds_at_any_depth_wherever_the_eyes_meet(role: Role, depth_m: float) -> None:
+    volts = CALIBRATION.steer(np.deg2rad(6.0), np.deg2rad(-5.0), distance_m=4.0)
+    raw_px = np.array([[0.0, 0.0], [1439.0, 100.0], [700.0, 500.0], [20.0, 1070.0]])
+    on_plane_px = homography_apply(plane_from_raw(CALIBRATION, role, volts, depth_m=depth_m), raw_px)
+    rays = np.column_stack([on_plane_px / CALIBRATION.fovea_f_px, np.ones(len(raw_px))])
+    places_m = CALIBRATION.reference_rig_m(role) + depth_m * rays
+
+    pinhole = eye_pinhole(CALIBRATION, role, volts)
+
+    pose = pinhole.rig_from_camera
+    seen = (places_m - pose[:3, 3]) @ pose[:3, :3]
+    wanted = homography_apply(pinhole.camera_from_raw, raw_px)
+    assert CALIBRATION.fovea_f_px * np.abs(seen[:, :2] / seen[:, 2:] - wanted).max() < 1e-6
 
 
 def test_colmap_itself_reads_cameras_and_poses_and_sees_a_known_point_where_it_is(

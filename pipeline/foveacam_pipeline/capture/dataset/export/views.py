@@ -1,8 +1,9 @@
 """Fovea views as plain pinhole cameras: what COLMAP and nerfstudio understand.
 
-The virtual pinhole of Sec. 3.2 is turned about its own centre until it looks along the gaze: same centre,
-same focal length, principal point in the middle of the image, no roll. So all foveae share one camera, and
-none has a principal point thousands of pixels outside its image, which those programs refuse.
+The virtual pinhole of Sec. 3.2 is put where the pupil is under this gaze and turned until it looks along it:
+same focal length, principal point in the middle of the image, no roll. So all foveae share one camera, none
+has a principal point thousands of pixels outside its image, which those programs refuse, and what is nearer
+or farther than where the eyes meet lies where the pose says, too.
 """
 
 import math
@@ -16,7 +17,7 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role, Stereo
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8, warp
+from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8, warp
 
 Matrix = NDArray[np.float64]
 
@@ -85,11 +86,10 @@ def fovea_views(
 ) -> tuple[View, View]:
     """Return the left and the right fovea of a point, warped into pinholes turned to their gazes."""
     sighting = point.sighting(bracket=bracket)
-    depth_m = crossing_z_m(calibration, sighting.volts)
     camera = fovea_camera(calibration, scale=scale)
     views = []
     for frame in (sighting.left, sighting.right):
-        place = eye_pinhole(calibration, frame.role, sighting.volts, depth_m=depth_m)
+        place = eye_pinhole(calibration, frame.role, sighting.volts)
         raw = to_uint8(frame)
         window = camera.matrix @ place.camera_from_raw
         pose = place.rig_from_camera.copy()
@@ -115,16 +115,31 @@ class EyePinhole:
     camera_from_raw: Matrix
 
 
-def eye_pinhole(calibration: Calibration, role: Role, volts: StereoVolts, *, depth_m: float) -> EyePinhole:
-    """Return the pinhole of an eye under `volts`, its parallax taken out for what is at `depth_m`."""
-    plane = plane_from_raw(calibration, role, volts, depth_m=depth_m)
+def eye_pinhole(calibration: Calibration, role: Role, volts: StereoVolts) -> EyePinhole:
+    """Return the pinhole of an eye under `volts`, for things at any depth."""
+    plane = plane_from_raw(calibration, role, volts, depth_m=math.inf)
     middle = [[(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2]]
     u_px, v_px = homography_apply(plane, middle)[0].tolist()
     rotation = looking_along(u_px / calibration.fovea_f_px, v_px / calibration.fovea_f_px)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, calibration.reference_rig_m(role)
+    pose[:3, :3], pose[:3, 3] = rotation, _centre_rig_m(calibration, role, volts)
     to_rays = np.diag([1.0 / calibration.fovea_f_px, 1.0 / calibration.fovea_f_px, 1.0])
     return EyePinhole(rig_from_camera=pose, camera_from_raw=rotation.T @ to_rays @ plane)
+
+
+def _centre_rig_m(calibration: Calibration, role: Role, volts: StereoVolts) -> Matrix:
+    """Return (3,) where the rays of an eye's pixels meet, m, rig frame.
+
+    With t the tangents of the gaze and h px about it, `Calibration.rectification` sees at depth Z what lies
+    at Z t + o + (Z + p) h / f from the reference point, where o is how far the pivot stands aside and p how
+    far the pupil stands behind it: at Z = -p that is one place, whatever h.
+    """
+    eye = calibration.eye(role)
+    gaze_rad = eye.mirror.angles_rad(volts.left if role is Role.LEFT else volts.right)
+    along = np.array([math.tan(gaze_rad[0]), math.tan(gaze_rad[1]), 1.0])
+    behind_m = calibration.pupil_m / float(np.linalg.norm(along))
+    centre_m: Matrix = calibration.pivot_rig_m(role) - (eye.pivot_offset_m[2] + behind_m) * along
+    return centre_m
 
 
 def wide_view(point: DatasetPoint, calibration: Calibration) -> View:
