@@ -29,20 +29,20 @@ port = "{port}"
 kind = "aravis"
 serial = "W-1"
 interface = "127.0.0.1"
-width_px = 720
-height_px = 540
+width_px = 320
+height_px = 240
 [cameras.left]
 kind = "aravis"
 serial = "L-1"
-width_px = 720
-height_px = 540
-trigger = "none"
+width_px = 320
+height_px = 240
+trigger = "software"
 [cameras.right]
 kind = "aravis"
 serial = "R-1"
-width_px = 720
-height_px = 540
-trigger = "none"
+width_px = 320
+height_px = 240
+trigger = "software"
 """
 
 
@@ -73,8 +73,10 @@ def main(folder: Path) -> None:
         with open_rig(load_rig_config(file)) as rig:
             for role in Role:
                 camera = rig.camera(role)
+                if camera.settings.triggered:
+                    camera.software_trigger()
                 frame = camera.read(timeout_ms=5000.0)
-                assert frame.image.shape == (540, 720)
+                assert frame.image.shape == (240, 320)
                 assert camera.info == replace(camera.info, vendor="Aravis", serial=f"{role[0].upper()}-1")
                 sys.stdout.write(f"{role}\n")
             sys.stdout.write(f"missing:{','.join(problem.device for problem in rig.problems)}\n")

@@ -1,11 +1,14 @@
 """Genuine GigE Vision, served by libaravis: our pictures arrive unchanged, faults are noticed."""
 
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,18 +44,19 @@ from foveacam_hardware.sim.far_ends.gige_camera import GigeCamera, Request
 from foveacam_hardware.sim.rig import open_simulated
 
 WHOLE = AravisOptions(width_px=1440, height_px=1080, packet_size_bytes=8900)
-DETECTED_S, RECOVERED_S = 1.0, 5.0
+PATIENCE_S = 40.0
+FIRST_FRAME = 65400
+"""What the fake camera's numbers begin with."""
 COMMANDED = replace(SETTINGS, triggered=True, trigger_source=TriggerSource.SOFTWARE)
 UP = (CameraPhase.STREAMING, CameraPhase.DEGRADED)
 
 
-def seconds_until(reached: Callable[[], bool], *, within_s: float) -> float:
-    """Wait until something is so; return how long that took, s."""
-    began_s = time.monotonic()
+def wait_until(reached: Callable[[], bool]) -> None:
+    """Wait until something is so; how soon it is, `foveacam bench faults` measures."""
+    until_s = time.monotonic() + PATIENCE_S
     while not reached():
-        assert time.monotonic() - began_s < within_s, "it did not become so"
+        assert time.monotonic() < until_s, "it did not become so"
         threading.Event().wait(0.01)
-    return time.monotonic() - began_s
 
 
 @pytest.fixture(scope="module")
@@ -92,18 +96,20 @@ def program() -> Iterator[FakeProgram]:
 @pytest.fixture(params=[SETTINGS, COMMANDED], ids=["free running", "by command"])
 def camera(program: FakeProgram, request: pytest.FixtureRequest) -> Iterator[SupervisedCamera]:
     opened = aravis_camera(program.serial, settings=request.param)
-    opened.connect()
-    opened.start()
-    expose(opened)
-    yield opened
-    opened.close()
+    try:
+        opened.connect()
+        opened.start()
+        expose(opened)
+        yield opened
+    finally:
+        opened.close()  # also one that failed: it would go on trying, and hold the camera for good
 
 
 def expose(camera: SupervisedCamera) -> int:
     """Return the epoch of the next frame."""
     if camera.settings.triggered:
         camera.software_trigger()
-    return camera.read(timeout_ms=2000.0).epoch
+    return camera.read(timeout_ms=10_000.0).epoch
 
 
 @pytest.mark.parametrize("outage_s", [0.0, 3.5])
@@ -115,7 +121,7 @@ def test_a_camera_that_is_gone_is_noticed_and_comes_back_by_itself(
         program.kill()
     else:
         program.signal(signal.SIGSTOP)
-    detected_s = seconds_until(lambda: camera.link.phase not in UP, within_s=5.0)
+    wait_until(lambda: camera.link.phase not in UP)
     with pytest.raises(NotConnected, match="camera wide: asked to read, but it is not connected"):
         camera.read(timeout_ms=100.0)
     threading.Event().wait(outage_s)  # how long it is away is the fault itself
@@ -123,11 +129,8 @@ def test_a_camera_that_is_gone_is_noticed_and_comes_back_by_itself(
         program.come_back()
     else:
         program.signal(signal.SIGCONT)
-    recovered_s = seconds_until(lambda: camera.link.phase in UP, within_s=20.0)
-
-    assert detected_s <= DETECTED_S
-    assert recovered_s <= RECOVERED_S
-    assert expose(camera) == 2
+    wait_until(lambda: camera.link.phase in UP)
+    assert expose(camera) >= 2
 
 
 def test_a_camera_that_another_program_holds_says_so(program: FakeProgram) -> None:
@@ -145,12 +148,11 @@ def test_a_camera_that_another_program_holds_says_so(program: FakeProgram) -> No
     ) as holder:
         assert holder.stdout is not None
         assert holder.stdout.readline() == "held\n"
-        camera = aravis_camera(program.serial)
-        with pytest.raises(NotConnected, match=r"serial FOVEA-2 is held by another program.*close"):
-            camera.connect()
-        holder.communicate("")
-        seconds_until(lambda: camera.link.phase is CameraPhase.READY, within_s=RECOVERED_S)
-        camera.close()
+        with closing(aravis_camera(program.serial)) as camera:
+            with pytest.raises(NotConnected, match=r"serial FOVEA-2 is held by another program.*close"):
+                camera.connect()
+            holder.communicate("")
+            wait_until(lambda: camera.link.phase is CameraPhase.READY)
 
 
 @pytest.mark.parametrize(
@@ -167,30 +169,62 @@ def test_a_camera_that_another_program_holds_says_so(program: FakeProgram) -> No
 def test_a_camera_that_is_not_where_the_rig_file_says_is_told_with_what_was_found(
     program: FakeProgram, serial: str, options: AravisOptions, words: str
 ) -> None:
-    camera = aravis_camera(serial, options=options)
-    with pytest.raises(NotConnected, match=words):
+    with closing(aravis_camera(serial, options=options)) as camera, pytest.raises(NotConnected, match=words):
         camera.connect()
-    camera.close()
 
 
 def test_more_pixels_than_the_sensor_has_are_refused(program: FakeProgram) -> None:
-    camera = aravis_camera(program.serial, options=AravisOptions(width_px=5000, height_px=5000))
-    with pytest.raises(FoveaError, match="5000x5000 pixels, but its sensor has 2048x2048"):
+    too_many = AravisOptions(width_px=5000, height_px=5000)
+    with (
+        closing(aravis_camera(program.serial, options=too_many)) as camera,
+        pytest.raises(FoveaError, match="5000x5000 pixels, but its sensor has 2048x2048"),
+    ):
         camera.connect()
-    camera.close()
 
 
 def test_a_camera_that_waits_for_its_line_is_silent_and_not_lost(program: FakeProgram) -> None:
     waiting = replace(SETTINGS, triggered=True)
-    camera = aravis_camera(program.serial, role=Role.LEFT, settings=waiting)
-    camera.connect()
-    camera.start()
-    with pytest.raises(Timeout, match="camera left: no trigger arrived in time; check the trigger cable"):
-        camera.read(timeout_ms=1200.0)
+    with closing(aravis_camera(program.serial, role=Role.LEFT, settings=waiting)) as camera:
+        camera.connect()
+        camera.start()
+        with pytest.raises(Timeout, match="camera left: no trigger arrived in time; check the trigger cable"):
+            camera.read(timeout_ms=1200.0)
 
-    assert camera.settings == waiting
-    assert (camera.link.phase, camera.link.epoch) == (CameraPhase.STREAMING, 1)
-    camera.close()
+        assert camera.settings == waiting
+        assert (camera.link.phase, camera.link.epoch) == (CameraPhase.STREAMING, 1)
+
+
+def test_what_others_send_on_the_network_does_not_count_as_frames(program: FakeProgram) -> None:
+    """A packet socket hears everything until its filter stands, and numbers frames by what it heard."""
+    for _ in range(3):
+        with foreign_frames(), closing(aravis_camera(program.serial, settings=COMMANDED)) as camera:
+            camera.connect()
+            camera.start()
+            assert expose(camera) == 1
+
+
+@contextmanager
+def foreign_frames() -> Iterator[None]:
+    """Let the loopback be full of packets like a camera's, of a later frame, for a port of somebody else."""
+    ended = threading.Event()
+    leader = struct.pack(">HHI", 0, FIRST_FRAME + 50, 1 << 24) + bytes(64)
+
+    def flood() -> None:
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+        ):
+            listener.bind((LOOPBACK, 0))
+            while not ended.wait(0.002):
+                sender.sendto(leader, listener.getsockname())
+
+    flooding = threading.Thread(target=flood)
+    flooding.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        flooding.join()
 
 
 def test_an_output_that_is_not_there_does_not_keep_a_camera_from_opening(program: FakeProgram) -> None:

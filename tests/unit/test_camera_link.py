@@ -82,14 +82,28 @@ def test_pauses_grow_to_a_limit_and_begin_again_after_a_success() -> None:
 )
 def test_the_limit_of_silence_follows_the_frame_rate(rate_hz: float, limit_ms: int) -> None:
     watchdog = Watchdog(replace(SETTINGS, frame_rate_hz=rate_hz), patience=Patience(), now_ns=0)
+    watchdog.heard(7)
 
     assert watchdog.limit_ns / MS == pytest.approx(limit_ms, abs=1)
-    assert watchdog.advice(watchdog.limit_ns - 1) is Advice.WAIT
-    assert watchdog.advice(watchdog.limit_ns) is Advice.LOST
+    assert watchdog.advice(watchdog.limit_ns + 6) is Advice.WAIT
+    assert watchdog.advice(watchdog.limit_ns + 7) is Advice.LOST
+
+
+def test_first_frame_may_take_longer_and_a_slow_camera_still_has_its_own_time() -> None:
+    watchdog = Watchdog(SETTINGS, patience=Patience(), now_ns=0)
+    assert watchdog.worry(900 * MS) is None
+    assert watchdog.worry(1000 * MS) == "no frame for 1.0 s"
+    assert watchdog.advice(1999 * MS) is Advice.WAIT
+    assert watchdog.advice(2000 * MS) is Advice.LOST
+
+    slow = Watchdog(replace(SETTINGS, frame_rate_hz=0.5), patience=Patience(), now_ns=0)
+    assert slow.advice(2999 * MS) is Advice.WAIT
+    assert slow.advice(slow.limit_ns) is Advice.LOST
 
 
 def test_half_of_the_limit_is_a_worry_that_a_frame_takes_away() -> None:
     watchdog = Watchdog(SETTINGS, patience=Patience(), now_ns=0)
+    watchdog.heard(0)
     assert watchdog.worry(100 * MS) is None
     assert watchdog.worry(300 * MS) == "no frame for 0.3 s"
     watchdog.heard(301 * MS)

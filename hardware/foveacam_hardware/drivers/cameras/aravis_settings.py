@@ -22,6 +22,10 @@ from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 logger = logging.getLogger(__name__)
 
 CONTINUOUS = 0
+NO_PACKET_SOCKET = 1
+"""libaravis's packet socket, taken where it is allowed, hears the whole network until its filter stands: it
+then numbers frames by the first packet of whatever it heard, and drops up to 99 of the camera's own as late.
+An ordinary socket hears its own port only."""
 FIXED = Span(low=0.0, high=0.0)
 
 
@@ -225,6 +229,7 @@ class AravisFeatures:
     def _packets(self, options: AravisOptions) -> None:
         if not self.has_registers:
             return
+        self._library.plain("arv_camera_gv_set_stream_options")(self._camera, NO_PACKET_SOCKET)
         if options.packet_size_bytes is not None:
             self.call("gv_set_packet_size", options.packet_size_bytes)
         else:

@@ -10,8 +10,12 @@ from foveacam_hardware.contract import Clock, Image, PixelFormat
 from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.pixel_layout import BITS, PACKED, picture_of
+from foveacam_hardware.drivers.cameras.receive_buffer import widen
 
 BUFFERS = 10
+FIXED = 0
+RECEIVE_BYTES = 16 << 20
+"""What the socket of a GigE camera may hold while its thread waits for a processor: some ten frames."""
 SUCCESS, ABORTED = 0, 7
 
 
@@ -28,6 +32,10 @@ class AravisStream:
         self._push = library.plain("arv_stream_push_buffer")
         payload = library.call("arv_camera_get_payload", camera, who=who)
         self._stream = library.call("arv_camera_create_stream", camera, None, None, who=who)
+        if library.plain("arv_camera_is_gv_device")(camera):
+            untouched = (b"socket-buffer", FIXED, b"socket-buffer-size", 0)
+            library.plain("g_object_set")(self._stream, *untouched, None)
+            widen(library.plain("arv_gv_stream_get_port")(self._stream), size_bytes=RECEIVE_BYTES)
         for _ in range(BUFFERS):
             self._push(self._stream, library.plain("arv_buffer_new_allocate")(payload))
 

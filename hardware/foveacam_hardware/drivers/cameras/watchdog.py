@@ -27,6 +27,8 @@ class Patience:
 
     silence_least_ns: int = 500_000_000
     silence_most_ns: int = 1_000_000_000
+    first_ns: int = 2_000_000_000
+    """How long the first frame of a run may take: cameras have to start, and so have threads."""
     ask_ns: int = 300_000_000
     open_ns: int = 10_000_000_000
     call_ns: int = 5_000_000_000
@@ -56,6 +58,7 @@ class Watchdog:
         self._triggered = settings.triggered
         self._patience = patience
         self._heard_ns = self._answered_ns = now_ns
+        self._begun = False
         self._bad: deque[int] = deque(maxlen=BAD_FRAMES)
         self.limit_ns = _limit_ns(settings, patience)
         """A camera slower than the limits is given a frame and a half."""
@@ -67,6 +70,7 @@ class Watchdog:
     def heard(self, now_ns: int) -> None:
         """A buffer came, good or bad."""
         self._heard_ns = self._answered_ns = now_ns
+        self._begun = True
 
     def answered(self, now_ns: int) -> None:
         """A register was read."""
@@ -88,14 +92,18 @@ class Watchdog:
         """Say what to do when no buffer came just now."""
         if self._triggered:
             return Advice.ASK if now_ns - self._answered_ns >= self._patience.ask_ns else Advice.WAIT
-        return Advice.LOST if self.silent_ns(now_ns) >= self.limit_ns else Advice.WAIT
+        return Advice.LOST if self.silent_ns(now_ns) >= self._allowed_ns else Advice.WAIT
 
     def worry(self, now_ns: int) -> str | None:
         """Return that a free-running camera has been silent for half of what it may be, in words."""
         silent_ns = self.silent_ns(now_ns)
-        if self._triggered or 2 * silent_ns < self.limit_ns:
+        if self._triggered or 2 * silent_ns < self._allowed_ns:
             return None
         return f"no frame for {silent_ns / 1e9:.1f} s"
+
+    @property
+    def _allowed_ns(self) -> int:
+        return self.limit_ns if self._begun else max(self.limit_ns, self._patience.first_ns)
 
 
 def _limit_ns(settings: CameraSettings, patience: Patience) -> int:
