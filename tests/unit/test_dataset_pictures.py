@@ -9,7 +9,15 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
 from foveacam_pipeline.capture.dataset.images import decode
-from foveacam_pipeline.capture.dataset.pictures import GAP_PX, SIDES, anaglyph, contact_sheet, png, thumbnail
+from foveacam_pipeline.capture.dataset.pictures import (
+    GAP_PX,
+    SIDES,
+    anaglyph,
+    contact_sheet,
+    coverage,
+    png,
+    thumbnail,
+)
 
 from .dataset_scenes import header, noise_frame, painted, plane_point
 
@@ -60,3 +68,17 @@ def test_a_thumbnail_shows_both_footprints_and_an_anaglyph_both_eyes(tmp_path: P
     assert both[..., 0].max() > 150
     assert both[..., 1].max() > 150
     np.testing.assert_array_equal(decode(png(small), what="a thumbnail"), small)
+
+
+def test_one_wide_view_a_scan_is_enough_for_the_coverage(tmp_path: Path) -> None:
+    def seen(index: int, roles: tuple[Role, ...]) -> Point:
+        shots = tuple(Shot(frame=noise_frame(role, index)) for role in roles)
+        return Point(place=Place(index=index), shots=shots)
+
+    with DatasetWriter.create(tmp_path / "raster", header(3)) as writer:
+        for index, roles in enumerate([tuple(Role), (Role.LEFT, Role.RIGHT), (Role.LEFT, Role.RIGHT)]):
+            writer.add(seen(index, roles))
+        writer.finish()
+    dataset = Dataset.open(tmp_path / "raster")
+
+    assert np.array_equal(coverage(dataset, width_px=16), coverage(dataset[:1], width_px=16))

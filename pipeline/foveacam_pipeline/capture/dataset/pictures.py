@@ -46,13 +46,15 @@ def contact_sheet(dataset: Dataset, *, role: Role = Role.LEFT, tile_px: int = 12
 
 
 def coverage(dataset: Dataset, *, width_px: int = 720) -> Picture:
-    """Return the wide view of the middle point with the outlines of all foveae, left red and right cyan."""
+    """Return the wide view nearest the middle point with the outlines of all foveae, left red, right cyan."""
     _check_size("a picture", width_px)
     if len(dataset) == 0:
         return np.full((width_px * 3 // 4, width_px, 3), GROUND, dtype=np.uint8)
-    middle = dataset[len(dataset) // 2]
-    role = Role.WIDE if _has(middle, Role.WIDE) else Role.LEFT
-    picture = _tile(middle, role, width_px)
+    middle = len(dataset) // 2
+    seen = [number for number, point in enumerate(dataset) if _has(point, Role.WIDE)]
+    nearest = min(seen, key=lambda number: abs(number - middle), default=middle)
+    role = Role.WIDE if seen else Role.LEFT
+    picture = _tile(dataset[nearest], role, width_px)
     if role is Role.WIDE and dataset.calibration is not None:
         _draw_footprints(picture, dataset, scale=width_px / dataset.calibration.wide.width)
     return picture

@@ -1,7 +1,11 @@
 // More pages about one dataset, at #/gallery/datasets/ID/PART: one entry each, in the form of the gallery's tabs
 // (tabs.js). The dataset's own page links to them by their titles.
 
+import { openMosaic } from "./mosaic.js";
+
 /** @typedef {import("./context.js").GalleryTab} GalleryTab */
 
 /** @type {readonly GalleryTab[]} */
-export const DATASET_PARTS = Object.freeze([]);
+export const DATASET_PARTS = Object.freeze([
+  { name: "mosaic", title: "Mosaic", open: openMosaic },
+]);

@@ -1,7 +1,8 @@
 // The tab of datasets: all of them, one of them, or another page about one.
 
-import { nothing } from "../calibration/parts.js";
 import { DATASET_PARTS } from "./dataset_parts.js";
+import { openDataset } from "./dataset_page.js";
+import { openList } from "./datasets_list.js";
 
 /**
  * @typedef {import("./context.js").GalleryContext} GalleryContext
@@ -14,7 +15,7 @@ import { DATASET_PARTS } from "./dataset_parts.js";
  * @returns {HTMLElement}
  */
 export function openDatasets(at, context) {
+  if (at.id === null) return openList(context);
   const part = DATASET_PARTS.find(({ name }) => name === at.part);
-  if (at.id !== null && part) return part.open(at, context);
-  return nothing("No dataset yet.");
+  return part ? part.open(at, context) : openDataset(at.id, context);
 }

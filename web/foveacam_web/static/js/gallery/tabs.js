@@ -10,6 +10,7 @@
 
 import { nothing } from "../calibration/parts.js";
 import { openDatasets } from "./datasets.js";
+import { openStills } from "./stills.js";
 
 /** @typedef {import("./context.js").GalleryTab} GalleryTab */
 
@@ -17,5 +18,5 @@ import { openDatasets } from "./datasets.js";
 export const TABS = Object.freeze([
   { name: "datasets", title: "Datasets", open: openDatasets },
   { name: "recordings", title: "Recordings", open: () => nothing("No recording yet.") },
-  { name: "stills", title: "Stills", open: () => nothing("No still yet.") },
+  { name: "stills", title: "Stills", open: openStills },
 ]);

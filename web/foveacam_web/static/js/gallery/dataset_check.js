@@ -1,0 +1,45 @@
+// Whether every file of a dataset is as it was written: asked for, and answered in the server's sentences.
+
+import { fill, h, say } from "../dom.js";
+import { count, sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { sizeWords } from "./dataset_words.js";
+
+/**
+ * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
+ * @typedef {import("./documents.js").CaptureChecked} CaptureChecked
+ * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ */
+
+const MOST = 20;
+
+/** @param {DatasetOrders} orders */
+export function makeCheck(orders) {
+  /** @type {DatasetDocument | null} */
+  let now = null;
+  const [found, told] = [h("div", { class: "stack", role: "status" }), h("span", { class: "why" })];
+  const act = async () => {
+    if (!now) return;
+    button.disabled = true;
+    fill(found);
+    say(told, now.size_bytes > 0 ? `Reading ${sizeWords(now.size_bytes)} …` : "Reading …");
+    const checked = await orders.check(now.id);
+    button.disabled = false;
+    say(told, "");
+    if (checked) fill(found, ...resultOf(checked));
+  };
+  const button = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("check"), "Check every file");
+  const element = h("div", { class: "stack" }, h("p", { class: "actions" }, button, told), found);
+  return { element, show: (/** @type {DatasetDocument} */ dataset) => {
+    now = dataset;
+  } };
+}
+
+/** @param {CaptureChecked} checked */
+function resultOf({ sound, faults }) {
+  if (sound) return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
+  return [
+    h("p", { class: "state bad" }, icon("warn"), faults.length === 1 ? "One thing is not as it was written:" : `${count(faults.length)} things are not as they were written:`),
+    h("ul", { class: "sentences" }, faults.slice(0, MOST).map((text) => h("li", { text: sentence(text) })), faults.length > MOST && h("li", { text: `… and ${count(faults.length - MOST)} more.` })),
+  ];
+}

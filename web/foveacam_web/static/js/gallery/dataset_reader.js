@@ -1,0 +1,69 @@
+// Keeps one dataset and its points equal to the server's while its page is open.
+
+import { Problem, request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+import { capturePath } from "./dataset_orders.js";
+import { withProgress } from "./datasets_reader.js";
+
+/**
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("./documents.js").PointsDocument} PointsDocument
+ */
+
+const GROWING_MS = 10_000; // while it runs its pictures are drawn again so often: drawing costs the rig's computer time
+
+/** Reads for one dataset. */
+export class DatasetReader {
+  #id;
+  #changed;
+  #reads = new QuietReads();
+  #due_ms = 0;
+  /** @type {DatasetDocument | null} */
+  dataset = null;
+  /** @type {PointsDocument | null} */
+  points = null;
+  /** Why there is none: the server's words. */
+  missing = "";
+
+  /**
+   * @param {string} id
+   * @param {() => void} changed
+   */
+  constructor(id, changed) {
+    this.#id = id;
+    this.#changed = changed;
+  }
+
+  readAll() {
+    this.#due_ms = performance.now() + GROWING_MS;
+    return this.#reads.read("dataset", async () => {
+      try {
+        const dataset = /** @type {DatasetDocument} */ (await request("GET", capturePath(this.#id)));
+        const readable = dataset.state !== "damaged" && dataset.points.planned > 0;
+        const points = readable ? /** @type {PointsDocument} */ (await request("GET", capturePath(this.#id, "/points"))) : null;
+        Object.assign(this, { dataset, points, missing: "" });
+      } catch (error) {
+        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        Object.assign(this, { dataset: null, points: null, missing: error.message });
+      }
+      this.#changed();
+    });
+  }
+
+  /** @param {DatasetDocument} dataset as an order has answered */
+  adopt(dataset) {
+    this.dataset = dataset;
+    this.#changed();
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    if (data?.["capture_id"] !== this.#id) return;
+    if (kind !== "capture.progress") return void (kind.startsWith("capture.") && this.readAll());
+    const news = /** @type {any} */ (data); // any: a report of the server, as its document says
+    const { dataset } = this;
+    if (!dataset || dataset.state !== news.state || dataset.progress?.phase !== news.phase || performance.now() > this.#due_ms) void this.readAll();
+    if (dataset) this.adopt(withProgress(dataset, news));
+  }
+}

@@ -1,0 +1,53 @@
+// A picture that the server draws; when it cannot, its reason stands there instead.
+
+import { file, Problem } from "../api.js";
+import { h, say } from "../dom.js";
+import { sentence } from "../format.js";
+
+const ROOT = "/api/v1";
+
+/**
+ * @param {{lazy?: boolean, width?: number, height?: number}} [options] the size that is kept free for it, px
+ * @returns {{element: HTMLElement, image: HTMLImageElement, show: (url: string, alt: string) => void}}
+ */
+export function makeDrawn({ lazy = false, width, height } = {}) {
+  const image = h("img", { alt: "", loading: lazy ? "lazy" : "eager", decoding: "async", width, height, draggable: "false" });
+  const reason = h("p", { class: "no-picture", hidden: true });
+  const element = h("div", { class: "drawn" }, image, reason);
+  const settle = (/** @type {string} */ why) => {
+    image.hidden = why !== "";
+    reason.hidden = why === "";
+    say(reason, why);
+    element.removeAttribute("aria-busy");
+  };
+  let wanted = "";
+  image.addEventListener("load", () => settle(""));
+  image.addEventListener("error", () => {
+    const failed = wanted;
+    void whyNot(failed).then((why) => failed === wanted && settle(why));
+  });
+  const show = (/** @type {string} */ url, /** @type {string} */ alt) => {
+    image.alt = alt;
+    if (url === wanted) return;
+    wanted = url;
+    image.hidden = false;
+    reason.hidden = true;
+    element.setAttribute("aria-busy", "true");
+    image.src = url;
+  };
+  return { element, image, show };
+}
+
+/**
+ * What the server says about a picture that did not come.
+ * @param {string} url
+ */
+async function whyNot(url) {
+  try {
+    await file(url.slice(ROOT.length));
+    return "This picture could not be shown.";
+  } catch (error) {
+    if (error instanceof Problem) return sentence(error.message);
+    throw error;
+  }
+}

@@ -1,0 +1,44 @@
+// A line of text that is edited in place: kept when it is left or with Enter, put back by Escape or a refusal.
+
+import { h, say } from "../dom.js";
+
+let lists = 0;
+
+/**
+ * @param {string} label
+ * @param {{save: (value: string) => Promise<boolean>, usual?: string[], hint?: string}} options `save`: whether the server took it
+ */
+export function makeEditable(label, { save, usual = [], hint = "" }) {
+  lists += 1;
+  const id = `editable-${lists}`;
+  const input = h("input", { type: "text", id, maxlength: 400, placeholder: hint, list: usual.length > 0 ? `${id}-usual` : undefined, autocomplete: "off" });
+  const told = h("span", { class: "why", role: "status" });
+  let kept = "";
+  let saving = false;
+  const keep = async () => {
+    const wanted = input.value.trim();
+    if (wanted === kept || saving) return;
+    saving = true;
+    say(told, "Saving …");
+    const taken = await save(wanted);
+    saving = false;
+    if (taken) kept = wanted;
+    else if (document.activeElement !== input) input.value = kept;
+    say(told, taken ? "Saved" : "Not saved");
+  };
+  input.addEventListener("change", () => void keep());
+  input.addEventListener("input", () => say(told, ""));
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") void keep();
+    if (event.key !== "Escape") return;
+    input.value = kept;
+    input.blur();
+  });
+  const element = h("div", { class: "field" }, h("label", { for: id, text: label }), input, told,
+    usual.length > 0 && h("datalist", { id: `${id}-usual` }, usual.map((value) => h("option", { value }))));
+  return { element, input, show: (/** @type {string} */ value) => {
+    const untouched = input.value === kept;
+    kept = value;
+    if (untouched && !saving) input.value = value;
+  } };
+}

@@ -1,0 +1,91 @@
+// Making a mosaic: what it would take or why it cannot be, how far it is, how it ended.
+
+import { bar, choiceField } from "../calibration/parts.js";
+import { changing, h } from "../dom.js";
+import { sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { leftOf, room, size } from "./mosaic_words.js";
+
+/**
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
+ * @typedef {import("./mosaic_documents.js").MosaicNeeds} MosaicNeeds
+ * @typedef {import("./mosaic_documents.js").MosaicProgress} MosaicProgress
+ * @typedef {import("./mosaic_documents.js").MosaicWish} MosaicWish
+ * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
+ * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeeds | null, scans: number[], brackets: number[], eye: MosaicWish["eye"]}} Offer
+ */
+
+/**
+ * @param {MosaicOrders} orders
+ * @param {import("./mosaic_reader.js").MosaicReader} reader
+ */
+export function makeMaking(orders, reader) {
+  const [trouble, refusal, offer, progress] = [h("div"), h("div"), h("div"), h("div")];
+  const showTrouble = changing(trouble, (/** @type {ProblemDocument | null} */ problem) => (problem ? troubleOf(problem, reader) : []));
+  const showRefusal = changing(refusal, (/** @type {ProblemDocument | null} */ problem) => (problem ? refusalOf(problem) : []));
+  const showOffer = changing(offer, (/** @type {Offer | null} */ now) => (now ? offerOf(now, orders) : []));
+  const showProgress = changing(progress, (/** @type {{progress: MosaicProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders) : []));
+  const element = h("div", { class: "mosaic-making" }, trouble, refusal, offer, progress);
+  return { element, show: (/** @type {MosaicDocument} */ { state, made, outdated, needs, refusal: why, progress: now, scans, brackets }) => {
+    const building = state === "building";
+    showTrouble(building ? null : reader.trouble);
+    showRefusal(made || building ? null : why);
+    const possible = !building && needs !== null && (made === null || outdated);
+    showOffer(possible ? { anew: made !== null, begun: state === "unfinished", needs, scans, brackets, eye: made?.eye ?? "left" } : null);
+    showProgress(building ? { progress: now } : null);
+    for (const part of [trouble, refusal, offer, progress]) part.hidden = part.childElementCount === 0;
+    element.hidden = [trouble, refusal, offer, progress].every((part) => part.hidden);
+  } };
+}
+
+/**
+ * @param {ProblemDocument} problem
+ * @param {import("./mosaic_reader.js").MosaicReader} reader
+ */
+function troubleOf(problem, reader) {
+  return [h("div", { class: "strip bad", role: "alert" }, icon("warn"), h("div", {}, h("strong", { text: "The last mosaic was not finished. " }), sentence(problem.detail)),
+    h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.forget() } }, icon("close")))];
+}
+
+/** @param {ProblemDocument} problem */
+function refusalOf({ detail }) {
+  return [h("div", { class: "strip warn", role: "status" }, icon("warn"), h("div", {}, h("strong", { text: "No mosaic can be made of it. " }), sentence(detail)))];
+}
+
+/**
+ * @param {Offer} offer
+ * @param {MosaicOrders} orders
+ */
+function offerOf({ anew, begun, needs, scans, brackets, eye }, orders) {
+  const eyes = choiceField("Picture of", [["left", "Left eye"], ["right", "Right eye"]]);
+  const scan = choiceField("Scan", scans.map((each) => [String(each), String(each + 1)]));
+  const bracket = choiceField("Exposure", brackets.map((each) => [String(each), String(each + 1)]));
+  eyes.input.value = eye;
+  const wish = () => ({ eye: /** @type {MosaicWish["eye"]} */ (eyes.value()), scan: Number(scan.value()), bracket: Number(bracket.value()) });
+  const words = anew ? "The dataset has grown since this mosaic was made. It stays until a new one is whole."
+    : begun ? "A mosaic was begun. Making it goes on where it ended."
+    : "All foveae of the dataset are laid into one picture at their own resolution, with the depth of all pairs. The rig stays free meanwhile.";
+  return [h("div", { class: anew ? "offer small" : "offer" }, !anew && icon("pictures"),
+    h("p", { class: "lead", text: words }), needs && needsOf(needs),
+    h("div", { class: "fields" }, eyes.element, scans.length > 1 && scan.element, brackets.length > 1 && bracket.element,
+      h("button", { type: "button", class: "plain primary", data: { keep: "make" }, on: { click: () => void orders.make(wish()) } }, begun ? "Go on" : anew ? "Make it anew" : "Make the mosaic"),
+      begun && h("button", { type: "button", class: "plain", on: { click: () => void orders.remove() } }, icon("trash"), "Throw it away")))];
+}
+
+/** @param {MosaicNeeds} needs */
+function needsOf({ views, width, height, needed_bytes, free_bytes }) {
+  return h("p", { class: "number", text: `${views} foveae · ${size(width, height)} · up to ${room(needed_bytes)} on the disk (${room(free_bytes)} free)` });
+}
+
+/**
+ * @param {MosaicProgress | null} progress
+ * @param {MosaicOrders} orders
+ */
+function progressOf(progress, orders) {
+  const share = progress && progress.total > 0 && progress.done > 0 ? progress.done / progress.total : null;
+  const note = progress?.note ? sentence(progress.note).slice(0, -1) : "Reading the dataset";
+  const words = [note, share === null ? "" : `step ${progress?.done} of ${progress?.total}`, leftOf(progress?.eta_s ?? null)].filter(Boolean).join(" · ");
+  return [h("div", { class: "job running" }, h("div", { class: "words", text: words }), h("div", { class: "progress" }, bar("Making the mosaic", { share, text: words })),
+    h("button", { type: "button", class: "plain", data: { keep: "cancel" }, on: { click: () => void orders.cancel() } }, "Cancel"))];
+}

@@ -1,0 +1,33 @@
+// Sizes and times of mosaics in words.
+
+import { count, MISSING, number } from "../format.js";
+
+/** @param {number} bytes */
+export function room(bytes) {
+  if (bytes < 1e6) return `${number(bytes / 1e3, 0)} kB`;
+  return bytes < 1e9 ? `${number(bytes / 1e6, bytes < 1e7 ? 1 : 0)} MB` : `${number(bytes / 1e9, bytes < 1e10 ? 1 : 0)} GB`;
+}
+
+/**
+ * @param {number} width
+ * @param {number} height
+ */
+export function size(width, height) {
+  return `${count(width)} × ${count(height)} px`;
+}
+
+/** @param {number | null | undefined} share */
+export function percent(share) {
+  if (share === null || share === undefined) return MISSING;
+  return `${number(100 * share, share < 0.01 ? 2 : share < 0.1 ? 1 : 0)} %`;
+}
+
+/**
+ * The time left, no finer than it can be known.
+ * @param {number | null} left_s
+ */
+export function leftOf(left_s) {
+  if (left_s === null) return "";
+  if (left_s < 8) return "a few seconds left";
+  return left_s < 90 ? `about ${Math.ceil(left_s / 10) * 10} s left` : `about ${Math.round(left_s / 60)} min left`;
+}

@@ -1,0 +1,53 @@
+// Keeps one still equal to the server's while its page is open.
+
+import { Problem, request } from "../api.js";
+import { stillPath } from "../capture/still_orders.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ */
+
+/** Reads for one still. */
+export class OneStillReader {
+  #id;
+  #changed;
+  #reads = new QuietReads();
+  /** @type {StillDocument | null} */
+  still = null;
+  /** Why there is none: the server's words. */
+  missing = "";
+
+  /**
+   * @param {string} id
+   * @param {() => void} changed
+   */
+  constructor(id, changed) {
+    this.#id = id;
+    this.#changed = changed;
+  }
+
+  readAll() {
+    return this.#reads.read("still", async () => {
+      try {
+        this.adopt(/** @type {StillDocument} */ (await request("GET", stillPath(this.#id))));
+      } catch (error) {
+        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        Object.assign(this, { still: null, missing: error.message });
+        this.#changed();
+      }
+    });
+  }
+
+  /** @param {StillDocument} still as an order has answered */
+  adopt(still) {
+    Object.assign(this, { still, missing: "" });
+    this.#changed();
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    if (kind.startsWith("still.") && data?.["still_id"] === this.#id) void this.readAll();
+  }
+}

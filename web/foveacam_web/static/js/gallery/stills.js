@@ -1,0 +1,13 @@
+// The tab of stills: all of them, or one.
+
+import { openStill } from "./still_page.js";
+import { openStillsList } from "./stills_list.js";
+
+/**
+ * @param {import("./documents.js").GalleryPlace} at
+ * @param {import("./context.js").GalleryContext} context
+ * @returns {HTMLElement}
+ */
+export function openStills(at, context) {
+  return at.id === null ? openStillsList(context) : openStill(at.id, context);
+}

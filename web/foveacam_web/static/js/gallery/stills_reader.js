@@ -1,0 +1,50 @@
+// Keeps the list of stills and their trash equal to the server's while they are shown.
+
+import { request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ */
+
+/** Reads for one list. */
+export class StillsReader {
+  #changed;
+  #reads = new QuietReads();
+  #text = "";
+  /** @type {StillDocument[] | null} */
+  list = null;
+  /** @type {StillDocument[] | null} */
+  trash = null;
+  /** Neither kept nor discarded. */
+  waiting = 0;
+  /** What the list was searched for when it was read. */
+  searched = "";
+
+  /** @param {() => void} changed */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  readAll() {
+    return this.#reads.read("stills", async () => {
+      const text = this.#text;
+      const of = (/** @type {string} */ query) => /** @type {Promise<StillDocument[]>} */ (request("GET", `/stills?${query}`));
+      const [list, trash, held] = await Promise.all([of(`text=${encodeURIComponent(text)}`), of("state=removed"), of("state=held")]);
+      Object.assign(this, { list, trash, waiting: held.length, searched: text.trim() });
+      this.#changed();
+    });
+  }
+
+  /** @param {string} text words that all must hold */
+  search(text) {
+    this.#text = text;
+    return this.readAll();
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind }) {
+    if (kind.startsWith("still.")) void this.readAll();
+  }
+}
