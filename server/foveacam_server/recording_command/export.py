@@ -29,7 +29,7 @@ def export_wish(
 
 def film(file: Path, wish: MovieWish, target: Path, *, progress: Progress) -> dict[str, object]:
     """Make the film and return what was made."""
-    _quiet_encoders()
+    quiet_encoders()
     with Recording(file) as recording:
         show = wish.show or _wide_stream(recording)
         asked = MovieWish(show=show, fps=wish.fps, codec=wish.codec, start_s=wish.start_s, end_s=wish.end_s)
@@ -46,7 +46,7 @@ def film(file: Path, wish: MovieWish, target: Path, *, progress: Progress) -> di
     }
 
 
-def _quiet_encoders() -> None:
+def quiet_encoders() -> None:
     """Keep encoders that are tried and lacking from writing to the terminal; we say what there is."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read when the first film is opened
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

@@ -1,6 +1,7 @@
 """`foveacam recording info`: what a recording holds, as a document and for people."""
 
 from pathlib import Path
+from typing import Any
 
 from rich.console import Group
 from rich.table import Table
@@ -13,32 +14,35 @@ from foveacam_pipeline.capture.recording.session import SESSION
 def information(file: Path) -> dict[str, object]:
     """Return what a recording holds; raise `InvalidInput` for what is none."""
     with Recording(file) as recording:
-        first_ns, last_ns = recording.span_ns
-        return {
-            "file": str(file),
-            "bytes": file.stat().st_size,
-            "recorded": recording.metadata.get(SESSION, {}).get("timestamp"),
-            "app": recording.metadata.get(SESSION, {}).get("app"),
-            "duration_s": (last_ns - first_ns) / 1e9,
-            "finalized": recording.finalized,
-            "truncated": _truncation(recording),
-            "rig": _rig(recording),
-            "slots": list(recording.slots),
-            "streams": {
-                name: {
-                    "role": None if stream.role is None else stream.role.value,
-                    "frames": len(stream),
-                    "fps": round(stream.fps, 3),
-                    "width": stream.form.width,
-                    "height": stream.form.height,
-                    "pixel_format": stream.form.pixel_format,
-                    "bits": stream.form.bits,
-                    "packed": stream.form.packed,
-                    "compressed": stream.form.compressed,
-                }
-                for name, stream in recording.streams.items()
-            },
-        }
+        return {"file": str(file), "bytes": file.stat().st_size, **information_of(recording)}
+
+
+def information_of(recording: Recording) -> dict[str, Any]:  # Any: a JSON document
+    """Return what an open recording holds."""
+    first_ns, last_ns = recording.span_ns
+    return {
+        "recorded": recording.metadata.get(SESSION, {}).get("timestamp"),
+        "app": recording.metadata.get(SESSION, {}).get("app"),
+        "duration_s": (last_ns - first_ns) / 1e9,
+        "finalized": recording.finalized,
+        "truncated": _truncation(recording),
+        "rig": _rig(recording),
+        "slots": list(recording.slots),
+        "streams": {
+            name: {
+                "role": None if stream.role is None else stream.role.value,
+                "frames": len(stream),
+                "fps": round(stream.fps, 3),
+                "width": stream.form.width,
+                "height": stream.form.height,
+                "pixel_format": stream.form.pixel_format,
+                "bits": stream.form.bits,
+                "packed": stream.form.packed,
+                "compressed": stream.form.compressed,
+            }
+            for name, stream in recording.streams.items()
+        },
+    }
 
 
 def _truncation(recording: Recording) -> dict[str, object] | None:

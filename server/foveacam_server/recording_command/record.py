@@ -10,16 +10,17 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from foveacam_hardware.contract import PARKED, Frame, InvalidInput, Role, StereoVolts
+from foveacam_hardware.contract import PARKED, Frame, InvalidInput, StereoVolts
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import RecordedRig, Session
+from foveacam_pipeline.capture.recording.session import Session
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import Wish
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
+from foveacam_server.recordings.begin import identity_of
 
 Tell = Callable[[float, str], None]
 """Called with seconds recorded and a few words."""
@@ -76,17 +77,6 @@ def gaze_of(recorded: RecordWish, calibration: Calibration | None) -> StereoVolt
             "record: to look somewhere the rig needs a calibration; calibrate it, or leave the direction out"
         )
     return PARKED
-
-
-def identity_of(rig: Rig, calibration: Calibration | None) -> RecordedRig:
-    """Return what a recording says of the rig."""
-    return RecordedRig(
-        rig_id=rig.rig_id,
-        name=rig.name,
-        baseline_m=rig.baseline_m,
-        cameras={STREAM_OF_ROLE[role]: rig.camera(role).info for role in Role},
-        calibration=calibration,
-    )
 
 
 def _looks(

@@ -16,6 +16,8 @@ from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.settle_times import SettleTimes
 from foveacam_server.capturing.shelf import CAPTURES
 from foveacam_server.capturing.still_shelf import STILLS
+from foveacam_server.recordings.shelf import RECORDINGS
+from foveacam_server.recordings.tap import FrameTap
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_health import CalibrationHealth
 from foveacam_server.runtime.calibration_records import CalibrationRecords
@@ -37,6 +39,7 @@ from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Rig, Viewer
 from foveacam_server.runtime.rail import RailDesk
+from foveacam_server.runtime.recordings import RecordingService, RecordingTools
 from foveacam_server.runtime.scene_follower import SceneFollower, Sight
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.settle_desk import SettleDesk
@@ -70,7 +73,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         hardware=hardware,
         calibration=lore.calibration,
         jobs=jobs,
-        sink=sights.hub,
+        sink=sights.tap,
         events=ground.events,
         clock=ground.clock,
         settling=lore.settling,
@@ -87,6 +90,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     capture_tools = _capture_tools(ground, lore, sights, hardware=hardware, jobs=jobs)
     captures = CaptureService(ground.store.subfolder(CAPTURES), capture_tools)
     stills = StillService(ground.store.subfolder(STILLS), capture_tools)
+    recordings = _recordings(ground, lore, sights, hardware=hardware, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
     hardware.start()
@@ -119,6 +123,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         clouds=study.clouds,
         captures=captures,
         stills=stills,
+        recordings=recordings,
         fixations=study.fixations,
         viewer=sights.viewer,
     )
@@ -153,6 +158,8 @@ class _Sights:
 
     boot_id: str
     hub: FrameHub
+    tap: FrameTap
+    """Where frames and pictures are published: they go to the hub, and to who records."""
     streams: Streams
     viewer: Viewer | None
     overlay: Overlay
@@ -198,6 +205,7 @@ def _open_sights(ground: _Ground, lore: _Lore, *, loop: asyncio.AbstractEventLoo
     return _Sights(
         boot_id=boot_id,
         hub=hub,
+        tap=FrameTap(hub),
         streams=streams,
         viewer=_open_viewer(ground, loop=loop),
         overlay=Overlay(lambda: lore.calibration.current),
@@ -208,11 +216,11 @@ def _hardware(ground: _Ground, lore: _Lore, sights: _Sights) -> HardwareThread:
     settings = ground.settings
     hardware = HardwareThread(
         lambda: _open_rig(ground, lore),
-        sink=sights.hub,
+        sink=sights.tap,
         events=ground.events,
         clock=ground.clock,
         overlay=sights.overlay.of,
-        limits=LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz),
+        limits=_rates(settings),
         keeper=lore.cameras,
     )
     ground.stack.callback(hardware.close)
@@ -226,12 +234,34 @@ def _capture_tools(
         hardware=hardware,
         calibration=lore.calibration,
         jobs=jobs,
-        sink=sights.hub,
+        sink=sights.tap,
         overlay=sights.overlay.of,
         distance_m=lambda: sights.overlay.distance_m,
         events=ground.events,
         clock=ground.clock,
     )
+
+
+def _recordings(
+    ground: _Ground, lore: _Lore, sights: _Sights, *, hardware: HardwareThread, jobs: JobRunner
+) -> RecordingService:
+    tools = RecordingTools(
+        hardware=hardware,
+        calibration=lore.calibration,
+        jobs=jobs,
+        tap=sights.tap,
+        hub=sights.hub,
+        rates=_rates(ground.settings),
+        events=ground.events,
+        clock=ground.clock,
+    )
+    recordings = RecordingService(ground.store.subfolder(RECORDINGS), tools)
+    ground.stack.callback(recordings.close)
+    return recordings
+
+
+def _rates(settings: Settings) -> LiveRates:
+    return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
 
 
 def _open_study(

@@ -25,6 +25,7 @@ from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.rail import RailDesk
+from foveacam_server.runtime.recordings import RecordingService
 from foveacam_server.runtime.settle_desk import SettleDesk
 from foveacam_server.runtime.stills import StillService
 from foveacam_server.runtime.stop import StopSwitch
@@ -64,6 +65,7 @@ class Services:
     jobs: JobRunner
     clouds: CloudShelf
     captures: CaptureService
+    recordings: RecordingService
     stills: StillService
     fixations: FixationService
     viewer: Viewer | None

@@ -1,0 +1,42 @@
+"""Before a recording begins: which rig it shows, and whether the disk has room for it."""
+
+from collections.abc import Iterable
+
+from foveacam_hardware.contract import OutOfRange, Role
+from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.runtime.ports import Rig
+
+RESERVE_BYTES = 64_000_000
+"""Left free: for the database, and for the recording's own end."""
+
+
+def identity_of(rig: Rig, calibration: Calibration | None) -> RecordedRig:
+    """Return what a recording says of the rig; call where its devices are owned."""
+    cameras = {Role.WIDE: rig.wide, Role.LEFT: rig.left, Role.RIGHT: rig.right}
+    return RecordedRig(
+        rig_id=rig.rig_id,
+        name=rig.name,
+        baseline_m=rig.baseline_m,
+        cameras={STREAM_OF_ROLE[role]: camera.info for role, camera in cameras.items()},
+        calibration=calibration,
+    )
+
+
+def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:
+    """Raise OutOfRange with both figures when the disk is too small; without a duration, for one second.
+
+    `frames`: bytes of a frame and rate, Hz, of every camera.
+    """
+    asked_s = 1.0 if duration_s is None else duration_s
+    needed_bytes = RESERVE_BYTES + round(asked_s * sum(size * rate_hz for size, rate_hz in frames))
+    if needed_bytes > free_bytes:
+        raise OutOfRange(
+            f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed,"
+            f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or record fewer cameras or a"
+            " shorter time",
+            asked=f"{needed_bytes} bytes",
+            found=f"{free_bytes} bytes",
+            remedy="free some, or record fewer cameras or a shorter time",
+        )

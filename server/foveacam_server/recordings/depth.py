@@ -1,0 +1,94 @@
+"""Depth at a moment of a recording, computed anew from its frames, its poses and its own calibration."""
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_pipeline.stereo.depth import depth_map
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.pictures import depth_picture
+from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.values import DepthMap
+from foveacam_server.recordings.moments import pair_at, sighting_of
+from foveacam_server.recordings.opened import OpenRecordings
+from foveacam_server.runtime.encoder import encode_jpeg
+
+KEPT = 4
+"""Depths that are not computed again when their picture is fetched."""
+QUALITY = 88
+CENTRE_SHARE = 0.1
+"""Side of the box at the centre, of the picture's, whose median is told."""
+CENTRE_KNOWN = 0.05
+"""Below this share of known pixels the centre has no depth."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedDepth:
+    """Depth along the rig's z at the middle of the left fovea, with its standard error, m; None: unknown.
+
+    `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
+    exposures. `picture`: JPEG.
+    """
+
+    left_index: int
+    t_ns: int
+    z_m: float | None
+    sigma_m: float | None
+    verged_z_m: float | None
+    known: float
+    apart_ms: float
+    picture: bytes
+
+
+class DepthDesk:
+    """Computes depth when it is asked for, one at a time, and keeps the last ones."""
+
+    def __init__(self, opened: OpenRecordings) -> None:
+        self._opened = opened
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[Path, int, int], RecordedDepth] = OrderedDict()
+
+    def at(self, path: Path, *, t_s: float) -> RecordedDepth:
+        """Return the depth at a moment; raise NotCalibrated or InvalidInput, in words, where it cannot be."""
+        with self._opened.reading(path) as recording:
+            pair = pair_at(recording, t_s)
+            sighting, calibration = sighting_of(recording, pair)
+        key = path, pair[0].t_ns, pair[1].t_ns
+        with self._lock:
+            found = self._kept.get(key)
+            if found is None:
+                rectified = rectify(sighting, calibration, scale=0.5)
+                depth = depth_map(rectified, match(rectified))
+                z_m, sigma_m = centre_of(depth)
+                verged_z_m = rectified.verged_z_m
+                found = RecordedDepth(
+                    left_index=pair[0].index,
+                    t_ns=pair[0].t_ns,
+                    z_m=z_m,
+                    sigma_m=sigma_m,
+                    verged_z_m=verged_z_m if np.isfinite(verged_z_m) else None,
+                    known=float(np.isfinite(depth.z_m).mean()),
+                    apart_ms=abs(pair[1].t_ns - pair[0].t_ns) / 1e6,
+                    picture=encode_jpeg(depth_picture(depth), quality=QUALITY),
+                )
+                self._kept[key] = found
+            self._kept.move_to_end(key)
+            while len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        return found
+
+
+def centre_of(depth: DepthMap) -> tuple[float | None, float | None]:
+    """Return the median depth of the box at the centre and its standard error, m; None where too few know."""
+    height, width = depth.z_m.shape
+    half_y, half_x = max(1, round(0.5 * CENTRE_SHARE * height)), max(1, round(0.5 * CENTRE_SHARE * width))
+    box = slice(height // 2 - half_y, height // 2 + half_y), slice(width // 2 - half_x, width // 2 + half_x)
+    z_m = depth.z_m[box]
+    known = np.isfinite(z_m)
+    if known.mean() < CENTRE_KNOWN:
+        return None, None
+    own_m, pose_m = (float(np.median(sigma[box][known])) for sigma in (depth.sigma_m, depth.pose_sigma_m))
+    return float(np.median(z_m[known])), float(np.hypot(own_m, pose_m))

@@ -1,0 +1,109 @@
+"""Recordings as REST shows them."""
+
+from collections.abc import Mapping
+
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, role_of
+from foveacam_server.recordings.live import LiveRecording
+from foveacam_server.recordings.shelf import KeptRecording
+from foveacam_server.runtime.store import Document
+
+URL = "/api/v1/recordings"
+_COUNTS = ("published", "written", "dropped", "losses", "bytes")
+
+
+def recording_document(kept: KeptRecording) -> Document:
+    """Return one recording on the disk."""
+    held, notes = kept.contents, kept.notes
+    rig = (held or {}).get("rig") or {}
+    counted = (held or {}).get("statistics") or notes.statistics
+    streams = (held or {}).get("streams", {})
+    state, why = _state(kept)
+    return {
+        **_named(notes.id, kept.name, notes.label, notes.created_utc),
+        "file": kept.path.name,
+        "state": state,
+        "why": why,
+        "removed": kept.removed,
+        "duration_s": round((held or {}).get("duration_s", 0.0), 3),
+        "size_bytes": kept.size_bytes,
+        "rig_id": rig.get("rig_id"),
+        "calibration_id": rig.get("calibration_id"),
+        "calibration_problem": rig.get("calibration_problem"),
+        "truncated": (held or {}).get("truncated"),
+        "streams": [_stream(name, told, counted.get(name)) for name, told in streams.items()],
+        "playable": any(told["frames"] > 0 for told in streams.values()),
+        "asked_s": None,
+        "job_id": None,
+    }
+
+
+def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
+    """Return a recording that is being made, as far as it is."""
+    counted = {name: found.document() for name, found in live.statistics.items()}
+    waiting = {name: found.waiting for name, found in live.statistics.items()}
+    nothing: Document = dict.fromkeys(("published", "written", "dropped", "bytes", "fps"), 0) | {"losses": {}}
+    streams = []
+    for role in live.roles:
+        name = STREAM_OF_ROLE[role]
+        counts = counted.get(name, nothing)
+        told = {"role": role.value, "frames": counts["written"], "fps": counts["fps"]}
+        streams.append(_stream(name, told, counts) | {"waiting": waiting.get(name, 0)})
+    return {
+        **_named(live.id, live.name, live.label, live.created_utc),
+        "file": live.path.name,
+        "state": live.state,
+        "why": "",
+        "removed": False,
+        "duration_s": round(elapsed_s, 3),
+        "size_bytes": live.size_bytes,
+        "rig_id": live.rig.rig_id,
+        "calibration_id": None if live.rig.calibration is None else live.rig.calibration.id,
+        "calibration_problem": None,
+        "truncated": None,
+        "streams": streams,
+        "playable": False,
+        "asked_s": live.asked_s,
+        "job_id": live.job_id,
+    }
+
+
+def _named(recording_id: str, name: str, label: str, created_utc: str) -> Document:
+    return {
+        "id": recording_id,
+        "name": name,
+        "label": label,
+        "created_utc": created_utc or None,
+        "url": f"{URL}/{recording_id}",
+    }
+
+
+def _stream(name: str, told: Mapping[str, object], counted: Mapping[str, object] | None) -> Document:
+    """Return one camera; counts are None where nobody counted."""
+    role = role_of(name)
+    counts = {key: (counted or {}).get(key) for key in _COUNTS}
+    return {
+        "name": name,
+        "role": None if role is None else role.value,
+        "frames": told["frames"],
+        "fps": told["fps"],
+        "width": told.get("width"),
+        "height": told.get("height"),
+        "pixel_format": told.get("pixel_format"),
+        "bits": told.get("bits"),
+        "waiting": 0,
+        **counts,
+        "losses": counts["losses"] or {},
+    }
+
+
+def _state(kept: KeptRecording) -> tuple[str, str]:
+    """Return how a file stands, and why where it is not as meant."""
+    held = kept.contents
+    if held is None:
+        return "damaged", kept.trouble
+    if held["truncated"] is not None:
+        lost = held["truncated"]
+        return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes']} bytes are lost"
+    if held["finalized"]:
+        return "complete", ""
+    return "partial", kept.notes.why or "its program did not end it as meant; what it holds is whole"

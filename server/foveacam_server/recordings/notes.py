@@ -1,0 +1,52 @@
+"""What is known of a recording beside its file: id, label, why it ended. Lost notes lose no picture."""
+
+import hashlib
+import logging
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from foveacam_server.runtime.names import utc_now
+from foveacam_server.whole_file import read_document, write_document
+
+_log = logging.getLogger(__name__)
+
+FORM, VERSION = "foveacam recording notes", 1
+NOTES = ".json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Notes:
+    """`why`: what ended it, where it did not end as meant. `statistics`: of every stream."""
+
+    id: str
+    label: str = ""
+    created_utc: str = field(default_factory=utc_now)
+    why: str = ""
+    statistics: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def notes_path(recording: Path) -> Path:
+    """Return where the notes of a recording lie."""
+    return recording.with_name(recording.name + NOTES)
+
+
+def write_notes(recording: Path, notes: Notes) -> None:
+    """Write them whole. Raise `OSError`."""
+    write_document(notes_path(recording), {"format": FORM, "version": VERSION, **asdict(notes)})
+
+
+def read_notes(recording: Path) -> Notes | None:
+    """Return the notes of a recording; None where there are none that can be read."""
+    try:
+        return Notes(**read_document(notes_path(recording), form=FORM, version=VERSION))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, TypeError) as error:
+        _log.warning("%s: its notes cannot be read: %s", recording, error)
+        return None
+
+
+def id_without_notes(recording: Path) -> str:
+    """Return the id of a file that somebody put there: it follows from its name."""
+    return "rec-" + hashlib.blake2s(recording.name.encode(), digest_size=5).hexdigest()

@@ -1,0 +1,70 @@
+"""Recordings that are being looked at stay open: an index of hours is not read anew for every picture."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from foveacam_pipeline.capture.recording.reader import Recording
+
+KEPT = 4
+"""Recordings open at once; that which nobody has looked at for longest is closed."""
+
+
+@dataclass(slots=True, eq=False)
+class _Open:
+    recording: Recording
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    closed: bool = False
+
+    def close(self) -> None:
+        with self.lock:
+            self.closed = True
+            self.recording.close()
+
+
+class OpenRecordings:
+    """Lends open recordings, each to one thread at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._open: OrderedDict[tuple[Path, int, int], _Open] = OrderedDict()
+
+    @contextmanager
+    def reading(self, path: Path) -> Iterator[Recording]:
+        """Lend a recording; raise `InvalidInput` for what is none. Frames outlive the loan."""
+        while True:
+            entry = self._entry(path)
+            with entry.lock:
+                if not entry.closed:
+                    yield entry.recording
+                    return
+
+    def close(self) -> None:
+        """Close all."""
+        with self._lock:
+            left, self._open = list(self._open.values()), OrderedDict()
+        for entry in left:
+            entry.close()
+
+    def _entry(self, path: Path) -> _Open:
+        key = _key(path)
+        with self._lock:
+            entry = self._open.get(key)
+            if entry is None:
+                entry = self._open[key] = _Open(Recording(path))
+            self._open.move_to_end(key)
+            surplus = [self._open.popitem(last=False)[1] for _ in range(len(self._open) - KEPT)]
+        for old in surplus:
+            old.close()
+        return entry
+
+
+def _key(path: Path) -> tuple[Path, int, int]:
+    try:
+        found = path.stat()
+    except OSError:
+        return path, 0, 0
+    return path, found.st_mtime_ns, found.st_size

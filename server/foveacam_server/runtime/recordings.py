@@ -1,0 +1,295 @@
+"""Recordings as jobs that run beside all others: begun, watched, stopped; and those on the disk."""
+
+import logging
+import shutil
+import threading
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, InvalidInput, Role
+from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.capture.recording.recorder import Recorder
+from foveacam_pipeline.capture.recording.session import Session
+from foveacam_server.recordings.begin import check_room, identity_of
+from foveacam_server.recordings.depth import DepthDesk
+from foveacam_server.recordings.documents import URL, live_document, recording_document
+from foveacam_server.recordings.live import LiveRecording
+from foveacam_server.recordings.notes import Notes, notes_path, write_notes
+from foveacam_server.recordings.opened import OpenRecordings
+from foveacam_server.recordings.shelf import KeptRecording, RecordingShelf
+from foveacam_server.recordings.tap import FrameTap
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime.films import FilmService
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.live_views import LiveRates
+from foveacam_server.runtime.store import Document
+
+_log = logging.getLogger(__name__)
+
+KIND = "recording"
+ID_PREFIX = "rec-"
+LOOK_S = 0.1
+"""How often the job looks whether it shall end, or must: well within 2 s of a disk's failure."""
+TELL_NS = 5_000_000_000
+STOP_WAIT_S = 40.0
+"""Longest that `stop` waits for the end of the file; the recorder gives up sooner."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordingTools:
+    """What recordings work with."""
+
+    hardware: HardwareThread
+    calibration: CalibrationService
+    jobs: JobRunner
+    tap: FrameTap
+    hub: FrameHub
+    rates: LiveRates
+    events: EventLog
+    clock: Clock
+
+
+class RecordingService:
+    """One door to the recordings of this data directory. One is made at a time; the rig stays free."""
+
+    def __init__(self, folder: Path, tools: RecordingTools) -> None:
+        self.shelf = RecordingShelf(folder)
+        self.opened = OpenRecordings()
+        self.depth = DepthDesk(self.opened)
+        self._tools = tools
+        self._lock = threading.Lock()
+        self._live: LiveRecording | None = None
+        tools.jobs.handle(KIND, self._work, beside=True)
+        self.films = FilmService(self, tools.jobs)
+
+    def close(self) -> None:
+        """Let go of the files that are being looked at; jobs have ended by now."""
+        self.opened.close()
+
+    # What is recorded -------------------------------------------------------------------------------------
+
+    def start(self, request: Document, *, idempotency_key: str | None = None) -> Job:
+        """Begin a recording; refuse at once what could not be done now."""
+        jobs = self._tools.jobs
+        with self._lock:
+            if jobs.keyed(idempotency_key):
+                return jobs.submit(KIND, request, idempotency_key=idempotency_key)
+            self._check_free()
+            path, roles = self.shelf.new_file(request["name"]), _roles(request["roles"])
+            self._check_room(roles, request["duration_s"])
+            calibration = self._tools.calibration.current
+            rig = answer_of(
+                self._tools.hardware.submit(lambda rig: identity_of(rig, calibration)), asked="who it is"
+            )
+            job = jobs.submit(KIND, request, idempotency_key=idempotency_key)  # its thread waits for the lock
+            self._live = LiveRecording(
+                id=ID_PREFIX + job.id.partition("-")[2],
+                job_id=job.id,
+                path=path,
+                roles=roles,
+                rig=rig,
+                label=request["label"],
+                asked_s=request["duration_s"],
+                begun_ns=self._tools.clock.now_ns(),
+            )
+        self._tell("recording.created", f"recording {path.stem} has begun", self._live.id)
+        return job
+
+    def stop(self, recording_id: str) -> Document:
+        """End a recording as meant, and return it when its file is whole; harmless when it has ended."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            live.stopping.set()
+            live.ended.wait(STOP_WAIT_S)
+        return self.document(recording_id)
+
+    # What lies on the disk --------------------------------------------------------------------------------
+
+    def every(self, *, text: str = "", removed: bool = False) -> list[Document]:
+        """Return recordings whose name, label, id or state holds `text`, newest first; or the trash."""
+        if removed:
+            found = [recording_document(kept) for kept in self.shelf.trash()]
+        else:
+            live = self._current()
+            found = [] if live is None else [self._shown(live)]
+            found += [recording_document(kept) for kept in self._ended()]
+        words = text.casefold().split()
+        return [document for document in found if all(word in _searched(document) for word in words)]
+
+    def document(self, recording_id: str) -> Document:
+        """Return one recording or raise NotFound."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            return self._shown(live)
+        return recording_document(self.shelf.get(recording_id, but=None if live is None else live.path))
+
+    def kept(self, recording_id: str) -> KeptRecording:
+        """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            raise Busy(
+                f"recording {live.name} is still being made; stop it first",
+                asked=f"recording {live.name}",
+                found="it is still being made",
+                remedy=f"stop it: POST {URL}/{live.id}/stop",
+            )
+        kept = self.shelf.get(recording_id, but=None if live is None else live.path)
+        if kept.contents is None:
+            raise InvalidInput(f"recording {kept.name} cannot be read: {kept.trouble}")
+        return kept
+
+    def at_url(self, url: str) -> Document:
+        """Return the recording that a job's result URL names."""
+        return self.document(url.rsplit("/", 1)[1])
+
+    def describe(self, recording_id: str, *, label: str) -> Document:
+        """Change the label, also while it is being made."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            live.label = label  # written down with its end
+        else:
+            self.shelf.describe(self.shelf.get(recording_id), label=label)
+        self._tell("recording.updated", "a recording was described anew", recording_id)
+        return self.document(recording_id)
+
+    def remove(self, recording_id: str) -> None:
+        """Move a recording to the trash; refused while it is being made."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            raise refusals.in_use(f"remove recording {live.name}", f"recording {live.name}")
+        kept = self.shelf.get(recording_id)
+        self.shelf.remove(kept)
+        self._tell("recording.removed", f"recording {kept.name} is in the trash", recording_id)
+
+    def restore(self, recording_id: str) -> Document:
+        """Take a recording out of the trash."""
+        kept = self.shelf.restore(recording_id)
+        self._tell("recording.updated", f"recording {kept.name} is out of the trash", recording_id)
+        return self.document(recording_id)
+
+    # The jobs ---------------------------------------------------------------------------------------------
+
+    def _work(self, context: JobContext) -> str:
+        with self._lock:
+            live = self._live
+        if live is None or live.job_id != context.job.id:
+            raise AssertionError("a recording is begun under the lock that it is known by")
+        why = "an error that nobody foresaw; the cause is in the server's log"
+        try:
+            self._record(context, live)
+            why = ""
+        except FoveaError as error:
+            why = str(error)
+            raise
+        finally:
+            self._end(live, why=why)
+        return f"{URL}/{live.id}"
+
+    def _record(self, context: JobContext, live: LiveRecording) -> None:
+        """Record until it shall end; raise what ended it early."""
+        live.recorder = recorder = _begun(live)
+        try:
+            with self._tools.tap.listening(live.roles, live.take):
+                self._wait(context, live)
+        finally:
+            recorder.close(as_meant=not context.cancelled() and live.failure is None)
+        if live.failure is not None:
+            raise live.failure
+        context.check()
+
+    def _wait(self, context: JobContext, live: LiveRecording) -> None:
+        due_ns = 0
+        while not (context.cancelled() or live.broken or live.stopping.wait(LOOK_S)):
+            now_ns = self._tools.clock.now_ns()
+            elapsed_s = (now_ns - live.begun_ns) / 1e9
+            if live.asked_s is not None and elapsed_s >= live.asked_s:
+                return
+            if now_ns >= due_ns:
+                due_ns = now_ns + TELL_NS
+                left_s = None if live.asked_s is None else live.asked_s - elapsed_s
+                total = 0 if live.asked_s is None else max(1, round(live.asked_s))
+                context.progress(round(elapsed_s), total=total, note=live.told(), left_s=left_s)
+
+    def _end(self, live: LiveRecording, *, why: str) -> None:
+        """Write down what became of it, and tell; a disk that took no more may not take that either."""
+        counts = {stream: found.document() for stream, found in live.statistics.items()}
+        notes = Notes(id=live.id, label=live.label, created_utc=live.created_utc, why=why, statistics=counts)
+        try:
+            if live.recorder is not None:  # else there is no file that they would belong to
+                write_notes(live.path, notes)
+        except OSError as error:
+            _log.warning("recording %s: its notes could not be written: %s", live.name, error)
+        with self._lock:
+            self._live = None
+        live.ended.set()
+        told = f"recording {live.name} has ended: {why or live.told()}"
+        data = {"recording_id": live.id, "name": live.name, "why": why}
+        level = Level.ERROR if why else Level.INFO
+        self._tools.events.emit("recording.ended", told, level=level, data=data)
+
+    # Inside -----------------------------------------------------------------------------------------------
+
+    def _current(self) -> LiveRecording | None:
+        """Return the recording that is being made; a job that ended before it began leaves none."""
+        live = self._live
+        if live is None or self._tools.jobs.get(live.job_id).state.ended:
+            return None
+        return live
+
+    def _ended(self) -> list[KeptRecording]:
+        live = self._current()
+        return self.shelf.every(but=None if live is None else live.path)
+
+    def _check_free(self) -> None:
+        live = self._current()
+        if live is not None:
+            raise Busy(
+                f"asked to record: recording {live.name} is being made; stop it first",
+                asked="record",
+                found=f"recording {live.name} is being made",
+                remedy=f"stop it: POST {URL}/{live.id}/stop",
+            )
+
+    def _check_room(self, roles: tuple[Role, ...], duration_s: float | None) -> None:
+        rates = self._tools.rates
+        frames = []
+        for role in roles:
+            newest = self._tools.hub.newest(role.value)
+            rate_hz = rates.wide_hz if role is Role.WIDE else rates.fovea_hz
+            frames.append((0 if newest is None else newest.image.nbytes, rate_hz))
+        free_bytes = shutil.disk_usage(self.shelf.folder).free
+        check_room(frames, duration_s=duration_s, free_bytes=free_bytes)
+
+    def _shown(self, live: LiveRecording) -> Document:
+        return live_document(live, elapsed_s=(self._tools.clock.now_ns() - live.begun_ns) / 1e9)
+
+    def _tell(self, kind: str, message: str, recording_id: str) -> None:
+        self._tools.events.emit(kind, message, data={"recording_id": recording_id})
+
+
+def _begun(live: LiveRecording) -> Recorder:
+    """Return the recorder of a new file with its notes; where the disk takes neither, nothing is left."""
+    try:
+        with disk_errors(f"the notes of recording {live.name}", live.path.parent):
+            write_notes(live.path, Notes(id=live.id, label=live.label, created_utc=live.created_utc))
+        return Recorder(live.path, Session(timestamp=live.created_utc, rig=live.rig))
+    except DeviceFault:
+        with suppress(OSError):
+            notes_path(live.path).unlink(missing_ok=True)
+            live.path.unlink(missing_ok=True)
+        raise
+
+
+def _roles(asked: list[str]) -> tuple[Role, ...]:
+    return tuple(role for role in Role if role.value in asked)
+
+
+def _searched(document: Document) -> str:
+    return f"{document['name']} {document['label']} {document['id']} {document['state']}".casefold()

@@ -1,0 +1,235 @@
+"""Recordings by REST on the simulated rig: made beside other work, shown, measured anew, filmed, removed."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_server.runtime.store import Document
+
+from .conftest import API, PATIENCE_S, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+URL = "/recordings"
+
+
+def until(server: Running, recording_id: str, enough: Callable[[Document], bool]) -> Document:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.02)):
+        document: Document = server.get(f"{URL}/{recording_id}").json()
+        if enough(document):
+            return document
+        waiting.wait(0.02)
+    raise AssertionError(document)
+
+
+def begin(server: Running, name: str, **more: object) -> Document:
+    """Begin a recording; return its document."""
+    answer = server.post(URL, {"name": name, **more})
+    assert answer.status_code == 202, answer.text
+    found: Document = server.get(f"{URL}/{answer.json()['id'].replace('job-', 'rec-')}").json()
+    return found
+
+
+def frames(document: Document, role: str) -> int:
+    return sum(stream["frames"] for stream in document["streams"] if stream["role"] == role)
+
+
+def picture(server: Running, path: str) -> np.ndarray[Any, Any]:
+    answer = server.http.get(path if path.startswith(API) else f"{API}{URL}/{path}")
+    assert answer.status_code == 200, answer.text
+    found = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def kept(server: Running) -> Document:
+    """A recording during which somebody fixated, and engaged the stop."""
+    live = begin(server, "monday", label="a fixation in between")
+    refused = server.post(URL, {"name": "tuesday"})
+    assert (refused.status_code, refused.json()["found"]) == (409, "recording monday is being made")
+    server.fixate()
+    until(server, live["id"], lambda found: min(frames(found, role.value) for role in Role) >= 3)
+    server.post("/stop")
+    server.http.delete(f"{API}/stop")
+    now = until(server, live["id"], lambda found: found["state"] == "recording")
+    assert server.get(f"{URL}/{live['id']}/download.fcap").status_code == 409
+    assert [found["id"] for found in server.get(URL).json()] == [live["id"]]
+    assert now["duration_s"] > 0.0
+
+    ended = server.post(f"{URL}/{live['id']}/stop")
+
+    assert ended.status_code == 200, ended.text
+    found: Document = ended.json()
+    return found
+
+
+def test_a_recording_made_beside_a_fixation_counts_every_frame_and_carries_its_pose(
+    server: Running, kept: Document
+) -> None:
+    assert (kept["state"], kept["why"], kept["label"]) == ("complete", "", "a fixation in between")
+    job = server.get(f"/jobs/{kept['id'].replace('rec-', 'job-')}").json()
+    assert (job["state"], job["result_url"]) == ("succeeded", kept["url"])
+    for stream in kept["streams"]:
+        assert stream["published"] == stream["written"] + stream["dropped"] == stream["frames"]
+        assert stream["dropped"] == sum(stream["losses"].values()) == 0
+        assert stream["bytes"] > stream["frames"] * 1440 * 1080
+    with Recording(server.services.settings.data / "recordings" / "monday.fcap") as recording:
+        assert recording.finalized
+        assert recording.rig is not None
+        assert recording.rig.calibration is not None
+        poses = {recording.pose("left", index).volts for index in range(len(recording.streams["left"]))}
+        assert None not in poses
+        assert len(poses) > 1  # the fixation moved the mirrors meanwhile
+
+
+def test_a_moment_has_the_frames_of_all_cameras_with_outlines(server: Running, kept: Document) -> None:
+    base = f"{URL}/{kept['id']}"
+    line = server.get(f"{base}/timeline").json()
+    assert [stream["role"] for stream in line["streams"]] == ["wide", "left", "right"]
+    assert line["calibrated"] is True
+    left = line["streams"][1]["t_s"]
+
+    last = server.get(f"{base}/frames", role="left", index="-1").json()
+
+    assert last["frames"]["left"]["index"] == len(left) - 1
+    assert last["frames"]["left"]["t_s"] == pytest.approx(left[-1])
+    for side in ("left", "right"):
+        outline = np.array(last["frames"][side]["footprint_px"])
+        assert outline.shape == (4, 2)
+        assert 100.0 < np.ptp(outline[:, 0]) < 300.0
+    assert picture(server, last["frames"]["wide"]["jpeg_url"]).shape == (1080, 1440, 3)
+    assert picture(server, last["frames"]["left"]["jpeg_url"] + "?scale=2").shape == (540, 720, 3)
+    assert picture(server, f"{kept['id']}/anaglyph.jpg?t_s={left[-1]}").shape == (540, 720, 3)
+
+
+def test_depth_is_computed_anew_from_the_recorded_poses(server: Running, kept: Document) -> None:
+    """The last look of the fixation stands at what it verged on."""
+    verged_m = server.get("/fixations").json()[0]["distance_m"]
+    line = server.get(f"{URL}/{kept['id']}/timeline").json()
+    found: list[Document] = []
+    for t_s in line["streams"][1]["t_s"]:
+        told = server.get(f"{URL}/{kept['id']}/frames", t_s=t_s).json()
+        if told["meeting_m"] is not None and told["meeting_m"] == pytest.approx(verged_m, rel=0.02):
+            found = [server.get(f"{URL}/{kept['id']}/depth", t_s=t_s).json()]
+    assert found
+
+    assert found[0]["z_m"] == pytest.approx(verged_m, rel=0.02)
+    assert 0.0 < found[0]["sigma_m"] < 0.1
+    assert picture(server, found[0]["picture_url"]).shape[0] == 540
+
+
+def test_a_part_of_the_file_is_sent_and_it_is_the_file(server: Running, kept: Document) -> None:
+    path = Path(server.services.settings.data / "recordings" / kept["file"])
+    url = f"{API}{URL}/{kept['id']}/download.fcap"
+
+    part = server.http.get(url, headers={"Range": "bytes=8-1007"})
+
+    assert part.status_code == 206
+    assert part.content == path.read_bytes()[8:1008]
+    assert 'filename="monday.fcap"' in part.headers["content-disposition"]
+
+
+def test_a_film_is_made_once(server: Running, kept: Document) -> None:
+    base = f"{URL}/{kept['id']}/films"
+    asked = {"show": "anaglyph", "fps": 5.0, "end_s": 0.3}
+    made = server.post(base, asked, Prefer="wait=60")
+    assert made.status_code == 200, made.text
+
+    film = server.http.get(made.json()["url"])
+
+    assert film.headers["content-type"] == "video/mp4"
+    assert len(film.content) == made.json()["size_bytes"] > 1000
+    assert server.post(base, asked, Prefer="wait=60").json() == made.json()
+    refused = server.post(base, {"start_s": 3.0, "end_s": 2.0})
+    assert refused.status_code == 422
+    assert "later end" in refused.json()["detail"]
+
+
+def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Document) -> None:
+    base = f"{API}{URL}/{kept['id']}"
+    server.http.patch(base, json={"label": "figurine at dusk"})
+    assert [found["name"] for found in server.get(URL, text="DUSK complete").json()] == ["monday"]
+    assert server.get(URL, text="dawn").json() == []
+
+    assert server.http.delete(base).status_code == 204
+    assert server.http.get(base).status_code == 404
+    assert [found["id"] for found in server.get(URL, removed="true").json()] == [kept["id"]]
+
+    restored = server.post(f"{URL}/{kept['id']}/restore").json()
+    assert (restored["name"], restored["label"], restored["state"]) == (
+        "monday",
+        "figurine at dusk",
+        "complete",
+    )
+    assert restored["streams"] == kept["streams"]
+
+
+def test_a_recording_of_one_camera_has_no_depth(server: Running) -> None:
+    live = begin(server, "wide alone", roles=["wide"])
+    until(server, live["id"], lambda found: frames(found, "wide") >= 1)
+    found = server.post(f"{URL}/{live['id']}/stop").json()
+
+    assert (found["state"], [stream["role"] for stream in found["streams"]]) == ("complete", ["wide"])
+    refused = server.get(f"{URL}/{found['id']}/depth")
+    assert (refused.status_code, "left camera" in refused.json()["detail"]) == (422, True)
+
+
+def test_a_recording_ends_by_itself_after_its_time_and_is_not_made_twice(server: Running) -> None:
+    body = {"name": "short", "duration_s": 0.2}
+    found = [server.post(URL, body, Prefer="wait=60", Idempotency_Key="short") for _ in range(2)]
+
+    assert [answer.status_code for answer in found] == [200, 200], found[0].text
+    assert found[0].json()["state"] == "complete"
+    assert found[0].json()["id"] == found[1].json()["id"]
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ({"name": "../up"}, "begins with a dot"),
+        ({"name": "/etc"}, "separates folders"),
+        ({"name": "a\x00b"}, "cannot be seen"),
+        ({"name": "x" * 300}, "300 characters"),
+        ({"name": "a\u202eb"}, "U+202E"),
+        ({"name": "a", "roles": []}, "roles"),
+        ({"name": "a", "roles": ["thermal"]}, "roles"),
+        ({"name": "a", "duration_s": -1.0}, "duration_s"),
+        ({"name": "a", "duration_s": 86_400.0}, "are free on the disk"),
+        ({}, "name"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused_in_words(
+    server: Running, body: dict[str, Any], told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Usage:
+        free = 10_000_000_000
+
+    monkeypatch.setattr("foveacam_server.runtime.recordings.shutil.disk_usage", lambda _: Usage)
+    refused = server.post(URL, body)
+
+    assert refused.status_code == 422, refused.text
+    assert told in refused.json()["detail"]
+
+
+def test_there_is_no_recording_by_that_id(server: Running) -> None:
+    for path in (
+        "",
+        "/timeline",
+        "/frames",
+        "/frames/left/0.jpg",
+        "/depth",
+        "/download.fcap",
+        "/films/a.mp4",
+    ):
+        assert server.get(f"{URL}/rec-none{path}").status_code == 404
+    for action in ("stop", "restore"):
+        assert server.post(f"{URL}/rec-none/{action}").status_code == 404

@@ -1,0 +1,150 @@
+"""One moment of a recording: outlines, red and cyan, and depth from its own poses and calibration."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_pipeline.capture.recording.poses import raw_frame
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.recorder import Recorder
+from foveacam_pipeline.capture.recording.session import RecordedRig, Session
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
+from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.stereo.values import DepthMap
+from foveacam_server.recordings.depth import DepthDesk, centre_of
+from foveacam_server.recordings.moments import (
+    anaglyph,
+    moment,
+    moment_of_frame,
+    pair_at,
+    sighting_of,
+    timeline,
+)
+from foveacam_server.recordings.opened import OpenRecordings
+
+from .dataset_scenes import CALIBRATION, noise_texture, plane_point
+from .recordings import record
+
+Z_M = 4.0
+PERIOD_S = 0.1
+
+
+def look(path: Path, *, calibration: Calibration | None = CALIBRATION, volts: bool = True) -> Path:
+    """Record two looks at a plane, `PERIOD_S` apart; the foveae are 10 ms later than the wide camera."""
+    rig = RecordedRig(
+        rig_id=CALIBRATION.rig_id, name="a rig", baseline_m=CALIBRATION.baseline_m, calibration=calibration
+    )
+    point, _ = plane_point(0, aim_deg=(2.0, -1.0), z_m=Z_M, texture=noise_texture())
+    with Recorder(path, Session(timestamp="2026-01-31T12:00:00+00:00", rig=rig)) as recorder:
+        for tick in range(2):
+            for shot in point.shots:
+                frame = shot.frame
+                late_ns = 0 if frame.role is Role.WIDE else 10_000_000
+                frame = type(frame)(
+                    image=frame.image, role=frame.role, seq=tick, exposure_ns=5_000_000, bits=frame.bits,
+                    t_ns=10**9 + round(tick * PERIOD_S * 1e9) + late_ns, volts=frame.volts if volts else None,
+                )  # fmt: skip
+                recorder.publish(STREAM_OF_ROLE[frame.role], raw_frame(frame, calibration=calibration))
+    return path
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return look(tmp_path_factory.mktemp("looks") / "plane.fcap")
+
+
+@pytest.fixture
+def desk() -> Iterator[DepthDesk]:
+    opened = OpenRecordings()
+    yield DepthDesk(opened)
+    opened.close()
+
+
+def centre(corners: Sequence[Sequence[float]]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return np.asarray(np.mean(np.array(corners), axis=0))
+
+
+def test_a_moment_has_the_nearest_frame_of_every_camera_and_where_the_foveae_look(seen: Path) -> None:
+    with Recording(seen) as recording:
+        found = moment(recording, "rec-1", t_s=0.09)
+        line = timeline(recording)
+        late = moment_of_frame(recording, Role.RIGHT, -1)
+    frames = found["frames"]
+    aim = np.tan(np.deg2rad([2.0, -1.0]))
+
+    assert [frame["index"] for frame in frames.values()] == [1, 1, 1]
+    assert (frames["wide"]["t_s"], frames["left"]["t_s"]) == (PERIOD_S, pytest.approx(PERIOD_S + 0.01))
+    assert late == pytest.approx(PERIOD_S + 0.01)
+    assert next(stream["t_s"] for stream in line["streams"]) == [0.0, PERIOD_S]
+    assert line["calibrated"] is True
+    assert found["meeting_m"] == pytest.approx(Z_M * np.linalg.norm([*aim, 1.0]), rel=1e-3)
+    expected = CALIBRATION.wide.pixels(np.deg2rad([[2.0, -1.0]]))[0]
+    for side in ("left", "right"):
+        np.testing.assert_allclose(centre(frames[side]["footprint_px"]), expected, atol=8.0)
+    assert frames["wide"]["footprint_px"] is None
+    assert frames["left"]["jpeg_url"].endswith("/rec-1/frames/left/1.jpg")
+
+
+def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
+    desk: DepthDesk, seen: Path
+) -> None:
+    found = desk.at(seen, t_s=0.0)
+
+    assert found.z_m == pytest.approx(Z_M, rel=2e-3)
+    assert found.sigma_m is not None
+    assert 0.0 < found.sigma_m < 0.05
+    assert found.verged_z_m == pytest.approx(Z_M, rel=2e-3)
+    assert (found.apart_ms, found.known > 0.5) == (0.0, True)
+    assert desk.at(seen, t_s=0.02) is found
+
+
+def test_foveae_are_laid_over_each_other_rectified_where_their_poses_are_known(seen: Path) -> None:
+    with Recording(seen) as recording:
+        pair = pair_at(recording, 0.0)
+        rectified, plain = anaglyph(pair, sighting_of(recording, pair)), anaglyph(pair, None)
+
+    middle = rectified[200:340, 260:460].astype(np.int64)
+    assert np.abs(middle[..., 0] - middle[..., 1]).mean() < 12.0  # grain of one texture lies on itself
+    assert plain.shape == (1080, 1440, 3)
+
+
+def test_without_calibration_or_poses_depth_is_refused_in_words(desk: DepthDesk, tmp_path: Path) -> None:
+    with pytest.raises(NotCalibrated, match="carries no calibration"):
+        desk.at(look(tmp_path / "a.fcap", calibration=None), t_s=0.0)
+    with pytest.raises(InvalidInput, match="nobody knows where it looks"):
+        desk.at(look(tmp_path / "b.fcap", volts=False), t_s=0.0)
+    record(tmp_path / "c.fcap", streams=("center",))
+    with pytest.raises(InvalidInput, match="no frames of the left camera"):
+        desk.at(tmp_path / "c.fcap", t_s=0.0)
+
+
+def test_frames_of_another_size_than_the_calibration_s_have_no_depth(desk: DepthDesk, tmp_path: Path) -> None:
+    rig = RecordedRig(rig_id="r", name="r", baseline_m=0.2, calibration=CALIBRATION)
+    record(tmp_path / "a.fcap", rig=rig)
+    with pytest.raises(InvalidInput, match="32 x 24 px, its calibration is of 1440 x 1080"):
+        desk.at(tmp_path / "a.fcap", t_s=0.0)
+
+
+def test_a_recording_of_others_has_outlines_by_the_matrix_that_came_with_its_frames(tmp_path: Path) -> None:
+    record(tmp_path / "a.fcap")
+    with Recording(tmp_path / "a.fcap") as recording:
+        found = moment(recording, "rec-1", t_s=0.0)
+        with pytest.raises(InvalidInput, match="frame 6 of left: the recording has 6"):
+            moment_of_frame(recording, Role.LEFT, 6)
+
+    corner = np.array([-0.5, -0.5, 1.0]) @ np.arange(9.0).reshape(3, 3).T
+    assert found["frames"]["left"]["footprint_px"][0] == pytest.approx(corner[:2] / corner[2], abs=0.01)
+    assert found["meeting_m"] is None
+
+
+def test_a_centre_where_too_little_matched_has_no_depth() -> None:
+    z_m = np.full((100, 100), np.nan, np.float32)
+    z_m[:20] = 3.0
+    ones = np.ones_like(z_m)
+
+    assert centre_of(DepthMap(z_m=z_m, sigma_m=ones, pose_sigma_m=ones)) == (None, None)
+    z_m[48:52, 48:52] = 5.0
+    assert centre_of(DepthMap(z_m=z_m, sigma_m=3 * ones, pose_sigma_m=4 * ones)) == (5.0, 5.0)

@@ -1,0 +1,265 @@
+"""Recordings as jobs over a rig of plain Python: beside other work, to their end, on disks that fail."""
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_server.errors import NotFound
+from foveacam_server.recordings.begin import RESERVE_BYTES, check_room
+from foveacam_server.recordings.live import LiveRecording
+from foveacam_server.recordings.tap import FrameTap
+from foveacam_server.runtime.calibrations import CalibrationService
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.job_table import Job, JobState
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.live_views import LiveRates
+from foveacam_server.runtime.recordings import RecordingService, RecordingTools
+from foveacam_server.runtime.store import Document, Store
+
+from .fake_rig import FakeRig, Pictures
+from .recordings import SmallDisk
+
+PATIENCE_S = 60.0
+RATES = LiveRates(wide_hz=100.0, fovea_hz=60.0)
+
+
+class Bench:
+    """A server's recordings on a fake rig."""
+
+    def __init__(self, folder: Path) -> None:
+        self.store = Store(folder)
+        self.events = EventLog(self.store)
+        clock = MonotonicClock()
+        self.rig = FakeRig(clock)
+        hub = FrameHub(clock=clock)
+        tap = FrameTap(hub)
+        self.hardware = HardwareThread(
+            lambda: self.rig, sink=tap, events=self.events, clock=clock, overlay=lambda _: None, limits=RATES
+        )
+        self.jobs = JobRunner(self.store, events=self.events, clock=clock)
+        calibration = CalibrationService(chosen=None, folder=folder / "calibrations", events=self.events)
+        tools = RecordingTools(
+            hardware=self.hardware,
+            calibration=calibration,
+            jobs=self.jobs,
+            tap=tap,
+            hub=hub,
+            rates=RATES,
+            events=self.events,
+            clock=clock,
+        )
+        self.recordings = RecordingService(folder / "recordings", tools)
+        self.jobs.handle("other", self._other)
+        self.began, self.go = threading.Event(), threading.Event()
+        self.hardware.start()
+        assert self.hardware.wait_open(PATIENCE_S)
+        self.jobs.start()
+
+    def close(self) -> None:
+        self.go.set()
+        self.jobs.close()
+        self.hardware.close()
+        self.recordings.close()
+        self.events.close()
+        self.store.close()
+
+    def begin(self, name: str = "one", **more: object) -> tuple[Job, str]:
+        request = {"name": name, "roles": ["wide", "left", "right"], "duration_s": None, "label": "", **more}
+        job = self.recordings.start(request)
+        return job, job.id.replace("job-", "rec-")
+
+    def until(self, recording_id: str, enough: Callable[[Document], bool]) -> Document:
+        waiting = threading.Event()
+        for _ in range(round(PATIENCE_S / 0.01)):
+            document = self.recordings.document(recording_id)
+            if enough(document):
+                return document
+            waiting.wait(0.01)
+        raise AssertionError(document)
+
+    def ended(self, job: Job) -> Job:
+        waiting = threading.Event()
+        for _ in range(round(PATIENCE_S / 0.01)):
+            found = self.jobs.get(job.id)
+            if found.state.ended:
+                return found
+            waiting.wait(0.01)
+        raise AssertionError(found)
+
+    def _other(self, context: JobContext) -> str:
+        self.began.set()
+        assert self.go.wait(PATIENCE_S)
+        return ""
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    found = Bench(tmp_path)
+    yield found
+    found.close()
+
+
+def some(document: Document) -> bool:
+    return all(stream["frames"] >= 2 for stream in document["streams"])
+
+
+def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: Bench) -> None:
+    other = bench.jobs.submit("other", {})
+    assert bench.began.wait(PATIENCE_S)
+    job, recording_id = bench.begin()
+    bench.until(recording_id, some)
+    bench.jobs.cancel_all("the stop was engaged")
+    assert bench.jobs.get(job.id).state is JobState.RUNNING
+    assert bench.jobs.get(other.id).state is JobState.CANCELLING
+    with pytest.raises(Busy, match="stop it first"):
+        bench.begin("two")
+    with pytest.raises(Busy):
+        bench.recordings.remove(recording_id)
+
+    found = bench.recordings.stop(recording_id)
+
+    assert found["state"] == "complete"
+    assert bench.ended(job).state is JobState.SUCCEEDED
+    for stream in found["streams"]:
+        assert stream["published"] == stream["written"] == stream["frames"] >= 2
+
+
+@pytest.mark.parametrize("read_only", [False, True])
+def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_read(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, read_only: bool
+) -> None:
+    def small(path: Path) -> SmallDisk:
+        return SmallDisk(path, room=20_000, read_only=read_only)
+
+    monkeypatch.setattr("foveacam_pipeline.capture.recording.recorder.new_file", small)
+    job, recording_id = bench.begin()
+    ended = bench.ended(job)
+    found = bench.recordings.document(recording_id)
+
+    assert ended.state is JobState.FAILED
+    assert ended.problem is not None
+    assert "the disk took no more" in ended.problem["detail"]
+    assert (found["state"], found["playable"]) == ("truncated" if read_only else "partial", True)
+    assert "the disk took no more" in found["why"]
+    for stream in found["streams"]:
+        assert stream["published"] == stream["written"] + stream["dropped"]
+        assert stream["written"] == stream["frames"]
+        assert stream["losses"].keys() <= {"disk"}
+    with Recording(bench.recordings.shelf.folder / "one.fcap") as recording:
+        assert len(list(recording.frames())) == sum(stream["frames"] for stream in found["streams"])
+
+
+def test_a_disk_without_room_for_its_beginning_leaves_nothing(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "foveacam_pipeline.capture.recording.recorder.new_file", lambda path: SmallDisk(path, room=100)
+    )
+    job, recording_id = bench.begin()
+
+    assert bench.ended(job).state is JobState.FAILED
+    assert list(bench.recordings.shelf.folder.iterdir()) == []
+    with pytest.raises(NotFound):
+        bench.recordings.document(recording_id)
+
+
+def test_a_cancelled_job_keeps_what_was_recorded_and_says_that_it_was_cancelled(bench: Bench) -> None:
+    job, recording_id = bench.begin(roles=["left"])
+    bench.recordings.describe(recording_id, label="half")
+    bench.until(recording_id, some)
+    bench.jobs.cancel(job.id)
+
+    assert bench.ended(job).state is JobState.CANCELLED
+    found = bench.recordings.document(recording_id)
+    assert (found["state"], found["why"], found["label"]) == ("partial", "the job was cancelled", "half")
+
+
+def test_a_recording_that_is_being_made_is_not_played(bench: Bench) -> None:
+    _, recording_id = bench.begin()
+    with pytest.raises(Busy, match="still being made"):
+        bench.recordings.kept(recording_id)
+    bench.recordings.stop(recording_id)
+    assert bench.recordings.kept(recording_id).name == "one"
+
+
+def frame(seq: int, *, t_ns: int) -> Frame:
+    image = np.full((4, 6), seq, np.uint8)
+    return Frame(image=image, role=Role.LEFT, seq=seq, t_ns=t_ns, exposure_ns=1)
+
+
+class Published:
+    """Stands in for a recorder; `failure` is raised instead."""
+
+    failure: Exception | None = None
+
+    def __init__(self) -> None:
+        self.seqs: list[int] = []
+
+    def publish(self, stream: str, raw: Frame) -> bool:
+        if self.failure is not None:
+            raise self.failure
+        self.seqs.append(raw.seq)
+        return True
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> LiveRecording:
+    rig = RecordedRig(rig_id="fake", name="Fake rig", baseline_m=0.2)
+    return LiveRecording(
+        id="rec-1", job_id="job-1", path=tmp_path / "a.fcap", roles=(Role.LEFT,), rig=rig, label="",
+        asked_s=None, begun_ns=0,
+    )  # fmt: skip
+
+
+def test_a_frame_that_is_shown_twice_is_recorded_once_and_one_not_asked_for_not_at_all(
+    live: LiveRecording,
+) -> None:
+    recorder = Published()
+    live.recorder = recorder  # type: ignore[assignment]  # counts what a recorder is given
+    shown = Pictures(watching=set())
+    tap = FrameTap(shown)
+    with tap.listening(live.roles, live.take):
+        assert (tap.watched("left"), tap.watched("wide")) == (True, False)
+        for one in (frame(1, t_ns=10), frame(1, t_ns=10), frame(2, t_ns=20)):
+            tap.publish_frame(one)
+        tap.publish_frame(
+            Frame(image=np.zeros((4, 6), np.uint8), role=Role.WIDE, seq=1, t_ns=30, exposure_ns=1)
+        )
+    tap.publish_frame(frame(3, t_ns=40))
+
+    assert recorder.seqs == [1, 2]
+    assert shown.counts == {"left": 4, "wide": 1}
+    assert not tap.watched("left")
+
+
+def test_an_error_at_a_frame_ends_the_recording_not_the_thread_of_the_cameras(live: LiveRecording) -> None:
+    recorder = Published()
+    recorder.failure = ValueError("no such format")
+    live.recorder = recorder  # type: ignore[assignment]  # fails at every frame
+    live.take(frame(1, t_ns=10))
+
+    assert live.failure is not None
+    assert "camera left cannot be recorded (no such format)" in str(live.failure)
+
+
+def test_a_disk_that_is_too_small_is_refused_with_both_figures() -> None:
+    frames = [(1_000_000, 10.0), (500_000, 20.0)]
+    check_room(frames, duration_s=10.0, free_bytes=RESERVE_BYTES + 200_000_000)
+    with pytest.raises(OutOfRange, match="264 MB are needed, 264 MB are free") as refused:
+        check_room(frames, duration_s=10.0, free_bytes=RESERVE_BYTES + 199_999_999)
+    assert (refused.value.asked, refused.value.found) == ("264000000 bytes", "263999999 bytes")
+
+
+def test_a_name_that_is_taken_is_refused_before_anything_begins(bench: Bench) -> None:
+    _, recording_id = bench.begin()
+    bench.recordings.stop(recording_id)
+    with pytest.raises(InvalidInput, match="already"):
+        bench.begin("ONE")

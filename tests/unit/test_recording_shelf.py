@@ -1,0 +1,108 @@
+"""Recordings of a data directory: found, removed, restored; those cut off or damaged are said to be so."""
+
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.errors import NotFound
+from foveacam_server.recordings.documents import recording_document
+from foveacam_server.recordings.notes import Notes, notes_path, write_notes
+from foveacam_server.recordings.opened import KEPT, OpenRecordings
+from foveacam_server.recordings.shelf import RecordingShelf
+
+from .recordings import record
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> RecordingShelf:
+    found = RecordingShelf(tmp_path / "recordings")
+    record(found.folder / "one.fcap")
+    write_notes(found.folder / "one.fcap", Notes(id="rec-1", label="first"))
+    return found
+
+
+def test_a_name_is_taken_once_whatever_its_case_or_suffix(shelf: RecordingShelf) -> None:
+    (shelf.folder / "two.fovea").write_bytes(b"")
+    for taken in ("ONE", "two"):
+        with pytest.raises(InvalidInput, match="already"):
+            shelf.new_file(taken)
+    assert shelf.new_file("three").name == "three.fcap"
+
+
+def test_a_complete_recording_tells_what_its_recorder_counted(shelf: RecordingShelf) -> None:
+    found = recording_document(shelf.get("rec-1"))
+
+    assert (found["state"], found["label"], found["playable"]) == ("complete", "first", True)
+    assert found["duration_s"] == pytest.approx(0.1)
+    for stream in found["streams"]:
+        assert (stream["published"], stream["written"], stream["dropped"]) == (6, 6, 0)
+
+
+def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: RecordingShelf) -> None:
+    path = shelf.folder / "one.fcap"
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+
+    found = recording_document(shelf.get("rec-1"))
+
+    assert (found["state"], found["playable"]) == ("truncated", True)
+    assert found["truncated"]["lost_bytes"] > 0
+    assert "ends before its recording does" in found["why"]
+    assert 0 < sum(stream["frames"] for stream in found["streams"]) < 18
+
+
+def test_a_file_that_somebody_put_there_is_found_and_one_that_is_none_is_damaged(
+    shelf: RecordingShelf,
+) -> None:
+    record(shelf.folder / "brought.fcap", streams=("center",))
+    (shelf.folder / "bad.fcap").write_text("nothing")
+    found = {kept.name: recording_document(kept) for kept in shelf.every()}
+
+    assert found["brought"]["id"] == shelf.get(found["brought"]["id"]).id
+    assert [(stream["name"], stream["role"]) for stream in found["brought"]["streams"]] == [
+        ("center", "wide")
+    ]
+    assert (found["bad"]["state"], found["bad"]["playable"]) == ("damaged", False)
+    assert "does not begin as an MCAP file" in found["bad"]["why"]
+
+
+def test_notes_that_cannot_be_read_lose_no_picture(shelf: RecordingShelf) -> None:
+    notes_path(shelf.folder / "one.fcap").write_text("{")
+    (kept,) = shelf.every()
+
+    assert recording_document(kept)["state"] == "complete"
+
+
+def test_what_is_removed_can_be_restored_beside_its_successor(shelf: RecordingShelf) -> None:
+    shelf.remove(shelf.get("rec-1"))
+    assert shelf.every() == []
+    with pytest.raises(NotFound):
+        shelf.get("rec-1")
+    record(shelf.folder / "one.fcap")
+
+    restored = shelf.restore("rec-1")
+
+    assert (restored.path.name, restored.notes.label) == ("one (2).fcap", "first")
+    assert shelf.trash() == []
+    shelf.remove(restored)
+    assert shelf.empty_trash() == 1
+    assert shelf.trash() == []
+
+
+def test_recordings_stay_open_while_they_are_looked_at_and_the_oldest_is_closed(tmp_path: Path) -> None:
+    opened = OpenRecordings()
+    paths = [tmp_path / f"{number}.fcap" for number in range(KEPT + 1)]
+    for path in paths:
+        record(path, ticks=1)
+    with opened.reading(paths[0]) as first:
+        assert len(first.streams) == 3
+    with opened.reading(paths[0]) as again:
+        assert again is first
+    for path in paths[1:]:
+        with opened.reading(path) as other:
+            assert len(other.frame("left", 0).image) == 24
+    with opened.reading(paths[0]) as anew:
+        assert anew is not first
+        assert len(anew.frame("left", 0).image) == 24
+    opened.close()
