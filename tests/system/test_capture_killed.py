@@ -1,6 +1,10 @@
 """A capture outlives its server: killed midway, it is partial, goes on, and lacks and doubles nothing."""
 
 import csv
+import shlex
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -12,7 +16,8 @@ import httpx
 import pytest
 
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_server.bench.faults_kill import RIG, RailCables
 
 from .conftest import API, PATIENCE_S, Program
@@ -160,3 +165,35 @@ def test_the_guardian_rests_the_mirrors_of_a_killed_capture_and_lets_the_next_se
         mirrors = second.http.get(f"{API}/mirrors").json()
         assert (mirrors["guarded"], mirrors["fault"]) == (True, None)
     assert cables.violations == 0
+
+
+def test_ctrl_c_leaves_a_partial_capture_and_the_command_that_goes_on(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "foveacam_server",
+        "capture",
+        "--name",
+        "o'clock",
+        "--data",
+        str(tmp_path),
+    ]
+    many = ["--columns", "40", "--rows", "40", "--half-width-deg", "2", "--half-height-deg", "2"]
+    folder = tmp_path / "captures" / "o'clock"
+    journal, waiting = folder / JOURNAL, threading.Event()
+    with subprocess.Popen(
+        [*command, *many, "--distance-m", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        while process.poll() is None and not (journal.exists() and journal.stat().st_size):
+            waiting.wait(0.05)
+        process.send_signal(signal.SIGINT)
+        told, words = process.communicate(timeout=PATIENCE_S)
+
+    assert process.returncode == 130, words
+    taken = len(Dataset.open(folder))
+    assert f"partial, {taken} of 1600 points" in told
+    assert f"cancelled after {taken} of 1600 points; what was taken is kept, resume it: " in words
+    again = shlex.split(words.partition("resume it: ")[2].splitlines()[0])
+    assert again == ["foveacam", "capture", "--resume", *command[4:]]
+    assert 0 < taken < 1600
+    assert check(folder) == []

@@ -1,6 +1,7 @@
 """Runs a capture for the command line: the rig opened here, a bar, and Ctrl-C that leaves it resumable."""
 
 import json
+import shlex
 import shutil
 import signal
 from collections.abc import Callable, Iterator
@@ -27,6 +28,7 @@ from foveacam_server.capturing.documents import capture_document, estimate_docum
 from foveacam_server.capturing.rig_facts import rig_facts
 from foveacam_server.capturing.shelf import CAPTURES, CaptureShelf
 from foveacam_server.runtime.store import Document
+from foveacam_server.settings import Settings, default_data_dir
 
 T = TypeVar("T")
 _INTERRUPTED = 130
@@ -126,7 +128,8 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
             try:
                 _take(OwnRig(rig), order, calibration, folder=folder, watch=watch)
             except Cancelled as error:
-                console.print(f"{error}: foveacam capture --resume --name '{folder.name}'", markup=False)
+                told = f"{error}: {_resuming(folder, choice.settings)}"
+                console.print(told, markup=False, highlight=False, soft_wrap=True)
                 _show(shelf, folder, as_json=wish.as_json)
                 raise typer.Exit(_INTERRUPTED) from None
         _show(shelf, folder, as_json=wish.as_json)
@@ -142,6 +145,14 @@ def _take(
         writer = begin(access, folder, wanted, calibration, watch=watch)
     with writer:
         run_capture(access, writer, watch=watch)
+
+
+def _resuming(folder: Path, settings: Settings) -> str:
+    """Return the command that goes on with a capture."""
+    words = ["foveacam", "capture", "--resume", "--name", folder.name]
+    if settings.data != default_data_dir():
+        words += ["--data", str(settings.data)]
+    return shlex.join(words)
 
 
 def _estimated(
