@@ -45,7 +45,7 @@ export function mountCapturePage(place, { store, views, capture_orders: orders, 
     h("div", { class: "column capture-plan" }, panel("Plan", bench.editor)),
     h("div", { class: "column capture-see" }, places.get("wide") ?? null, legend(), h("div", { class: "capture-eyes" }, places.get("left") ?? null, places.get("right") ?? null)),
     h("div", { class: "column capture-start" }, panel("What it takes", figures), panel("Capture", bench.starter), panel("Unfinished", partials)),
-    h("section", { id: "still-capture", class: "column capture-still", "aria-label": "Still", hidden: true })));
+    h("div", { id: "still-capture", class: "column capture-still" })));
   store.on(["capture_page"], ({ capture_page, wizard, rig_page }) => {
     if (capture_page) lend(views, places);
     else if (wizard === null && !rig_page) takeHome(views);

@@ -1,6 +1,5 @@
 // One still as a card: its picture, its name, what came of it.
 
-import { badge } from "../calibration/parts.js";
 import { missingWords, stillWords } from "../capture/still_words.js";
 import { h } from "../dom.js";
 import { sentence } from "../format.js";
@@ -23,11 +22,11 @@ export function stillCard(still, orders) {
   const removed = state === "removed";
   const words = h("div", { class: "words" },
     label !== "" && h("p", { class: "label", text: label }),
-    trouble === "" && h("p", { class: "facts" }, badge("plain", stillWords(still)), h("span", { class: "number", text: sizeWords(size_bytes) })),
+    trouble === "" && h("p", { class: "still-facts" }, h("span", { text: stillWords(still) }), " ", h("span", { class: "number", text: sizeWords(size_bytes) })),
     [trouble, ...missingWords(still)].filter((text) => text !== "").map((text) => h("p", { class: "reason", text: sentence(text) })),
     created_utc !== null && h("p", { class: "when" }, h("time", { datetime: created_utc, text: whenWords(created_utc) })));
   return h("li", { class: "card", data: { state: trouble === "" ? state : "damaged", still: id } },
-    h("div", { class: "cover" }, coverOf(still)),
+    h("div", { class: "card-cover" }, coverOf(still)),
     h("h3", {}, removed ? h("span", { text: name, title: name }) : h("a", { href: galleryAddress("stills", id), title: name, text: name, data: { keep: `name ${id}` } })),
     words, h("div", { class: "tools" }, toolOf(still, orders)));
 }

@@ -25,7 +25,7 @@ export function openStillsList({ commands, follow, signal }) {
   const [found, empty, trash] = [h("p", { class: "why found", role: "status" }), h("div", {}), h("div", { class: "actions trash" })];
   const list = h("ul", { class: "cards" });
   const search = makeSearch((text) => void reader.search(text), signal);
-  const showCards = changing(list, (/** @type {StillDocument[]} */ stills) => stills.map((still) => stillCard(still, orders)));
+  const showCards = changing(list, cardsOf(orders));
   const showEmpty = changing(empty, emptyOf);
   const turn = (/** @type {{open?: boolean, ask?: boolean}} */ { open = in_trash, ask = false }) => {
     [in_trash, asked] = [open, ask];
@@ -43,6 +43,23 @@ export function openStillsList({ commands, follow, signal }) {
   };
   follow(reader);
   return h("div", { class: "datasets stills" }, h("div", { class: "gallery-bar" }, search, found, trash), empty, list);
+}
+
+/**
+ * Cards of stills; those that did not change are the same elements, and load no picture again.
+ * @param {StillOrders} orders
+ */
+function cardsOf(orders) {
+  /** @type {Map<string, HTMLElement>} */
+  let cards = new Map();
+  return (/** @type {StillDocument[]} */ stills) => {
+    const known = cards;
+    cards = new Map(stills.map((still) => {
+      const key = JSON.stringify(still);
+      return [key, known.get(key) ?? stillCard(still, orders)];
+    }));
+    return [...cards.values()];
+  };
 }
 
 /** @param {StillDocument[]} shown */

@@ -1,0 +1,65 @@
+// The panel of still captures: what the next press takes, the button, and what was taken last.
+
+import { bar, panel } from "../calibration/parts.js";
+import { changing, h } from "../dom.js";
+import { count, sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { makeStillForm } from "./still_form.js";
+import { StillOrders } from "./still_orders.js";
+import { makeStillShown } from "./still_shown.js";
+
+/**
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./still_documents.js").StillPress} StillPress
+ * @typedef {import("./still_reader.js").StillReader} StillReader
+ */
+
+/**
+ * @param {{store: Store, commands: Commands, reader: StillReader}} context
+ * @returns {HTMLElement}
+ */
+export function stillPanel({ store, commands, reader }) {
+  const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
+  const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
+  const tell = changing(told, toldOf);
+  /** What the last press was refused for, until the next. @type {ProblemDocument | null} */
+  let refused = null;
+  let sending = false;
+  const take = async () => {
+    const wish = form.read();
+    if (!wish || sending) return;
+    sending = true;
+    show();
+    const answer = await orders.take(wish);
+    sending = false;
+    refused = "status" in answer ? answer : null;
+    if (!("status" in answer)) reader.follow(answer);
+    show();
+  };
+  const button = h("button", { type: "button", class: "plain primary start", on: { click: () => void take() } }, icon("pictures"), "Take a still");
+  const show = () => {
+    const { press, held } = reader;
+    button.disabled = sending || store.state.stream === "down" || (press !== null && !press.over);
+    shown.show(held);
+    tell({ press, problem: refused ?? press?.problem ?? null });
+  };
+  reader.changed = show;
+  reader.taken = (still) => still.state === "kept" && orders.sayKept(still);
+  store.on(["stream"], show);
+  store.on(["capture_page"], ({ capture_page }) => capture_page && void reader.readAll());
+  const left = h("div", { class: "stack" }, form.element, h("p", { class: "actions" }, button), told);
+  return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
+}
+
+/** @param {{press: StillPress | null, problem: ProblemDocument | null}} now */
+function toldOf({ press, problem }) {
+  if (press && !press.over) {
+    const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";
+    return [bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }), h("p", { class: "why", text: words })];
+  }
+  if (!problem) return [];
+  const said = !problem.remedy || problem.detail.includes(problem.remedy);
+  return [h("p", { class: "refused", role: "alert" }, sentence(problem.detail), said ? null : ` ${sentence(problem.remedy ?? "")}`)];
+}

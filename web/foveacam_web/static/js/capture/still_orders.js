@@ -1,0 +1,106 @@
+// What the operator can order of stills: take, keep, discard, restore, describe, check.
+
+import { Problem, request } from "../api.js";
+import { galleryAddress } from "../gallery/route.js";
+
+/**
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./still_documents.js").StillChecked} StillChecked
+ * @typedef {import("./still_documents.js").StillDocument} StillDocument
+ * @typedef {import("./still_documents.js").StillWish} StillWish
+ * @typedef {Pick<StillDocument, "id" | "name">} Named
+ */
+
+const UNDO_MS = 15_000;
+const CHECK_MS = 120_000;
+
+/**
+ * @param {string} id
+ * @param {string} [rest]
+ */
+export function stillPath(id, rest = "") {
+  return `/stills/${encodeURIComponent(id)}${rest}`;
+}
+
+/** The orders of one page. */
+export class StillOrders {
+  #commands;
+  #changed;
+
+  /** @param {{commands: Commands, changed?: () => unknown}} context `changed`: called when an order has changed what there is */
+  constructor({ commands, changed = () => {} }) {
+    this.#commands = commands;
+    this.#changed = changed;
+  }
+
+  /**
+   * @param {StillWish} wish
+   * @returns {Promise<JobDocument | ProblemDocument>} a problem has a `status`
+   */
+  async take(wish) {
+    try {
+      return /** @type {JobDocument} */ (await request("POST", "/stills", { body: wish, headers: this.#commands.leaseHeader() }));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
+      return error.document;
+    }
+  }
+
+  /**
+   * @param {string} id
+   * @param {string} name
+   */
+  async keep(id, name) {
+    const kept = await this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("POST", stillPath(id, "/keep"), { body: name === "" ? {} : { name } })));
+    if (kept) this.sayKept(kept);
+    this.#changed();
+    return kept !== null;
+  }
+
+  /** @param {Named} still */
+  sayKept({ id, name }) {
+    this.#commands.say({
+      tone: "good", title: `“${name}” is kept`, detail: "",
+      action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("stills", id)) },
+    });
+  }
+
+  /**
+   * @param {Named} still
+   * @param {string} what became of it
+   */
+  async remove({ id, name }, what = "is in the trash") {
+    const gone = await this.#commands.attempt(() => request("DELETE", stillPath(id)).then(() => true));
+    if (gone) this.#commands.say({ tone: "info", title: `“${name}” ${what}`, detail: "", stay_ms: UNDO_MS, action: { label: "Have it back", act: () => this.restore({ id, name }) } });
+    this.#changed();
+    return gone === true;
+  }
+
+  /** @param {Named} still */
+  async restore({ id, name }) {
+    const back = await this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("POST", stillPath(id, "/restore"))));
+    if (back) this.#commands.say({ tone: "info", title: `“${back.name}” is with the stills`, detail: back.name === name ? "" : `There is another “${name}” by now.` });
+    this.#changed();
+  }
+
+  async emptyTrash() {
+    await this.#commands.attempt(() => request("DELETE", "/stills/trash"));
+    this.#changed();
+  }
+
+  /**
+   * @param {string} id
+   * @param {{label?: string, licence?: string}} change
+   */
+  describe(id, change) {
+    return this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("PATCH", stillPath(id), { body: change })));
+  }
+
+  /** @param {string} id */
+  check(id) {
+    return this.#commands.attempt(() => /** @type {Promise<StillChecked>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })));
+  }
+}

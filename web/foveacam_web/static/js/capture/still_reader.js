@@ -1,0 +1,109 @@
+// Follows the press under way, and the stills that wait to be kept or discarded.
+
+import { Problem, request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./still_documents.js").StillDocument} StillDocument
+ * @typedef {import("./still_documents.js").StillPress} StillPress
+ */
+
+const LOOK_MS = 500; // events are quicker; this stands in when they do not come
+
+/** Reads for one page. */
+export class StillReader {
+  #reads = new QuietReads();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #look;
+  /** @type {StillPress | null} */
+  press = null;
+  /** Neither kept nor discarded, newest first; null before they were read. @type {StillDocument[] | null} */
+  held = null;
+  /** Called when there is something else to show. */
+  changed = () => {};
+  /** Called with the still of a press that went well. @type {(still: StillDocument) => void} */
+  taken = () => {};
+
+  async readAll() {
+    await Promise.all([this.readHeld(), this.#reads.read("press", () => this.#find())]);
+  }
+
+  readHeld() {
+    return this.#reads.read("held", async () => {
+      this.held = /** @type {StillDocument[]} */ (await request("GET", "/stills?state=held"));
+      this.changed();
+    });
+  }
+
+  /**
+   * Follow a press from now on.
+   * @param {JobDocument} job
+   */
+  follow(job) {
+    this.press = { job_id: job.id, over: false, done: 0, total: null, problem: null };
+    this.#take(job);
+  }
+
+  /** Forget how the last one ended. */
+  dismiss() {
+    if (!this.press?.over) return;
+    this.press = null;
+    this.changed();
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    if (kind.startsWith("still.")) void this.readHeld();
+    if (kind !== "job.updated") return;
+    const job = /** @type {JobDocument} */ (data?.["job"] ?? data);
+    if (job.kind !== "still") return;
+    if (this.press?.job_id === job.id) this.#take(job);
+    else if (job.ended_utc === null && (this.press === null || this.press.over)) this.follow(job);
+  }
+
+  /** Look up what runs now: after the page opened or the server came back. */
+  async #find() {
+    if (this.press && !this.press.over) return this.#lookUp();
+    const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
+    const job = jobs.find(({ kind, ended_utc }) => kind === "still" && ended_utc === null);
+    if (job) this.follow(job);
+  }
+
+  async #lookUp() {
+    const { press } = this;
+    if (!press || press.over) return;
+    try {
+      this.#take(/** @type {JobDocument} */ (await request("GET", `/jobs/${press.job_id}`)));
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (error.slug === "not-found") this.press = null; // another data directory: nobody knows the job
+      else this.#watch();
+      this.changed();
+    }
+  }
+
+  #watch() {
+    clearTimeout(this.#look);
+    this.#look = setTimeout(() => void this.#lookUp(), LOOK_MS);
+  }
+
+  /** @param {JobDocument} job */
+  #take(job) {
+    if (this.press?.job_id !== job.id || this.press.over) return;
+    const { done = 0, total = null } = job.progress ?? {};
+    const over = job.ended_utc !== null;
+    this.press = { job_id: job.id, over, done, total, problem: job.problem };
+    this.changed();
+    if (!over) return this.#watch();
+    clearTimeout(this.#look);
+    void this.readHeld();
+    if (job.state === "succeeded" && job.result_url) void this.#reads.read("taken", () => this.#tellTaken(job.result_url ?? ""));
+  }
+
+  /** @param {string} url */
+  async #tellTaken(url) {
+    this.taken(/** @type {StillDocument} */ (await request("GET", url.replace(/^\/api\/v1/, ""))));
+  }
+}
