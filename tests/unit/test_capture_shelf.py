@@ -1,6 +1,7 @@
 """Captures of a data directory: found, removed, restored; damaged and interrupted ones are said to be so."""
 
 import io
+import shutil
 import zipfile
 from pathlib import Path
 
@@ -115,3 +116,23 @@ def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: 
 def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureShelf) -> None:
     with pytest.raises(InvalidInput, match="point 7 was asked for, it has 2 points of 2"):
         point_of(shelf.get("test"), 7)
+
+
+def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(shelf: CaptureShelf) -> None:
+    shutil.copytree(shelf.folder / "one", shelf.folder / "one #2")
+    assert [(kept.id, kept.name) for kept in shelf.every()] == [("test", "one"), ("one #2", "one #2")]
+    assert capture_document(shelf.get("one #2"))["url"].endswith("/captures/one%20%232")
+
+    shelf.remove("one #2")
+    assert [kept.name for kept in shelf.every()] == ["one"]
+    assert [kept.id for kept in shelf.trash()] == ["one #2"]
+
+    assert shelf.restore("one #2").name == "one #2"
+
+
+def test_a_damaged_capture_is_restored_beside_its_successor(shelf: CaptureShelf) -> None:
+    (shelf.folder / "one" / "dataset.json").write_text("{}")
+    shelf.remove("one")
+    (shelf.folder / "one").mkdir()
+
+    assert shelf.restore("one").name == "one (2)"

@@ -32,7 +32,7 @@ from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/captures", tags=["captures"])
 
-CaptureId = Annotated[str, Path(max_length=100)]
+CaptureId = Annotated[str, Path(max_length=255)]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 _IMAGES = file_responses("image/jpeg")

@@ -1,6 +1,7 @@
 """Captures as REST and the command line show them."""
 
 from dataclasses import asdict
+from urllib.parse import quote
 
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.plan import Coverage, Estimate
@@ -113,5 +114,5 @@ def _document(
         "resumable": state == "partial" and not kept.removed,
         "job_id": None,
         "progress": None,
-        "url": f"{URL}/{kept.id}",
+        "url": f"{URL}/{quote(kept.id, safe='')}",
     }

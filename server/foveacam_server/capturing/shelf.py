@@ -2,7 +2,8 @@
 
 import shutil
 import threading
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
@@ -62,13 +63,17 @@ class CaptureShelf:
 
     def every(self) -> list[Kept]:
         """Return all captures, newest first."""
-        found = [self._kept(path) for path in self._folders(self.folder)]
-        return sorted(found, key=_created, reverse=True)
+        found = [self._kept(path) for path in sorted(self._folders(self.folder))]
+        return _told_apart(sorted(found, key=_created, reverse=True))
 
     def trash(self) -> list[Kept]:
         """Return what was removed and can be restored, newest first."""
         homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
-        found = [self._kept(path, removed=True) for home in homes for path in self._folders(home)]
+        found = [
+            replace(self._kept(path, removed=True), id=home.name)
+            for home in homes
+            for path in self._folders(home)
+        ]
         return sorted(found, key=_created, reverse=True)
 
     def get(self, capture_id: str) -> Kept:
@@ -102,8 +107,9 @@ class CaptureShelf:
         with disk_errors(f"restoring {self._noun} {kept.name}", self.folder):
             home = kept.folder.parent
             kept.folder.rename(target)
-            home.rmdir()
-        return self.get(capture_id)
+            with suppress(OSError):  # a copy of it may have come after it
+                home.rmdir()
+        return next(each for each in self.every() if each.folder == target)
 
     def empty_trash(self) -> int:
         """Delete for good what was removed; return how many."""
@@ -146,6 +152,16 @@ class CaptureShelf:
         with self._lock:
             self._known[path] = stamp, kept
         return kept
+
+
+def _told_apart(captures: list[Kept]) -> list[Kept]:
+    """Name copies of a folder, which hold its id as well, by their own folders."""
+    seen: set[str] = set()
+    found = []
+    for kept in captures:
+        found.append(replace(kept, id=kept.name) if kept.id in seen else kept)
+        seen.add(kept.id)
+    return found
 
 
 def _created(kept: Kept) -> str:

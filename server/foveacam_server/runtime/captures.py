@@ -163,8 +163,8 @@ class CaptureService:
     def restore(self, capture_id: str) -> Document:
         """Take a capture out of the trash."""
         kept = self.shelf.restore(capture_id)
-        self._tell("capture.updated", f"capture {kept.name} is out of the trash", capture_id)
-        return self.document(capture_id)
+        self._tell("capture.updated", f"capture {kept.name} is out of the trash", kept.id)
+        return self.document(kept.id)
 
     # The job ----------------------------------------------------------------------------------------------
 
