@@ -1,24 +1,17 @@
 """Small files that are replaced whole or not at all, and what kind of document they hold."""
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from foveacam_pipeline.capture.dataset.disk import write_file
+
 
 def write_whole(path: Path, text: str) -> None:
-    """Put `text` on the disk beside `path`, then rename it there; the folder is made. Raise `OSError`."""
+    """Put `text` on the disk, over an older file, for good; the folder is made. Raise `OSError`."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with beside.open("w", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    write_file(path, text.encode())
 
 
 def write_document(path: Path, document: Mapping[str, object]) -> None:

@@ -50,7 +50,7 @@ def test_a_full_disk_ends_it_with_the_reason_and_a_whole_file(tmp_path: Path, ro
     disk = SmallDisk(tmp_path / "a.fcap", room=room)
     recorder = Recorder(tmp_path / "a.fcap", SESSION, disk=disk)
     publish_all(recorder)
-    with pytest.raises(DeviceFault, match="No space left on device"):
+    with pytest.raises(DeviceFault, match="the disk is full"):
         recorder.close()
 
     counts = recorder.statistics

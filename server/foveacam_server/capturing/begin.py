@@ -64,15 +64,24 @@ def begin(
 def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
     """Return the writer of a dataset that was interrupted, behind its last point."""
     access.check_may_move()
-    header = read_document(folder).header
-    plan = plan_from(header.plan, what=f"plan of {folder.name}")
     facts = access.still(rig_facts)
+    check_rest(folder, facts)
+    header = read_document(folder).header
     if header.calibration is None:
         return DatasetWriter.resume(folder)  # the capture itself refuses it, in words
-    done = len(read_journal(folder, dataset_id=header.id).records)
-    check_room(plan, facts, header.calibration, codec=header.codec, folder=folder, done=done)
+    plan = plan_from(header.plan, what=f"plan of {folder.name}")
     fovea, wide = facts.sizes(header.calibration)
     return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
+
+
+def check_rest(folder: Path, facts: RigFacts) -> None:
+    """Raise OutOfRange when the disk is too small for what an interrupted dataset lacks."""
+    header = read_document(folder).header
+    plan = plan_from(header.plan, what=f"plan of {folder.name}")
+    if header.calibration is None:
+        return
+    done = len(read_journal(folder, dataset_id=header.id).records)
+    check_room(plan, facts, header.calibration, codec=header.codec, folder=folder, done=done)
 
 
 def check_room(

@@ -10,7 +10,7 @@ from foveacam_pipeline.capture.dataset import Codec
 from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.capturing.begin import CaptureWish, begin, check_room, go_on
+from foveacam_server.capturing.begin import CaptureWish, begin, check_rest, check_room, go_on
 from foveacam_server.capturing.documents import URL, capture_document, report_document
 from foveacam_server.capturing.estimates import check_possible, estimated
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
@@ -91,6 +91,7 @@ class CaptureService:
                     remedy="begin another capture",
                 )
             self._tools.hardware.check_may_move()
+            check_rest(kept.folder, self._facts())
             job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=capture_id, name=kept.name, job_id=job.id)
         return job

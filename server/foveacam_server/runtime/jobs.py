@@ -77,6 +77,8 @@ class JobRunner:
         self._waiting: queue.Queue[Job | None] = queue.Queue()
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
+        self._unsaved: dict[str, Job] = {}
+        """Jobs that ended on a disk that took nothing."""
         self._cancelled: dict[str, str] = {}
         self._endings: dict[str, Future[Job]] = {}
         self.interrupted = self._table.end_interrupted()
@@ -109,6 +111,7 @@ class JobRunner:
         for thread in (self._thread, *helpers):
             if thread.is_alive():
                 thread.join(timeout=15.0)
+        self._save_ended()
 
     def submit(self, kind: str, request: Document, *, idempotency_key: str | None = None) -> Job:
         """Enqueue a job, or return the earlier one with the same idempotency key."""
@@ -143,13 +146,13 @@ class JobRunner:
     def get(self, job_id: str) -> Job:
         """Return one job, as it stands now."""
         with self._lock:
-            job = self._open.get(job_id)
+            job = self._open.get(job_id) or self._unsaved.get(job_id)
         return job or self._table.get(job_id)
 
     def newest(self, limit: int) -> list[Job]:
         """Return the newest jobs, newest first."""
         with self._lock:
-            live = dict(self._open)
+            live = {**self._unsaved, **self._open}
         return [live.get(job.id, job) for job in self._table.newest(limit)]
 
     @property
@@ -239,8 +242,22 @@ class JobRunner:
             self._failed(job, error)
         job.ended_utc = utc_now()
         job.eta_s = None
-        self._table.save(job)
+        with self._lock:
+            self._unsaved[job.id] = job
+        self._save_ended()
         self._tell(job)
+
+    def _save_ended(self) -> None:
+        """Write down what has ended; what the disk does not take is known here until it does."""
+        with self._lock:
+            ended = list(self._unsaved.values())
+        try:
+            for job in ended:
+                self._table.save(job)
+                with self._lock:
+                    self._unsaved.pop(job.id, None)
+        except FoveaError as error:
+            _log.warning("ended jobs are not written down yet: %s", error)
 
     def _begin(self, job: Job) -> None:
         with self._lock:

@@ -1,7 +1,9 @@
 """SQLite (WAL) behind jobs, fixations, targets, clouds and events, and the data directory's lock."""
 
+import errno
 import fcntl
 import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,14 +12,22 @@ from typing import Any
 
 from sqlalchemy import JSON, Engine, Index, String, create_engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_pipeline.capture.dataset.disk import disk_fault
 
 SCHEMA_VERSION = 1
 Document = dict[str, Any]
 """A JSON object as it leaves by REST."""
+_DISK_ERRORS = {
+    sqlite3.SQLITE_FULL: errno.ENOSPC,
+    sqlite3.SQLITE_READONLY: errno.EROFS,
+    sqlite3.SQLITE_IOERR: errno.EIO,
+    sqlite3.SQLITE_CANTOPEN: errno.EIO,
+}
 
 
 class Row(DeclarativeBase):
@@ -112,9 +122,19 @@ class Store:
 
     @contextmanager
     def session(self) -> Iterator[Session]:
-        """Open a transaction: committed at the end of the block, rolled back on an error."""
-        with Session(self._engine, expire_on_commit=False) as session, session.begin():
-            yield session
+        """Open a transaction: committed at the end of the block, rolled back on an error.
+
+        Raise DeviceFault when the disk is full or cannot be written.
+        """
+        try:
+            with Session(self._engine, expire_on_commit=False) as session, session.begin():
+                yield session
+        except OperationalError as error:
+            number = _DISK_ERRORS.get(getattr(error.orig, "sqlite_errorcode", 0) & 0xFF)
+            if number is None:
+                raise
+            told = OSError(number, str(error.orig))
+            raise disk_fault(told, what="the database", folder=self.folder) from error
 
     def subfolder(self, name: str) -> Path:
         """Return a folder of the data directory, made when missing."""

@@ -15,6 +15,8 @@ from foveacam_hardware.contract import DeviceFault
 
 PART = ".part"
 """How the name of a file ends that is not finished; it begins with a dot."""
+AGAIN = "then try again"
+"""What follows once a disk is mended, where nothing better is said."""
 
 
 def part_of(path: Path) -> Path:
@@ -56,22 +58,22 @@ def write_file(path: Path, content: bytes | memoryview) -> None:
 
 
 @contextmanager
-def disk_errors(what: str, folder: Path) -> Iterator[None]:
+def disk_errors(what: str, folder: Path, *, again: str = AGAIN) -> Iterator[None]:
     """Turn an OSError inside into a DeviceFault that says what was written, where, and what to do."""
     try:
         yield
     except OSError as error:
-        raise disk_fault(error, what=what, folder=folder) from error
+        raise disk_fault(error, what=what, folder=folder, again=again) from error
 
 
-def disk_fault(error: OSError, *, what: str, folder: Path) -> DeviceFault:
+def disk_fault(error: OSError, *, what: str, folder: Path, again: str = AGAIN) -> DeviceFault:
     """Return the error of the contract for an OSError met while writing."""
-    found, remedy = _words(error, folder)
+    found, remedy = disk_words(error, folder, again=again)
     return DeviceFault(f"{what} in {folder}: {found}; {remedy}", asked=what, found=found, remedy=remedy)
 
 
-def _words(error: OSError, folder: Path) -> tuple[str, str]:
-    again = "then resume: what was acknowledged is safe"
+def disk_words(error: OSError, folder: Path, *, again: str = AGAIN) -> tuple[str, str]:
+    """Return what ails the disk of a folder, and what to do; `again`: what follows once it is mended."""
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"the disk is full ({_free(folder)})", f"free some space, {again}"
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):

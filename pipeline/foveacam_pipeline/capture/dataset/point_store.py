@@ -24,10 +24,11 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BegunPoint:
-    """A point whose files are being written under their temporary names."""
+    """A point whose files are being written under their temporary names. `raw_bytes`: of its pixels."""
 
     place: Place
     skipped: str
+    raw_bytes: int
     paths: tuple[Path, ...]
     files: tuple[Future[FrameRecord], ...]
 
@@ -49,7 +50,13 @@ class PointStore:
         """Let the encoders start on the files of a point; it is to be committed or dropped."""
         paths = [self._images / self._name(point.place.index, shot) for shot in point.shots]
         files = [self._pool.submit(self._written, *pair) for pair in zip(point.shots, paths, strict=True)]
-        return BegunPoint(place=point.place, skipped=point.skipped, paths=tuple(paths), files=tuple(files))
+        return BegunPoint(
+            place=point.place,
+            skipped=point.skipped,
+            raw_bytes=sum(shot.frame.image.nbytes for shot in point.shots),
+            paths=tuple(paths),
+            files=tuple(files),
+        )
 
     def commit(self, begun: "BegunPoint") -> PointRecord:
         """Put a point on the disk for good. Raise OSError; then nothing of it is left, if that can be."""

@@ -46,6 +46,8 @@ from foveacam_pipeline.capture.dataset.values import (
 
 logger = logging.getLogger(__name__)
 
+RESUME = "then resume: what was acknowledged is safe"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriterSettings:
@@ -110,7 +112,7 @@ class DatasetWriter:
 
     @classmethod
     def _open(cls, folder: Path, document: DatasetDocument, settings: WriterSettings) -> Self:
-        with disk_errors(f"dataset {folder.name}", folder):
+        with disk_errors(f"dataset {folder.name}", folder, again=RESUME):
             lock = FolderLock(folder)
             try:
                 return cls(folder, document, lock, settings)
@@ -208,7 +210,7 @@ class DatasetWriter:
         self._ended = True
         self._hand_over.close()
         try:
-            with disk_errors(f"the end of dataset {self._folder.name}", self._folder):
+            with disk_errors(f"the end of dataset {self._folder.name}", self._folder, again=RESUME):
                 write_index(self._folder, self._records)
                 self._document = self._document.ended(state, why)
                 write_document(self._folder, self._document)
@@ -232,7 +234,8 @@ class _Keeper:
 
     def keep(self, begun: BegunPoint) -> None:
         index = begun.place.index
-        with disk_errors(f"point {index}", self.folder):
+        what = f"point {index} ({begun.raw_bytes / 1e6:.1f} MB of images)"
+        with disk_errors(what, self.folder, again=RESUME):
             record = self.store.commit(begun)
         self.records.append(record)
         self.written_bytes += sum(frame.size_bytes for frame in record.frames)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset.disk import disk_fault, disk_words
 
 Buffer: TypeAlias = bytes | memoryview
 MOST_BUFFERS = 512
@@ -68,21 +69,18 @@ def new_file(path: Path) -> Disk:
         raise InvalidInput(f"recording {path}: there is such a file already; give another name") from error
     except FileNotFoundError as error:
         raise InvalidInput(f"recording {path}: there is no folder {path.parent}; make it") from error
-    except (OSError, ValueError) as error:
-        raise DeviceFault(
-            f"recording {path}: it cannot be begun ({_why(error)}); check the folder and its disk"
-        ) from error
+    except ValueError as error:
+        raise InvalidInput(f"recording {path}: that is no name for a file ({error}); give another") from error
+    except OSError as error:
+        raise disk_fault(error, what=f"recording {path.name}", folder=path.parent) from error
 
 
 def disk_failure(path: Path, error: OSError, *, kept: str) -> FoveaError:
     """Return what ended a recording, for the operator; `kept`: what the file holds."""
+    found, remedy = disk_words(error, path.parent, again="or choose another one, and record anew")
     return DeviceFault(
-        f"recording {path}: the disk took no more ({_why(error)}); {kept}; make room or choose another disk",
+        f"recording {path}: the disk took no more: {found}; {kept}; {remedy}",
         asked="write a recording",
-        found=_why(error),
-        remedy="make room or choose another disk",
+        found=found,
+        remedy=remedy,
     )
-
-
-def _why(error: Exception) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
