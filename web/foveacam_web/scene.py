@@ -155,8 +155,10 @@ class ViewerScene:
             if self._selected == fixation_id:
                 self._selected = None
 
-    def show_field(self, content: bytes, *, centre_rig_m: tuple[float, float, float]) -> None:
-        """Show the surface of a whole field in place of another, and bring the viewers before it.
+    def show_field(
+        self, content: bytes, *, from_rig_m: tuple[float, float, float], to_rig_m: tuple[float, float, float]
+    ) -> None:
+        """Show the surface of a whole field in place of another; the viewers look from there to there.
 
         `content`: a GLB file, +y up, metres from the rig.
         """
@@ -166,7 +168,7 @@ class ViewerScene:
             self.remove_field()
             self._field = FieldNode(self._server.scene, content)
             for viewer in self._server.get_clients().values():
-                overlook(viewer, centre_rig_m, from_rig_m=START_POSITION_M)
+                overlook(viewer, from_rig_m=from_rig_m, to_rig_m=to_rig_m)
 
     def remove_field(self) -> None:
         """Take the field's surface away; harmless when there is none."""

@@ -24,9 +24,9 @@ class FieldNode:
         self._surface.remove()
 
 
-def overlook(client: viser.ClientHandle, centre_rig_m: Point, *, from_rig_m: Point) -> None:
-    """Bring one viewer's camera behind the rig, towards the middle of a field."""
+def overlook(client: viser.ClientHandle, *, from_rig_m: Point, to_rig_m: Point) -> None:
+    """Bring one viewer's camera where a field is seen well."""
     with client.atomic():
         client.camera.up_direction = (0.0, -1.0, 0.0)
         client.camera.position = from_rig_m
-        client.camera.look_at = centre_rig_m
+        client.camera.look_at = to_rig_m

@@ -111,6 +111,8 @@ class MosaicDocument(Told):
     progress: JobProgress | None
     needs: MosaicNeedsDocument | None
     refusal: Problem | None
+    scans: list[int]
+    brackets: list[int]
     in_scene: bool
     made: MadeMosaic | None
     url: str

@@ -1,6 +1,7 @@
 """Mosaics as REST shows them: size, layers and their tiles, figures, files."""
 
 from datetime import UTC, datetime
+from typing import TypeAlias
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
@@ -9,6 +10,13 @@ from foveacam_server.capturing.mosaic_shelf import FORMS, KeptMosaic
 from foveacam_server.runtime.store import Document
 
 PICTURE_TILE_PX = 512
+NEAREST_SHARE = 0.8
+"""Whoever looks at a field stands before its nearest end, at this part of its distance."""
+FIT_WIDTHS = 1.5
+"""So many of its widths away all of a field is seen."""
+LIFT = 0.06
+"""Straight on, a surface looks flat: one stands so much aside and above, per metre of distance."""
+Point: TypeAlias = tuple[float, float, float]
 
 
 def mosaic_url(capture_id: str) -> str:
@@ -78,9 +86,23 @@ def _eye_rig_m(dataset: Dataset | None, eye: Role) -> list[float] | None:
     return [float(value) for value in dataset.calibration.reference_rig_m(eye)]
 
 
-def centre_rig_m(made: KeptMosaic) -> tuple[float, float, float]:
-    """Return the middle of a field, half way between its near and its far end."""
+def choices_document(dataset: Dataset | None) -> Document:
+    """Return of which scans and exposures a mosaic may be asked for."""
+    frames = [] if dataset is None else [frame for point in dataset for frame in point.frames]
+    return {
+        "scans": [] if dataset is None else list(dataset.scans),
+        "brackets": sorted({frame.bracket for frame in frames}),
+    }
+
+
+def outlook(made: KeptMosaic) -> tuple[Point, Point]:
+    """Return whence and whither one sees a field best, rig frame: before its nearest end, to its middle."""
     chart, near_m, far_m = made.document["recipe"]["chart"], made.depth["near_m"], made.depth["far_m"]
-    z_m = 1.0 if near_m is None else (near_m + far_m) / 2
-    x, y = chart["u0_px"] + chart["width"] / 2, chart["v0_px"] + chart["height"] / 2
-    return x / chart["f_px"] * z_m, y / chart["f_px"] * z_m, z_m
+    if near_m is None:
+        return (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    f_px, z_m = chart["f_px"], (near_m + far_m) / 2
+    x, y = (chart["u0_px"] + chart["width"] / 2) / f_px, (chart["v0_px"] + chart["height"] / 2) / f_px
+    across_m = chart["width"] / f_px * z_m
+    stand_m = min(NEAREST_SHARE * near_m, z_m - FIT_WIDTHS * across_m)
+    lift = LIFT * (z_m - stand_m)
+    return (x * stand_m + lift, y * stand_m - lift, stand_m), (x * z_m, y * z_m, z_m)

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_server.capturing.mosaic_documents import centre_rig_m, made_document, mosaic_url
+from foveacam_server.capturing.mosaic_documents import choices_document, made_document, mosaic_url, outlook
 from foveacam_server.capturing.mosaic_needs import MosaicNeeds, check_room, needs_of
 from foveacam_server.capturing.mosaic_process import MosaicWish
 from foveacam_server.capturing.mosaic_shelf import KeptMosaic, MosaicShelf, begun_as
@@ -75,6 +75,7 @@ class MosaicService:
             "job_id": None if job is None else job.id,
             "progress": None if job is None else job.document()["progress"],
             **self._prospect(kept),
+            **choices_document(kept.dataset),
             "in_scene": self._shown == capture_id,
             "made": None if made is None else made_document(capture_id, made, kept.dataset),
             "url": mosaic_url(capture_id),
@@ -115,7 +116,8 @@ class MosaicService:
                 remedy="download mesh.glb and open it elsewhere",
             )
         with self._lock:
-            self._tools.viewer.show_field(content, centre_rig_m=centre_rig_m(made))
+            stand, middle = outlook(made)
+            self._tools.viewer.show_field(content, from_rig_m=stand, to_rig_m=middle)
             self._shown = capture_id
         self._tell("mosaic.shown", f"the mosaic of capture {kept.name} is in the 3D scene", capture_id)
 

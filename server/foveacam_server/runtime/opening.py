@@ -35,6 +35,7 @@ from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.live_views import LiveRates
+from foveacam_server.runtime.mosaics import MosaicService, MosaicTools
 from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Rig, Viewer
@@ -91,6 +92,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     captures = CaptureService(ground.store.subfolder(CAPTURES), capture_tools)
     stills = StillService(ground.store.subfolder(STILLS), capture_tools)
     recordings = _recordings(ground, lore, sights, hardware=hardware, jobs=jobs)
+    mosaics = _mosaics(ground, sights, captures, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
     hardware.start()
@@ -124,6 +126,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         captures=captures,
         stills=stills,
         recordings=recordings,
+        mosaics=mosaics,
         fixations=study.fixations,
         viewer=sights.viewer,
     )
@@ -262,6 +265,13 @@ def _recordings(
 
 def _rates(settings: Settings) -> LiveRates:
     return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
+
+
+def _mosaics(ground: _Ground, sights: _Sights, captures: CaptureService, *, jobs: JobRunner) -> MosaicService:
+    tools = MosaicTools(
+        captures=captures, jobs=jobs, events=ground.events, viewer=sights.viewer, clock=ground.clock
+    )
+    return MosaicService(tools)
 
 
 def _open_study(

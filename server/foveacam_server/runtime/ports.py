@@ -193,8 +193,10 @@ class Viewer(Protocol):
         """Add or replace what stands for one fixation."""
         ...
 
-    def show_field(self, content: bytes, *, centre_rig_m: tuple[float, float, float]) -> None:
-        """Show the surface of a whole field (GLB, +y up) in place of another."""
+    def show_field(
+        self, content: bytes, *, from_rig_m: tuple[float, float, float], to_rig_m: tuple[float, float, float]
+    ) -> None:
+        """Show the surface of a whole field (GLB, +y up) in place of another, seen from there to there."""
         ...
 
     def remove_field(self) -> None:

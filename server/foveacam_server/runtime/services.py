@@ -21,6 +21,7 @@ from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
+from foveacam_server.runtime.mosaics import MosaicService
 from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
@@ -67,6 +68,7 @@ class Services:
     captures: CaptureService
     recordings: RecordingService
     stills: StillService
+    mosaics: MosaicService
     fixations: FixationService
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""

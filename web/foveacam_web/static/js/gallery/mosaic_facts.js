@@ -4,7 +4,8 @@ import { figures } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
 import { count, pixels } from "../format.js";
 import { icon } from "../icons.js";
-import { percent, room, size } from "./mosaic_words.js";
+import { sizeWords } from "./dataset_words.js";
+import { percent, size } from "./mosaic_words.js";
 
 /**
  * @typedef {import("./mosaic_documents.js").MadeMosaic} MadeMosaic
@@ -42,7 +43,7 @@ function actionsOf({ in_scene, idle, made }, orders) {
 /** @param {MadeMosaic} made */
 function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, made_utc }) {
   return [
-    figures([["Eye", eye], ["Foveae", count(views)], ["Size", size(width, height)], ["Tiles", `${count(tiles)}, ${room(size_bytes)} in all`],
+    figures([["Eye", eye], ["Foveae", count(views)], ["Size", size(width, height)], ["Tiles", `${count(tiles)}, ${sizeWords(size_bytes)} in all`],
       ["Made", new Date(made_utc).toLocaleString()]]),
     figures([["Seams", seams.after_rms_px === null ? null : `${pixels(seams.after_rms_px)} rms`], ["Measured at", `${count(seams.links)} places`],
       ["Depth known", percent(depth.known)], ["Seen by two pairs or more", percent(depth.seen_twice)],

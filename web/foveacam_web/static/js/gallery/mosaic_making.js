@@ -4,7 +4,8 @@ import { bar, choiceField } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
-import { leftOf, room, size } from "./mosaic_words.js";
+import { sizeWords } from "./dataset_words.js";
+import { leftOf, size } from "./mosaic_words.js";
 
 /**
  * @typedef {import("../types.js").ProblemDocument} ProblemDocument
@@ -75,7 +76,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, orders) {
 
 /** @param {MosaicNeeds} needs */
 function needsOf({ views, width, height, needed_bytes, free_bytes }) {
-  return h("p", { class: "number", text: `${views} foveae · ${size(width, height)} · up to ${room(needed_bytes)} on the disk (${room(free_bytes)} free)` });
+  return h("p", { class: "number", text: `${views} foveae · ${size(width, height)} · up to ${sizeWords(needed_bytes)} on the disk (${sizeWords(free_bytes)} free)` });
 }
 
 /**

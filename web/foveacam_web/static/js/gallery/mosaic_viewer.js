@@ -125,6 +125,8 @@ export class MosaicViewer {
     context.beginPath();
     context.rect(left, top, this.#made.width * scale, this.#made.height * scale);
     context.clip();
+    context.fillStyle = getComputedStyle(this.#canvas).color; // where depth alone is shown, and unknown
+    context.fill();
     context.imageSmoothingEnabled = scale < COARSE;
     if (shown !== "depth") this.#picture.draw(seen, scale, draw);
     context.globalAlpha = shown === "both" ? share : 1;

@@ -2,12 +2,6 @@
 
 import { count, MISSING, number } from "../format.js";
 
-/** @param {number} bytes */
-export function room(bytes) {
-  if (bytes < 1e6) return `${number(bytes / 1e3, 0)} kB`;
-  return bytes < 1e9 ? `${number(bytes / 1e6, bytes < 1e7 ? 1 : 0)} MB` : `${number(bytes / 1e9, bytes < 1e10 ? 1 : 0)} GB`;
-}
-
 /**
  * @param {number} width
  * @param {number} height
