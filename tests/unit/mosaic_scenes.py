@@ -75,16 +75,22 @@ def scan(folder: Path, *, wide: bool = False) -> Dataset:
 
 def fovea(role: Role, volts: StereoVolts) -> Frame:
     """Return what an eye sees of the plane."""
-    calibration = small_calibration()
-    metres = np.diag([Z_M / calibration.fovea_f_px, Z_M / calibration.fovea_f_px, 1.0])
-    metres[:2, 2] = calibration.reference_rig_m(role)[:2]
-    texels = np.diag([1.0 / TEXEL_M, 1.0 / TEXEL_M, 1.0])
-    texels[:2, 2] = SIDE / 2
-    to_texture = texels @ metres @ plane_from_raw(calibration, role, volts, depth_m=Z_M)
-    size = calibration.fovea_width, calibration.fovea_height
-    image = cv2.warpPerspective(texture(), to_texture, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
     drive = volts.left if role is Role.LEFT else volts.right
-    return replace(noise_frame(role, 0), image=np.asarray(image, dtype=np.uint8), volts=drive)
+    return replace(noise_frame(role, 0), image=painted(texture(), role, volts, z_m=Z_M), volts=drive)
+
+
+def painted(picture: NDArray[np.uint8], role: Role, volts: StereoVolts, *, z_m: float) -> NDArray[np.uint8]:
+    """Return what an eye sees of a picture (SIDE, SIDE) on a plane; its texels look equally large."""
+    calibration = small_calibration()
+    metres = np.diag([z_m / calibration.fovea_f_px, z_m / calibration.fovea_f_px, 1.0])
+    metres[:2, 2] = calibration.reference_rig_m(role)[:2]
+    texel_m = TEXEL_M * z_m / Z_M
+    texels = np.diag([1.0 / texel_m, 1.0 / texel_m, 1.0])
+    texels[:2, 2] = SIDE / 2
+    to_texture = texels @ metres @ plane_from_raw(calibration, role, volts, depth_m=z_m)
+    size = calibration.fovea_width, calibration.fovea_height
+    image = cv2.warpPerspective(picture, to_texture, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
+    return np.asarray(image, dtype=np.uint8)
 
 
 def wide_frame() -> Frame:

@@ -1,7 +1,8 @@
-"""Figures of captures: pace against physics, writing against a bare loop, memory, and what kill -9 leaves.
+"""Figures of captures: pace against physics, writing, memory, what kill -9 leaves, recordings, a mosaic.
 
 Cameras and mirrors are stubs that cost nothing behind the contract, images full size, the clock real. Pace is
-taken in memory where there is such a file system, writing on the disk of temporary files.
+taken in memory where there is such a file system, writing on the disk of temporary files. The mosaic is that
+of the simulated rig (`mosaic.py`).
 """
 
 import json
@@ -24,6 +25,7 @@ from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import Report, run_capture
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
+from foveacam_server.bench.mosaic import measure_mosaic
 from foveacam_server.bench.recording import measure_recording
 from foveacam_server.bench.stub_devices import MOST_HZ
 from foveacam_server.bench.stub_rig import StubRig
@@ -61,7 +63,7 @@ class Nobody:
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
-    """Measure; `quick`: 20 kills, one round of each, short recordings."""
+    """Measure; `quick`: 20 kills, one round of each, short recordings, a small mosaic."""
     load_before = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -72,6 +74,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
             **memory_figures(folder, scans=2 if quick else MANY_SCANS),
             **kill_figures(folder / "kills", KillPlan(kills=20 if quick else 200)),
             **measure_recording(quick=quick),
+            **measure_mosaic(quick=quick),
         }
     return {**figures, "load_1min_before": round(load_before, 2)}
 

@@ -1,16 +1,20 @@
-"""How good a mosaic is: a small raster at full resolution on the simulated rig, judged by its truth.
+"""How good a mosaic is: a raster at full resolution on the simulated rig, judged by its truth.
 
 `seam_rms_px`: how far a thing with texture lies apart in two overlapping views, as the mosaic lays them, rms,
-fovea px; where it is in the raw frames is the simulation's. `mosaic_depth_rel_rms`: fused depth against the
-true surface, cells beside a jump of depth left out, each error carried to 10 m (it grows as Z, Sec. 4.1).
-`python -m foveacam_server.bench.mosaic` prints the figures; with a folder, the dataset and the mosaic stay.
+fovea px; where it is in the raw frames is the simulation's. No place is left out for lying beside a jump of
+depth, for being hidden from a view, or for a blank part of something that has texture elsewhere.
+`mosaic_depth_rel_rms`: fused depth against the true surface, cells beside a jump of depth left out (with
+them: `..._with_edges`), each error carried to 10 m (it grows as Z, Sec. 4.1).
+`python -m foveacam_server.bench.mosaic` prints the figures; with `--folder`, the dataset and the mosaic stay.
 """
 
+import argparse
 import json
-import math
+import resource
+import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +23,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role
+from foveacam_hardware.contract import FoveaError, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig import open_simulated
@@ -29,6 +33,7 @@ from foveacam_pipeline.capture.mosaic.build import Laidout, build_mosaic
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.links import places
 from foveacam_pipeline.capture.mosaic.views import View
+from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, steer
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.bench.calibration import truth_of
@@ -38,9 +43,10 @@ from foveacam_web.glb import write_glb
 Floats = NDArray[np.float64]
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENE = "bench"
-SIDE, QUICK_SIDE = 4, 2
+WHOLE, QUICK_SIDE = 9, 3
+"""Points across and down: the paper's raster over the field that both mirrors reach, and a small one."""
 STEP_DEG = (2.15, 1.65)
-"""From view to view: a quarter of the 2.86° x 2.15° overlaps."""
+"""From view to view of a smaller one: a quarter of the 2.86° x 2.15° overlaps."""
 CENTRE_DEG = (0.0, 1.0)
 DISTANCE_M = 4.0
 REFERENCE_M = 10.0
@@ -61,49 +67,80 @@ class Judged:
     known: float
 
 
-def mosaic_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
-    """Capture, lay out, judge; `quick`: 2 x 2 points. With `folder`, raster and mosaic stay there."""
-    with TemporaryDirectory() as scratch, open_simulated(SCENE, inline=True) as rig:
-        home = Path(scratch) if folder is None else folder
+def measure_mosaic(*, quick: bool = False) -> dict[str, object]:
+    """Return the figures, taken in a process of its own: its memory is one of them. `quick`: 3 x 3 points."""
+    side = QUICK_SIDE if quick else WHOLE
+    words = [sys.executable, "-m", __name__, "--side", str(side)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - this very module
+    if done.returncode != 0:
+        raise FoveaError(f"the mosaic of {side} x {side} points ended early: {done.stderr.strip()[-500:]}")
+    found: dict[str, object] = json.loads(done.stdout)
+    return found
+
+
+def mosaic_figures(folder: Path, *, side: int) -> dict[str, object]:
+    """Capture side x side points into `folder`/raster, lay them out in `folder`/mosaic, judge."""
+    with open_simulated(SCENE, inline=True) as rig:
         calibration = load_calibration(CERTIFICATE)
-        capture_s = captured(rig, calibration, home / "raster", side=QUICK_SIDE if quick else SIDE)
-        began_s = time.perf_counter()
-        mosaic = build_mosaic(Dataset.open(home / "raster"), home / "mosaic", mesh_file=glb_of)
-        mosaic_s = time.perf_counter() - began_s
+        capture_s = captured(rig, calibration, folder / "raster", plan_of(side, calibration))
+        began_s, began_cpu_s = time.perf_counter(), time.process_time()
+        mosaic = build_mosaic(Dataset.open(folder / "raster"), folder / "mosaic", mesh_file=glb_of)
+        mosaic_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
+        peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         judged = judge(mosaic.laid, truth_of(rig), calibration)
-        return {
-            **figures_of(judged),
-            "measured": asdict(mosaic.figures),
-            "capture_wall_s": round(capture_s, 1),
-            "mosaic_wall_s": round(mosaic_s, 1),
-        }
+    made = mosaic.figures
+    return {
+        **figures_of(judged),
+        "mosaic_width": made.width,
+        "mosaic_height": made.height,
+        "mosaic_views": made.views,
+        "mosaic_tiles": made.tiles,
+        "mosaic_capture_s": round(capture_s, 1),
+        "mosaic_s": round(mosaic_s, 1),
+        "mosaic_cpu_s": round(cpu_s, 1),
+        "mosaic_peak_rss_mb": round(peak_mb, 1),
+        "mosaic_own": {"seams": asdict(made.seams), "depth": asdict(made.depth)},
+    }
 
 
-def captured(rig: Rig, calibration: Calibration, folder: Path, *, side: int) -> float:
-    """Take a raster of side x side points, serpentine; return how long it took, s."""
+def plan_of(side: int, calibration: Calibration) -> RasterPlan:
+    """Return the paper's raster, or a smaller one whose views lie as close, verged at `DISTANCE_M`."""
+    verging = {"mode": "given", "distance_m": DISTANCE_M}
+    if side == WHOLE:
+        return prepared(plan_from({"verging": verging}), calibration)
+    half_width_deg, half_height_deg = (step * (side - 1) / 2 for step in STEP_DEG)
+    grid = {
+        "kind": "grid",
+        "columns": side,
+        "rows": side,
+        "centre_ax_deg": CENTRE_DEG[0],
+        "centre_ay_deg": CENTRE_DEG[1],
+        "half_width_deg": half_width_deg,
+        "half_height_deg": half_height_deg,
+    }
+    return plan_from({"points": grid, "verging": verging})
+
+
+def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan) -> float:
+    """Take a raster; return how long it took, s."""
     began_s = time.perf_counter()
     rig.mirrors.enable()
-    header = Header(points=side * side, calibration=calibration, label="bench mosaic")
+    wanted = list(points(plan))
+    header = Header(points=len(wanted), calibration=calibration, label="bench mosaic")
     with DatasetWriter.create(folder, header) as writer:
-        for index, (row, column) in enumerate(serpentine(side)):
-            aim_deg = [
-                centre + step * (k - (side - 1) / 2)
-                for centre, step, k in zip(CENTRE_DEG, STEP_DEG, (column, row), strict=True)
-            ]
-            aim_rad = math.radians(aim_deg[0]), math.radians(aim_deg[1])
-            seen = rig.head.look(calibration.steer(*aim_rad, distance_m=DISTANCE_M))
-            place = Place(index=index, column=column, row=row, aim_rad=aim_rad, distance_m=DISTANCE_M)
+        for point in wanted:
+            seen = rig.head.look(steer(point, calibration))
+            place = Place(
+                index=point.index,
+                column=point.column,
+                row=point.row,
+                aim_rad=(point.ax_rad, point.ay_rad),
+                distance_m=point.distance_m,
+            )
             frames = (seen.left, seen.right, seen.wide)
             writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
         writer.finish()
     return time.perf_counter() - began_s
-
-
-def serpentine(side: int) -> Iterator[tuple[int, int]]:
-    """Yield (row, column), every other row backwards."""
-    for row in range(side):
-        columns = range(side) if row % 2 == 0 else range(side - 1, -1, -1)
-        yield from ((row, column) for column in columns)
 
 
 def glb_of(mesh: DepthMesh) -> bytes:
@@ -208,6 +245,16 @@ def _frame_ns(view: View, eye: Role) -> int:
     return view.point.frame(eye).t_ns
 
 
+def main() -> None:
+    """Print the figures of one mosaic."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--side", type=int, default=WHOLE, help="points across and down")
+    parser.add_argument("--folder", type=Path, help="where raster and mosaic shall stay")
+    asked = parser.parse_args()
+    with TemporaryDirectory() as scratch:
+        figures = mosaic_figures(asked.folder or Path(scratch), side=asked.side)
+    json.dump(figures, sys.stdout, indent=1)
+
+
 if __name__ == "__main__":
-    where = Path(sys.argv[1]) if len(sys.argv) > 1 else None
-    json.dump(mosaic_figures(folder=where), sys.stdout, indent=1)
+    main()

@@ -63,8 +63,8 @@ def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
     shape = chart.rows, chart.columns
     per_depth, sigma, edge = (np.full(shape, np.nan, dtype=np.float32) for _ in range(3))
     tally = _Tally()
-    for rows, columns in _blocks(shape):
-        layers = [_cut(patch, rows, columns) for patch in patches if _meets(patch, rows, columns)]
+    for rows, columns in blocks(shape):
+        layers = [cut(patch, rows, columns) for patch in patches if meets(patch, rows, columns)]
         if layers:
             block = np.array(layers)
             per_depth[rows, columns], sigma[rows, columns] = _agreed(block, tally)
@@ -97,18 +97,20 @@ def fill(values: Cells) -> Cells:
     return np.where(known, values, cv2.GaussianBlur(nearest, (0, 0), SMOOTH_CELLS)).astype(np.float32)
 
 
-def _blocks(shape: tuple[int, int]) -> Iterator[tuple[slice, slice]]:
+def blocks(shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of blocks that make up (rows, columns) of cells."""
     for top in range(0, shape[0], BLOCK):
         for left in range(0, shape[1], BLOCK):
             yield slice(top, min(shape[0], top + BLOCK)), slice(left, min(shape[1], left + BLOCK))
 
 
-def _meets(patch: CellDepth, rows: slice, columns: slice) -> bool:
+def meets(patch: CellDepth, rows: slice, columns: slice) -> bool:
+    """Return whether a patch has cells there."""
     over = patch.rows.start < rows.stop and rows.start < patch.rows.stop
     return bool(over and patch.columns.start < columns.stop and columns.start < patch.columns.stop)
 
 
-def _cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
+def cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
     """Return (4, h, w): q, its matching error, the pose's, and q beside jumps; NaN outside the patch."""
     out = np.full((4, rows.stop - rows.start, columns.stop - columns.start), np.nan, dtype=np.float32)
     top, bottom = max(rows.start, patch.rows.start), min(rows.stop, patch.rows.stop)
@@ -168,11 +170,15 @@ def _middle(values: Cells) -> Cells:
     return np.asarray(np.take_along_axis(ordered, chosen[None], axis=0)[0], dtype=np.float32)
 
 
-def specks(per_depth: Cells) -> NDArray[np.bool_]:
-    """Return known cells that hang together with too few others: steps of depth part them."""
+def specks(per_depth: Cells, *, cells: int = SPECKLE_CELLS, step_q: float | None = None) -> NDArray[np.bool_]:
+    """Return known cells that hang together with too few others: steps of depth part them.
+
+    `step_q`: what a step is, 1/m; else `SPECKLE_STEP`, a share of the depth.
+    """
     known = np.isfinite(per_depth)
     scaled = np.zeros(per_depth.shape, dtype=np.int16)
-    scaled[known] = np.clip(np.rint(np.log(per_depth[known]) * 1000.0), -16_000, 16_000) + 16_001
+    values = np.log(per_depth[known]) / SPECKLE_STEP if step_q is None else per_depth[known] / step_q
+    scaled[known] = np.clip(np.rint(values * 20.0), -16_000, 16_000) + 16_001
     before = scaled.copy()
-    cv2.filterSpeckles(scaled, 0.0, SPECKLE_CELLS, 1000.0 * SPECKLE_STEP)
+    cv2.filterSpeckles(scaled, 0.0, cells, 20.0)
     return np.asarray((before != 0) & (scaled == 0))

@@ -53,13 +53,13 @@ class Place:
     judging: bool
 
 
-def places(views: Sequence[View], chart: Chart, *, most: int = MOST) -> list[Place]:
-    """Return where the overlaps of a scan are compared, at most so many places of two views."""
+def places(views: Sequence[View], chart: Chart) -> list[Place]:
+    """Return where the overlaps of a scan are compared, at most `MOST` places of two views."""
     return [
         place
         for first in range(len(views))
         for second in range(first + 1, len(views))
-        for place in _overlap(views, chart, first, second, most=most)
+        for place in _overlap(views, chart, first, second)
     ]
 
 
@@ -113,8 +113,8 @@ def _known(depth: FieldDepth, rows: slice, columns: slice) -> bool:
     return float(np.isfinite(depth.per_depth[rows, columns]).mean()) > KNOWN_SHARE
 
 
-def _overlap(views: Sequence[View], chart: Chart, first: int, second: int, *, most: int) -> Iterator[Place]:
-    """Yield places where both views surely reach, at most `most`, spread over the overlap."""
+def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> Iterator[Place]:
+    """Yield places where both views surely reach, spread over the overlap."""
     a, b = views[first].box, views[second].box
     left, top, right, bottom = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
     inset = HALF_CELLS * CELL
@@ -126,7 +126,7 @@ def _overlap(views: Sequence[View], chart: Chart, first: int, second: int, *, mo
         for column in columns
         if all(_reaches(views[k], chart, row, column) for k in (first, second))
     ]
-    stride = max(1, -(-len(grid) // most))
+    stride = max(1, -(-len(grid) // MOST))
     for count, (row, column) in enumerate(grid[stride // 2 :: stride]):
         yield Place(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
 

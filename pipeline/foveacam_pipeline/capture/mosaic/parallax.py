@@ -1,77 +1,222 @@
 """Depth for laying pictures where stereo has none: from the overlaps themselves.
 
 The pupil walks with the mirror, a few millimetres from view to view: neighbours of one eye see a thing from
-two places. That is a short baseline, too short for a depth worth keeping, but what it tells is just what the
-seam needs: the depth at which both show one thing at one place.
+two places, and are a rectified pair along the line of that walk like any other. The baseline is too short for
+a depth worth keeping, but what it tells is just what the seam needs: the depth at which both show one thing
+at one place. Every overlap is matched whole: beside a jump of depth each cell has to be on its own side.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill
-from foveacam_pipeline.capture.mosaic.links import Place, around, both, places
-from foveacam_pipeline.capture.mosaic.register import register
-from foveacam_pipeline.capture.mosaic.views import Pictures, View, patch_of
+from foveacam_pipeline.capture.mosaic.fuse import Cells, FieldDepth, blocks, cut, fill, meets, specks
+from foveacam_pipeline.capture.mosaic.look import EyeLook
+from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
+from foveacam_pipeline.capture.mosaic.views import Floats, Picture, Pictures, View
+from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.rectify import EDGE_PX
+from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
-GUESSES = (0.12, 0.3, 0.55)
-"""Depths to begin with, q in 1/m, besides what the surroundings suggest."""
-NEAREST, FARTHEST = 1.25, 0.0
-"""q of what may be there, 1/m."""
-ACROSS_PX = 2.0
-"""Parallax moves along one line; what does not is no match."""
-LEAST_PX_M = 12.0
-"""So much the place must move with q: 0.1 px are then 0.01 per metre."""
-MOST = 60
-HALF_CELLS = 3
+NEAREST_M, FARTHEST_M = 0.8, 1e4
+"""Depths of what may be there."""
+STEP_PX = 2.0
+"""Matched at half the size: what is smaller than the optics' blur is not needed."""
+LEAST_PX_M = 6.0
+"""So much a place must move with q = 1 / Z: 0.1 px are then 0.02 per metre."""
+LEAST_OVERLAP_PX = 60.0
+POSE_SIGMA_PX = 0.15
+"""What two looks of one calibration disagree by, px: all cells of an overlap share it."""
+LEAST_SAMPLES = 4
+"""Of the 16 px that a cell has: so many must be matched."""
+SPECKLE_CELLS, SPECKLE_Q = 20, 0.02
+"""So few cells that hang together, each within this of the next, 1/m, are noise."""
+SMOOTH_CELLS = 5
+"""Window of the median over cells: it keeps jumps."""
+SETTINGS = MatchSettings(near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_sigma_px=0.45)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Strip:
+    """An overlap as a rectified pair: `baseline_m` is 1, `f_px` what a place moves with q.
+
+    `places_px`: (2, h, w), where its pixels lie on the plane for things at infinity. `along`: (2,), unit, the
+    line of the walk: what is nearer lies further along it in the first view.
+    """
+
+    pair: RectifiedPair
+    places_px: Floats
+    along: Floats
 
 
 def with_overlaps(
     depth: FieldDepth, views: Sequence[View], pictures: Pictures, *, chart: Chart
 ) -> Iterator[tuple[int, FieldDepth]]:
     """Yield (views done, depth so far); in the last, overlaps without stereo lie as the views tell."""
-    surmised = depth.surmised.copy()
-    last = 0
-    for place in places(views, chart, most=MOST):
-        if place.first != last:
-            last = place.first
-            yield last, depth
-        if np.isfinite(depth.per_depth[place.row, place.column]):
-            continue
-        q = _told(place, views, pictures, chart=chart, depth=depth)
-        if q is not None:
-            here = tuple(slice(k - HALF_CELLS, k + HALF_CELLS + 1) for k in (place.row, place.column))
-            free = np.isnan(depth.per_depth[here])
-            surmised[here][free] = q
+    patches: list[CellDepth] = []
+    halves: dict[int, Picture] = {}
+    for first, view in enumerate(views):
+        halves = {number: half for number, half in halves.items() if number >= first}
+        for second in range(first + 1, len(views)):
+            if _meet(view, views[second]):
+                for number in {first, second} - halves.keys():
+                    halves[number] = _half(pictures.of(views[number]))
+                looks = view.look, views[second].look
+                cells = overlap_cells(looks, (halves[first], halves[second]), chart)
+                patches += [cells] if cells is not None else []
+        if first + 1 < len(views):
+            yield first + 1, depth
+    told = _middles(chart, patches)
+    told[specks(told, cells=SPECKLE_CELLS, step_q=SPECKLE_Q)] = np.nan
+    told = np.where(np.isfinite(told), cv2.medianBlur(fill(told), SMOOTH_CELLS), np.nan)
+    surmised = np.where(np.isfinite(depth.per_depth), depth.per_depth, told)
+    surmised = np.where(np.isfinite(surmised), surmised, depth.surmised)
     yield len(views), replace(depth, surmised=surmised, filled=fill(surmised))
 
 
-def _told(
-    place: Place, views: Sequence[View], pictures: Pictures, *, chart: Chart, depth: FieldDepth
-) -> float | None:
-    pair = [views[place.first], views[place.second]]
-    patch = patch_of(chart, depth.filled, *around(place))
-    u = np.asarray(chart.u0_px + CELL * place.column - 0.5)
-    v = np.asarray(chart.v0_px + CELL * place.row - 0.5)
-    for guess in (float(depth.filled[place.row, place.column]), *GUESSES):
-        flat = replace(patch, per_depth=np.full_like(patch.per_depth, guess))
-        images = both(pair, pictures, flat)
-        found = None if images is None else register(*images)
-        if found is None:
-            continue
-        slopes = []
-        for view in pair:
-            about = np.array(view.look.about(u, v, np.asarray(guess)))
-            slopes.append(view.look.aside_px_m + view.look.pupil_m * about)
-        way = slopes[1] - slopes[0]
-        length = float(np.linalg.norm(way))
-        if length < LEAST_PX_M:
-            return None
-        along = float(way @ found.shift_px) / length
-        across = float(np.linalg.norm(found.shift_px - along * way / length))
-        q = guess - along / length
-        if across < ACROSS_PX and FARTHEST < q < NEAREST:
-            return q
-    return None
+def overlap_cells(
+    looks: tuple[EyeLook, EyeLook], halves: tuple[Picture, Picture], chart: Chart
+) -> CellDepth | None:
+    """Return what two views of one eye tell of depth; None where they tell nothing.
+
+    `halves`: their pictures, (h, w) uint8, at half the size.
+    """
+    strip = strip_of(*looks, halves)
+    if strip is None:
+        return None
+    found = match(strip.pair, SETTINGS)
+    places_px, per_depth, sigma = _placed(strip, found, *looks)
+    pose_sigma = POSE_SIGMA_PX / (STEP_PX * strip.pair.f_px)
+    return _on_cells(chart, places_px, per_depth, sigma, pose_sigma=pose_sigma)
+
+
+def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -> Strip | None:
+    """Return an overlap, turned so that parallax moves along rows; None where it hardly moves."""
+    corners = [_corners(look, half) for look, half in zip((first, second), halves, strict=True)]
+    low = np.maximum(corners[0].min(axis=1), corners[1].min(axis=1))
+    middle = (low + np.minimum(corners[0].max(axis=1), corners[1].max(axis=1))) / 2
+    way = _moving(second, middle) - _moving(first, middle)
+    length = float(np.linalg.norm(way))
+    if length < LEAST_PX_M:
+        return None
+    along = way / length
+    turn = np.array([along, [-along[1], along[0]]])
+    turned = [turn @ each for each in corners]
+    low = np.maximum(turned[0].min(axis=1), turned[1].min(axis=1))
+    high = np.minimum(turned[0].max(axis=1), turned[1].max(axis=1) + np.array([length / NEAREST_M, 0.0]))
+    width, height = np.floor((high - low) / STEP_PX).astype(int).tolist()
+    if min(width, height) < LEAST_OVERLAP_PX / STEP_PX:
+        return None
+    grid = np.stack(np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5))
+    places_px = np.tensordot(turn.T, low[:, None, None] + STEP_PX * grid, axes=1)
+    views = [_seen(look, half, places_px) for look, half in zip((first, second), halves, strict=True)]
+    pair = RectifiedPair(
+        left=views[0][0],
+        right=views[1][0],
+        valid_left=views[0][1],
+        valid_right=views[1][1],
+        f_px=length / STEP_PX,
+        baseline_m=1.0,
+        u0_left_px=0.0,
+        u0_right_px=0.0,
+        v0_px=0.0,
+        pose_sigma_px=0.0,
+        t_ns=0,
+    )
+    return Strip(pair=pair, places_px=places_px, along=along)
+
+
+def _placed(
+    strip: Strip, found: DisparityMap, first: EyeLook, second: EyeLook
+) -> tuple[Floats, Floats, Floats]:
+    """Return plane places (2, n), q and its error (n,), of the matched px: solved exactly, as pairs are."""
+    known = np.isfinite(found.residual_px)
+    apart = STEP_PX * found.residual_px[known].astype(np.float64)
+    here = strip.places_px[:, known]
+    moving = _moving(first, here)
+    other = _moving(second, here - strip.along[:, None] * apart)
+    per_depth = apart / (strip.along @ (other - moving))
+    sigma = found.sigma_px[known].astype(np.float64) / strip.pair.f_px
+    good = (per_depth > 1.0 / FARTHEST_M) & (per_depth < 1.0 / NEAREST_M)
+    places_px = here + per_depth * moving
+    return places_px[:, good], per_depth[good], sigma[good]
+
+
+def _on_cells(
+    chart: Chart, places_px: Floats, per_depth: Floats, sigma: Floats, *, pose_sigma: float
+) -> CellDepth | None:
+    """Gather samples in cells: the middle one of each, as a mean of both sides of a jump is neither."""
+    origin = np.array([[chart.u0_px], [chart.v0_px]])
+    column, row = np.floor((places_px + 0.5 - origin) / CELL).astype(int)
+    inside = (column >= 0) & (column < chart.columns) & (row >= 0) & (row < chart.rows)
+    if not inside.any():
+        return None
+    row, column, q, error = row[inside], column[inside], per_depth[inside], sigma[inside]
+    top, left = int(row.min()), int(column.min())
+    shape = int(row.max()) - top + 1, int(column.max()) - left + 1
+    flat = (row - top) * shape[1] + column - left
+    order = np.lexsort((q, flat))
+    cells, start, count = np.unique(flat[order], return_index=True, return_counts=True)
+    enough = count >= LEAST_SAMPLES
+    chosen = order[(start + count // 2)[enough]]
+    values = np.full((3, shape[0] * shape[1]), np.nan, dtype=np.float32)
+    values[:2, cells[enough]] = q[chosen], error[chosen]
+    kept, errors, edge = values.reshape(3, *shape)
+    return CellDepth(row=top, column=left, per_depth=kept, sigma=errors, edge=edge, pose_sigma=pose_sigma)
+
+
+def _middles(chart: Chart, patches: Sequence[CellDepth]) -> Cells:
+    """Return the weighted median of what overlaps tell of each cell, NaN where they tell nothing."""
+    out = np.full((chart.rows, chart.columns), np.nan, dtype=np.float32)
+    for rows, columns in blocks(out.shape):
+        layers = [cut(patch, rows, columns) for patch in patches if meets(patch, rows, columns)]
+        if layers:
+            block = np.array(layers)
+            with np.errstate(invalid="ignore"):
+                weight = np.nan_to_num(1.0 / (block[:, 1] ** 2 + block[:, 2] ** 2))
+            order = np.argsort(block[:, 0], axis=0)
+            total = np.cumsum(np.take_along_axis(weight, order, axis=0), axis=0)
+            middle = np.argmax(total >= 0.5 * total[-1:], axis=0)[None]
+            chosen = np.take_along_axis(order, middle, axis=0)
+            out[rows, columns] = np.take_along_axis(block[:, 0], chosen, axis=0)[0]
+    return out
+
+
+def _seen(look: EyeLook, half: Picture, places_px: Floats) -> tuple[Picture, NDArray[np.bool_]]:
+    """Return a view at places (2, h, w) of things at infinity, and where it reaches."""
+    x, y = look.raw(places_px[0], places_px[1], np.zeros(1))
+    maps = [((raw + 0.5) / STEP_PX - 0.5).astype(np.float32) for raw in (x, y)]
+    image = cv2.remap(half, maps[0], maps[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    height, width = half.shape
+    inside = (x > EDGE_PX) & (x < STEP_PX * width - 1 - EDGE_PX)
+    inside &= (y > EDGE_PX) & (y < STEP_PX * height - 1 - EDGE_PX)
+    return np.asarray(image, dtype=np.uint8), inside
+
+
+def _corners(look: EyeLook, half: Picture) -> Floats:
+    """Return (2, 4) plane places of the frame's corners for things at infinity."""
+    height, width = (STEP_PX * size - 1 for size in half.shape)
+    raw_px = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    return look.plane(raw_px, 0.0).T
+
+
+def _moving(look: EyeLook, places_px: Floats) -> Floats:
+    """Return by how much what lies at places (2, ...) at infinity moves with q, px m."""
+    beside = (2,) + (1,) * (places_px.ndim - 1)
+    about = places_px - (look.gaze_px + look.shift_px).reshape(beside)
+    return np.asarray(look.aside_px_m.reshape(beside) + look.pupil_m * about, dtype=np.float64)
+
+
+def _meet(first: View, second: View) -> bool:
+    a, b = first.box, second.box
+    across, down = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
+    return min(across, down) > LEAST_OVERLAP_PX
+
+
+def _half(picture: Picture) -> Picture:
+    size = (picture.shape[1] // int(STEP_PX), picture.shape[0] // int(STEP_PX))
+    return np.asarray(cv2.resize(gray(picture), size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
