@@ -16,11 +16,11 @@ import { makePoints } from "./points.js";
  * @param {{store: Store, troubles: Troubles, changed: () => void}} context
  */
 export function makeEditor({ store, troubles, changed }) {
-  const gridAsText = () => {
-    const grid = store.state.estimate.document?.plan.points;
-    return grid?.kind === "grid" ? asSetPoints(grid) : null;
-  };
-  const parts = [makePoints(troubles, gridAsText, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
+  let grid_text = "";
+  store.on(["estimate"], ({ estimate: { document } }) => {
+    if (document?.plan.points.kind === "grid") grid_text = asSetPoints(document.plan.points);
+  });
+  const parts = [makePoints(troubles, () => grid_text || null, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
   const titles = ["Points", "Distance", "At every point", "Rail"];
   const said = () => {
     for (const { show } of parts) show();
@@ -36,7 +36,7 @@ export function makeEditor({ store, troubles, changed }) {
 function makeDistance(troubles) {
   const mode = segments("Where the eyes meet", /** @type {[Draft["mode"], string][]} */ ([["scene", "Measured"], ["given", "Given"], ["parallel", "Parallel"]]));
   const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
-  const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "last seen" });
+  const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "seen last" });
   const each = tickField("Verge anew at every point", false);
   const note = h("p", { class: "why", text: "The average of nine fixations, before the first point." });
   const show = () => {

@@ -51,7 +51,7 @@ function figuresOf(estimate) {
 
 /** @param {EstimateDocument} estimate */
 function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
-  const parts = [`at least: ${span(limit_s)} by settling, exposing and reading out`];
+  const parts = reverge_s + rail_s + hand_moves === 0 ? ["at least, by settling, exposing and reading out"] : [`at least: ${span(limit_s)} settling, exposing and reading out`];
   if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
   if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
   if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);

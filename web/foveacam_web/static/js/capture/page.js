@@ -85,7 +85,11 @@ function makeBench({ store, orders }) {
     if (!stale) starter.tell(found().troubles);
   });
   againWhenTheRigIsAnother(store, estimator);
-  return { editor: editor.element, starter: starter.element, edited, again: () => store.state.capture_page && estimator.again() };
+  return { editor: editor.element, starter: starter.element, edited, again: () => {
+    starter.forget(); // whoever had the rig has it no more
+    edited();
+    if (store.state.capture_page) estimator.again();
+  } };
 }
 
 /**

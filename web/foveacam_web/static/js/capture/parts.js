@@ -1,7 +1,7 @@
 // Small parts of the capture page: places where refusals are told, a choice in a row, a line of text, numbers as chips.
 
 import { fill, h, say } from "../dom.js";
-import { sentence } from "../format.js";
+import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
 /** @typedef {import("./documents.js").Trouble} Trouble */
@@ -51,6 +51,11 @@ export function asked(fields, ...below) {
   return h("div", { class: "asked-for" }, h("div", { class: "fields" }, ...fields), ...below);
 }
 
+/** @param {number} value */
+function decimals(value) {
+  return Math.min(3, (String(value).split(".")[1] ?? "").length);
+}
+
 let choices = 0;
 
 /**
@@ -95,7 +100,7 @@ export function numberChips({ label, unit, empty, lists, changed }) {
     values = [...next];
     fill(list, values.length === 0 ? h("li", { class: "none", text: empty }) : null, values.map((value, index) => h("li", {}, h("button", {
       type: "button", class: "chip", "aria-label": `${label}: take away ${value} ${unit}`, on: { click: () => set(values.filter((_, other) => other !== index)) },
-    }, String(value), icon("close")))));
+    }, number(value, decimals(value)), icon("close")))));
     changed();
   };
   const add = () => {

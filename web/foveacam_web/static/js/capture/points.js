@@ -1,7 +1,7 @@
 // Where the points come from: a grid of angles over a field, or a text in the language of set points.
 
 import { choiceField, numberField } from "../calibration/parts.js";
-import { fill, h, say } from "../dom.js";
+import { h, say } from "../dom.js";
 import { asked, segments } from "./parts.js";
 
 /**
@@ -71,7 +71,7 @@ function makeGrid(troubles) {
   };
   const element = h("div", { class: "stack" },
     asked([columns.element, rows.element, order.element], troubles.place("size")),
-    asked([field.element, across.element, down.element], note, troubles.place("field")),
+    asked([field.element, h("div", { class: "fields" }, across.element, down.element)], note, troubles.place("field")),
     asked([x.element, y.element], troubles.place("centre")));
   const read = () => ({
     columns: columns.value(), rows: rows.value(), order: /** @type {Draft["order"]} */ (order.value()), centre_ax_deg: x.value(), centre_ay_deg: y.value(),
@@ -96,6 +96,5 @@ function makeText(troubles, asText, changed) {
   const element = h("div", { class: "stack asked-for" },
     h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input), troubles.place("text"),
     h("div", { class: "actions" }, begin), h("details", {}, h("summary", { text: "The language" }), words));
-  fill(begin, "Begin with the grid");
   return { element, value: () => input.value };
 }

@@ -192,7 +192,7 @@ function summary({ coverage }) {
  * @param {number} index
  */
 function wordsOf({ plan: { points, verging } }, index) {
-  const name = `Point ${index + 1}`;
+  const name = `Point ${index}`; // counted from 0, as in datasets and refusals
   if (points.kind === "set_points") {
     const point = points.points[index];
     const far = point?.distance_m ?? verging.distance_m;
@@ -202,5 +202,5 @@ function wordsOf({ plan: { points, verging } }, index) {
   const along = (/** @type {number} */ k, /** @type {number} */ n, /** @type {number} */ centre, /** @type {number | null} */ half) => (n === 1 ? centre : centre + ((half ?? 0) * (2 * k - (n - 1))) / (n - 1));
   const ax_deg = along(column, points.columns, points.centre_ax_deg, points.half_width_deg);
   const ay_deg = along(row, points.rows, points.centre_ay_deg, points.half_height_deg);
-  return `${name} · column ${column + 1}, row ${row + 1} · ${angle(ax_deg)} ${angle(ay_deg)}`;
+  return `${name} · column ${column}, row ${row} · ${angle(ax_deg)} ${angle(ay_deg)}`;
 }

@@ -20,6 +20,8 @@ import { asked, textField } from "./parts.js";
  * @typedef {import("./parts.js").Troubles} Troubles
  */
 
+const OF_POINTS = new Set(["text", "size", "field", "centre"]); // a grid's, or a text's, and not in sight with the other
+
 /**
  * @param {{store: Store, orders: CaptureOrders, troubles: Troubles, plan: () => PlanWish | null, source: () => Draft["source"], changed: () => void}} context
  *   `plan`: null while it is not whole
@@ -54,9 +56,10 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
    * @param {Trouble[]} own
    */
   function tell(own) {
-    const { problem } = store.state.estimate;
+    const { problem, stale } = store.state.estimate;
     const of = (/** @type {ProblemDocument | null} */ document) => (document ? blamed(document, source()) : []);
-    const all = own.length > 0 ? own : distinct([...of(refused), ...of(problem)]);
+    const estimated = of(problem).filter(({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"));
+    const all = own.length > 0 ? own : distinct([...of(refused), ...estimated]);
     tellAbove(troubles.tell(all));
     start.disabled = sending || own.length > 0 || problem?.status === 422;
   }

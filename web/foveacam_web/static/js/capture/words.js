@@ -63,7 +63,8 @@ export function endWords({ name, end }) {
   const cancelled = job === "cancelled";
   const head = `${title}: ${cancelled ? "cancelled" : job === "failed" ? "failed" : state ?? "ended"}`;
   const reason = sentence(problem && !cancelled ? problem.detail : why || problem?.detail);
-  const kept = state === null ? "Nothing was taken yet." : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
+  const told = reason.includes(`${taken} of ${planned}`);
+  const kept = state === null ? "Nothing was taken yet." : told ? "" : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
   const remedy = cancelled || !problem?.remedy || problem.detail.includes(problem.remedy) ? "" : sentence(problem.remedy);
   return { tone: cancelled ? "warn" : "bad", head, why: [reason, kept].filter(Boolean).join(" "), remedy };
 }

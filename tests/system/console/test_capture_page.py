@@ -1,0 +1,263 @@
+"""The capture page: plans edited and estimated, captures started, paused, cancelled and gone on with."""
+
+import re
+import threading
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Locator, Page, Route, expect
+from tests.system.conftest import PATIENCE_S, Running, running
+
+from foveacam_hardware.contract import Frame
+from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_server.runtime.capture_watch import CaptureWatch
+
+from . import capture_documents as documents
+from .conftest import TOUCH, Console, OpenConsole
+from .stand_in import StandIn, problem, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+PATIENCE_MS = 90_000
+LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("data"), live_hz=(1.0, 1.0)) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+@pytest.fixture
+def stand_in(server: StandIn) -> StandIn:
+    server.be()
+    server.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
+    return server
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
+    """Captures wait behind every look while it is closed."""
+    found = threading.Event()
+    saw = CaptureWatch.saw
+
+    def wait_behind(watch: CaptureWatch, frames: tuple[Frame, ...]) -> None:
+        saw(watch, frames)
+        found.wait(PATIENCE_S)
+
+    monkeypatch.setattr(CaptureWatch, "saw", wait_behind)
+    yield found
+    found.set()
+
+
+def four_points(console: Console, name: str) -> Locator:
+    """Type a plan of four points; return the page once it is estimated."""
+    page = console.page.locator("#capture-page")
+    plan = part(page, "Plan")
+    plan.get_by_text("Given", exact=True).click()
+    for label, value in (("Distance", "2"), ("Columns", "2"), ("Rows", "2")):
+        plan.get_by_label(label, exact=True).fill(value)
+    plan.get_by_label("Field", exact=True).select_option("step")
+    plan.get_by_label("Step across").fill("1.5")
+    plan.get_by_label("Step down").fill("1.5")
+    part(page, "Capture").get_by_label("Name", exact=True).fill(name)
+    expect(page.locator(".figures")).to_contain_text("±0.8° × ±0.8°", timeout=PATIENCE_MS)
+    return page
+
+
+def part(page: Locator, name: str) -> Locator:
+    return page.get_by_role("region", name=name, exact=True)
+
+
+def start(page: Locator) -> None:
+    page.get_by_role("button", name="Start the capture").click()
+
+
+def outcome(page: Locator) -> Locator:
+    return page.get_by_role("group", name="The capture")
+
+
+def badge(page: Page) -> Locator:
+    return page.locator("#badges a[href='#/capture']")
+
+
+def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
+    rig: Running, gate: threading.Event, open_console: OpenConsole
+) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    page = four_points(console, "from the page")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    start(page)
+    expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
+    part(page, "Capture").get_by_label("Name", exact=True).fill("another")
+    start(page)
+    expect(page.locator(".above")).to_contain_text("Capture from the page is using the rig", ignore_case=True)
+    outcome(page).get_by_role("button", name="Pause").click()
+    expect(outcome(page)).to_contain_text("pausing after this point")
+    gate.set()
+    expect(outcome(page)).to_contain_text("paused: 1 of 4", timeout=PATIENCE_MS)
+    expect(badge(console.page)).to_have_text("Capture paused 25 %")
+    outcome(page).get_by_role("button", name="Go on").click()
+    expect(outcome(page)).to_contain_text("“from the page”: complete", timeout=PATIENCE_MS)
+    expect(badge(console.page)).to_be_hidden()
+    expect(page.locator(".above")).to_be_empty()  # whoever had the rig has it no more
+    link = outcome(page).get_by_role("link", name="Show in the gallery")
+    expect(link).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-"))
+    folder = rig.services.settings.data / "captures" / "from the page"
+    assert (check(folder), len(Dataset.open(folder))) == ([], 4)
+
+
+def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
+    rig: Running, gate: threading.Event, open_console: OpenConsole
+) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    page = four_points(console, "cut off")
+    start(page)
+    expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
+    outcome(page).get_by_role("button", name="Cancel").click()
+    expect(outcome(page)).to_contain_text("cancelling")
+    gate.set()
+    expect(outcome(page)).to_contain_text("“cut off”: cancelled", timeout=PATIENCE_MS)
+    expect(outcome(page)).to_contain_text("Cancelled after 1 of 4 points")
+    unfinished = part(page, "Unfinished")
+    expect(unfinished).to_contain_text("1 of 4 points")
+    unfinished.get_by_role("button", name="Resume cut off").click()
+    expect(outcome(page)).to_contain_text("“cut off”: complete", timeout=PATIENCE_MS)
+    expect(unfinished).to_contain_text("None")
+    assert rig.get("/captures", text="cut off").json()[0]["points"]["taken"] == 4
+
+
+def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: OpenConsole) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    page = four_points(console, "up/down")
+    plan = part(page, "Plan")
+    started = page.get_by_role("button", name="Start the capture")
+    words = {
+        "name": "it contains '/', which separates folders",
+        "size": "200 was given; needed is a value of at most 101.",
+        "field": "of 4 points are beyond reach",
+        "rail": "is 695 mm beyond its end",
+        "exposures": "an exposure of 5000 ms was asked",
+        "text": "Line 2: `@spin` is no command",
+        "distance": "Give the distance in metres.",
+    }
+
+    def told(about: str) -> None:
+        expect(page.locator(f"[data-about={about}]")).to_contain_text(
+            words[about], ignore_case=True, timeout=PATIENCE_MS
+        )
+
+    started.click()
+    told("name")
+    plan.get_by_label("Columns").fill("200")
+    told("size")
+    expect(started).to_be_disabled()
+    plan.get_by_label("Columns").fill("2")
+    plan.get_by_label("Step across").fill("40")
+    told("field")
+    plan.get_by_label("Step across").fill("1")
+    for about, group, value in (("rail", "Rail", "1000"), ("exposures", "At every point", "5000")):
+        chips = page.get_by_role("group", name=group)
+        chips.locator(".chips-field input").fill(value)
+        chips.get_by_role("button", name="Add").click()
+        told(about)
+        chips.get_by_role("button", name="None").click()
+    plan.get_by_text("Set points", exact=True).first.click()
+    plan.get_by_label("Set points", exact=True).last.fill("1, 1\n@spin 2\n")
+    told("text")
+    plan.get_by_label("Set points", exact=True).last.fill("1, 1\n2, 2, inf\n")
+    plan.get_by_label("Distance", exact=True).fill("")
+    told("distance")
+    plan.get_by_label("Distance", exact=True).fill("3")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "2", timeout=PATIENCE_MS)
+    assert page.locator(".refused:not(:empty)").all_inner_texts() == []
+    expect(started).to_be_enabled()
+
+
+def test_newest_plan_is_the_one_that_is_shown(stand_in: StandIn, open_console: OpenConsole) -> None:
+    console = open_console(f"{stand_in.url}#/capture")
+    page = console.page.locator("#capture-page")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    asked: list[int] = []
+    held: list[Route] = []
+
+    def answer(route: Route) -> None:
+        asked.append(route.request.post_data_json["plan"]["points"]["columns"])
+        if asked[-1] == 3:
+            held.append(route)
+        else:
+            route.fulfill(json=documents.estimate(columns=asked[-1]))
+
+    console.page.route("**/captures/estimates", answer)
+    with console.page.expect_request("**/captures/estimates"):
+        page.get_by_label("Columns").fill("3")
+    for columns in ("4", "5"):
+        page.get_by_label("Columns").fill(columns)
+    expect(page.locator(".figures")).to_have_attribute("aria-busy", "true")
+    held[0].fulfill(json=documents.estimate(columns=3))
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "10")
+    page.locator(".plan-prints").press("ArrowLeft")
+    expect(page.locator(".plan-tip")).to_have_text("Point 9 · column 4, row 1 · +2.00° +1.50°")
+    assert (asked[0], asked[-1]) == (3, 5)
+
+
+def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    wish = "push the rig to 100 mm, then let it go on"
+    running = documents.capture("paused", name=LONG, why=wish, progress=documents.progress("paused", 2))
+    stand_in.answers |= {"/captures": [running], "/captures/cap-1": running}
+    stand_in.answers |= {"/jobs": [documents.job()], "/jobs/job-9": documents.job()}
+    console = open_console(f"{stand_in.url}#/capture", options=TOUCH)
+    page = console.page.locator("#capture-page")
+    expect(outcome(page)).to_contain_text("Push the rig to 100 mm, then let it go on.")
+    expect(badge(console.page)).to_have_text("Capture paused 50 %")
+    assert console.overflow_px() <= 0
+    outcome(page).get_by_role("button", name="Done, go on").click()
+    expect(outcome(page).get_by_role("button", name="Done, go on")).to_be_disabled()
+    why = problem(502, "A device failed", f"camera left is lost: {LONG}", "plug it in")
+    partial = documents.capture("partial", name=LONG, label=LONG, why="camera left is lost")
+    stand_in.answers |= {"/captures": [partial], "/captures/cap-1": partial}
+    stand_in.answers["/jobs/job-9"] = documents.job("failed", problem=why)
+    expect(outcome(page)).to_contain_text("failed")
+    expect(outcome(page)).to_contain_text("Plug it in.")
+    expect(part(page, "Unfinished")).to_contain_text("2 of 4 points, 9.33 MB")
+    assert console.overflow_px() <= 0
+    expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
+    assert [
+        asked for method, asked, _ in stand_in.asked if method == "POST" and "estimates" not in asked
+    ] == ["/captures/cap-1/continue"]
+
+
+def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    stand_in.refusals["POST /captures/estimates"] = problem(
+        409, "The rig is not calibrated", "the rig has no calibration; load or make one"
+    )
+    console = open_console(stand_in.url)
+    page = console.page
+    page.get_by_role("link", name="Capture: raster datasets").click()
+    expect(page.locator("#capture-page .pane-left")).to_be_visible()
+    expect(page.locator("#capture-page .above")).to_contain_text("The rig has no calibration")
+    page.locator(".plan-prints").focus()
+    with page.expect_request(lambda order: order.url.endswith("/stop") and order.method == "POST"):
+        page.keyboard.press("Space")
+    page.get_by_role("link", name="Rig: cameras, trigger, controller").click()
+    expect(page.locator("#rig-page .pane-wide")).to_be_visible()
+    expect(page.locator("#capture-page")).to_be_hidden()
+    expect(page.locator("#rig-page .plan-prints")).to_be_hidden()
+    page.go_back()
+    expect(page.locator("#capture-page .pane-wide")).to_be_visible()
+    page.locator("#capture-page").get_by_role("link", name="Gallery").click()
+    expect(page.locator("#gallery")).to_be_visible()
+    expect(page.locator("#console")).to_be_hidden()
+    page.goto(f"{stand_in.url}#/")
+    expect(page.locator("#console .area-eyes .pane-right")).to_be_visible()
+    assert not page.locator(".pane-wide .surface").evaluate("surface => surface.inert")
