@@ -1,4 +1,4 @@
-"""The `foveacam` program: serve, calibrate, capture, dataset, record, recording, bench, doctor, version.
+"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, bench, doctor.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -22,6 +22,7 @@ from foveacam_server.dataset_command.mosaic import mosaic
 from foveacam_server.recording_command.commands import app as recording_app
 from foveacam_server.recording_command.commands import record
 from foveacam_server.settings import checked_settings
+from foveacam_server.still_command.commands import still
 
 app = typer.Typer(
     name="foveacam",
@@ -37,6 +38,7 @@ app.add_typer(dataset_app)
 app.add_typer(recording_app)
 app.command()(record)
 app.command()(capture)
+app.command()(still)
 
 _USAGE_ERROR = 2
 _FAILURE = 1

@@ -9,8 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.runtime.store import Document
+from foveacam_server.still_command.remote import pressed
 
 from .conftest import API, Running
 
@@ -164,6 +166,15 @@ def test_while_the_stop_is_engaged_only_the_wide_camera_takes_one(server: Runnin
         assert take(server, cameras=["wide"], save=True)["cameras"][0]["came"] == 2
     finally:
         server.http.delete(f"{API}/stop")
+
+
+def test_the_command_line_presses_the_button_of_a_server(server: Running) -> None:
+    address = f"http://127.0.0.1:{server.port}"
+    order = {"stack_frames": 1, "cameras": ["wide"], "name": "pressed from afar", "save": True}
+
+    assert pressed(address, order, token=None)["state"] == "kept"
+    with pytest.raises(InvalidInput, match="already"):
+        pressed(address, order, token=None)
 
 
 @pytest.mark.parametrize(

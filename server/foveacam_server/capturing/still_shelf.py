@@ -64,13 +64,13 @@ class StillShelf:
                     return found
         raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
 
-    def new_folder(self, name: str | None) -> Path:
-        """Return the folder for a still to come; None: named by the moment.
+    def new_folder(self, name: str | None, *, waits: bool = True) -> Path:
+        """Return the folder for a still to come; None: named by the moment. `waits`: it is to be looked at.
 
         Raise InvalidInput for a name that is none or is taken, Busy while too many wait to be looked at.
         """
         waiting = len(self.every(Standing.HELD))
-        if waiting >= MOST_HELD:
+        if waits and waiting >= MOST_HELD:
             raise Busy(
                 f"take a still: {waiting} wait to be kept or discarded; keep or discard some first",
                 asked="take a still",

@@ -26,6 +26,8 @@ app = typer.Typer(
 
 DATASETS = "captures"
 """Where a server keeps them in its data folder."""
+STILLS = "stills"
+"""And those of one point."""
 _FOUND_WRONG = 1
 
 WhichDataset = Annotated[str, typer.Argument(help="folder of a dataset, or its name in the data folder")]
@@ -149,7 +151,10 @@ def dataset_folder(text: str, data: Path | None) -> Path:
     path = Path(text)
     if path.exists() or len(path.parts) != 1:
         return path
-    kept = checked_settings({"data": data}).data / DATASETS / text
+    home = checked_settings({"data": data}).data
+    kept = home / DATASETS / text
+    if not kept.exists() and (home / STILLS / text).exists():
+        return home / STILLS / text
     if not kept.exists():
         raise InvalidInput(
             f"there is no dataset {text!r}, neither here nor in {kept.parent}; give its folder"

@@ -70,7 +70,7 @@ class StillService:
             plan = plan_of(request)
             if hardware.busy_with is not None:
                 raise refusals.in_use("take a still", hardware.busy_with)
-            self.shelf.new_folder(request["name"])
+            self.shelf.new_folder(request["name"], waits=not request["save"])
             if plan.foveae:
                 check_may_expose(hardware)
             self._check_room(plan)
@@ -121,7 +121,7 @@ class StillService:
     def _work(self, context: JobContext) -> str:
         tools, request = self._tools, context.job.request
         still_id = ID_PREFIX + context.job.id.partition("-")[2]
-        folder, plan = self.shelf.new_folder(request["name"]), plan_of(request)
+        folder, plan = self.shelf.new_folder(request["name"], waits=not request["save"]), plan_of(request)
         try:
             with tools.hardware.session("a still", cancelled=context.cancelled) as head:
                 access = StandingAccess(tools.hardware, head, clock=tools.clock)

@@ -1,0 +1,112 @@
+"""Stills of a data directory: held, kept, discarded; what a killed program left is cleared away."""
+
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import Busy, InvalidInput, NotConnected
+from foveacam_pipeline.capture.dataset import DatasetWriter, check
+from foveacam_server.capturing.still_documents import still_document
+from foveacam_server.capturing.still_shelf import MOST_HELD, Standing, StillShelf
+from foveacam_server.errors import NotFound
+from foveacam_server.still_command.remote import pressed
+from foveacam_server.still_command.run import StillOrder
+
+from .dataset_scenes import header, written
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> StillShelf:
+    """A shelf with one still that is held."""
+    found = StillShelf(tmp_path / "stills")
+    written(found.new_folder("one"), 1)
+    return found
+
+
+def names(shelf: StillShelf, standing: Standing) -> list[str]:
+    return [found.kept.name for found in shelf.every(standing)]
+
+
+def test_a_still_is_held_until_it_is_kept(shelf: StillShelf) -> None:
+    assert shelf.get("test").standing is Standing.HELD
+
+    kept = shelf.keep("test", name="the desk")
+
+    assert (kept.standing, kept.kept.folder) == (Standing.KEPT, shelf.folder / "the desk")
+    assert check(kept.kept.folder) == []
+    assert names(shelf, Standing.HELD) == []
+    with pytest.raises(InvalidInput, match="kept already"):
+        shelf.keep("test")
+
+
+def test_one_that_was_discarded_can_be_had_back(shelf: StillShelf) -> None:
+    shelf.remove("test")
+    with pytest.raises(NotFound):
+        shelf.get("test")
+    assert names(shelf, Standing.REMOVED) == ["one"]
+
+    assert shelf.restore("test").standing is Standing.KEPT
+    assert names(shelf, Standing.KEPT) == ["one"]
+
+
+def test_a_name_is_taken_whether_its_still_is_held_or_kept(shelf: StillShelf) -> None:
+    with pytest.raises(InvalidInput, match="already"):
+        shelf.new_folder("ONE")
+    shelf.keep("test")
+    with pytest.raises(InvalidInput, match="already"):
+        shelf.new_folder("One")
+
+
+def test_stills_without_a_name_are_called_by_the_moment(shelf: StillShelf) -> None:
+    first = shelf.new_folder(None)
+    first.mkdir()
+
+    assert first.name.startswith("still 20")
+    assert shelf.new_folder(None) != first
+
+
+def test_no_more_are_taken_while_many_wait_to_be_looked_at(shelf: StillShelf) -> None:
+    for number in range(MOST_HELD - 1):
+        shelf.new_folder(f"another {number}").mkdir()
+    with pytest.raises(Busy, match="keep or discard some first"):
+        shelf.new_folder("too many")
+
+    assert shelf.new_folder("kept at once", waits=False).name == "kept at once"
+
+
+def test_what_a_killed_program_had_begun_is_cleared_away(shelf: StillShelf) -> None:
+    with DatasetWriter.create(shelf.new_folder("begun"), header(1)) as writer:
+        writer.close("killed")
+    assert "begun" in names(shelf, Standing.HELD)
+
+    assert names(StillShelf(shelf.folder), Standing.HELD) == ["one"]
+
+
+def test_one_that_cannot_be_read_is_listed_with_the_reason(shelf: StillShelf) -> None:
+    found = shelf.keep("test")
+    (found.kept.folder / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
+
+    document = still_document(shelf.every(Standing.KEPT)[0])
+
+    assert (document["name"], document["cameras"]) == ("one", [])
+    assert "newer" in document["trouble"]
+
+
+def test_options_that_mean_no_still_are_refused_in_words() -> None:
+    usual = {"name": None, "frames": 5, "every_frame": False, "cameras": None, "label": "", "codec": "png"}
+    assert StillOrder.checked(**usual).request()["cameras"] == ["wide", "left", "right"]  # type: ignore[arg-type]  # of options
+    for change, told in (
+        ({"cameras": ["middle"]}, "wide, left and right"),
+        ({"codec": "jpg"}, "png or tiff"),
+    ):
+        with pytest.raises(InvalidInput, match=told):
+            StillOrder.checked(**{**usual, **change})  # type: ignore[arg-type]  # of options
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "told"),
+    [("here", InvalidInput, "give its address"), ("http://127.0.0.1:1", NotConnected, "it was not reached")],
+)
+def test_a_server_that_is_not_there_is_said_to_be_so(address: str, error: type[Exception], told: str) -> None:
+    with pytest.raises(error, match=told):
+        pressed(address, {}, token=None)
