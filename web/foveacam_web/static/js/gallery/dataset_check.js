@@ -1,7 +1,7 @@
 // Whether every file of a dataset is as it was written: asked for, and answered in the server's sentences.
 
 import { fill, h, say } from "../dom.js";
-import { count, sentence } from "../format.js";
+import { count } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords } from "./dataset_words.js";
 
@@ -40,6 +40,6 @@ function resultOf({ sound, faults }) {
   if (sound) return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
   return [
     h("p", { class: "state bad" }, icon("warn"), faults.length === 1 ? "One thing is not as it was written:" : `${count(faults.length)} things are not as they were written:`),
-    h("ul", { class: "sentences" }, faults.slice(0, MOST).map((text) => h("li", { text: sentence(text) })), faults.length > MOST && h("li", { text: `… and ${count(faults.length - MOST)} more.` })),
+    h("ul", { class: "sentences" }, faults.slice(0, MOST).map((text) => h("li", { text })), faults.length > MOST && h("li", { text: `… and ${count(faults.length - MOST)} more.` })),
   ];
 }

@@ -105,6 +105,7 @@ function vergingWords({ mode, distance_m, each_point }) {
 
 /** @param {Json} plan */
 function exposureWords({ exposures_ms, stack_frames, stack_keep }) {
+  if (!Array.isArray(exposures_ms)) return "";
   const bracket = listOf(exposures_ms, (value) => typeof value === "number");
   const exposures = bracket.length > 0 ? `${bracket.length === 1 ? "Exposed for" : "Bracket of"} ${bracket.map((each) => plain(Number(each))).join(", ")} ms` : "Exposed as the cameras were set";
   const stack = typeof stack_frames === "number" && stack_frames > 1 ? `, ${stack_frames} frames each, ${stack_keep === "all" ? "all kept" : "kept as their mean"}` : "";

@@ -12,6 +12,8 @@ import { makeDrawn } from "./drawn.js";
  * @typedef {{url: string, stamp: string, points: PointDocument[], planned: number, scans: number}} Shown `stamp`: what the pictures' addresses change with
  */
 
+const PAUSE_MS = 120; // while somebody holds an arrow key: pictures are drawn by the rig's computer
+
 /** @type {readonly {name: string, title: string}[]} */
 const PICTURES = Object.freeze([
   { name: "left", title: "Left fovea" }, { name: "right", title: "Right fovea" },
@@ -34,18 +36,26 @@ export function makePointView(left) {
   const dialog = sheet("Point", h("div", { class: "point-bar" }, before, after, words, bracket), h("div", { class: "point-pictures" }, figures.map(({ element }) => element)));
   dialog.classList.add("point-view");
   const title = /** @type {HTMLElement} */ (dialog.querySelector("h2"));
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let later;
   const step = (/** @type {number} */ by) => {
     at = Math.min(shown.points.length - 1, Math.max(0, at + by));
-    draw();
+    tell();
+    clearTimeout(later);
+    later = setTimeout(draw, PAUSE_MS);
   };
-  const draw = () => {
+  const tell = () => {
     const point = shown.points[at];
     if (!point) return;
     say(title, `Point ${point.index + 1} of ${shown.planned}`);
     say(words, pointWords(point, shown.scans));
     before.disabled = at === 0;
     after.disabled = at === shown.points.length - 1;
-    for (const figure of figures) figure.show(shown, point, bracket.value || "0");
+  };
+  const draw = () => {
+    clearTimeout(later);
+    const point = shown.points[at];
+    if (point) for (const figure of figures) figure.show(shown, point, bracket.value || "0");
   };
   dialog.addEventListener("keydown", (event) => {
     if (event.target === bracket || (event.key !== "ArrowLeft" && event.key !== "ArrowRight")) return;
@@ -59,6 +69,7 @@ export function makePointView(left) {
     const brackets = Math.max(1, ...now.points.map((point) => point.brackets));
     fill(bracket, ...Array.from({ length: brackets }, (_, number) => h("option", { value: number, text: `Exposure ${number + 1} of ${brackets}` })));
     bracket.hidden = brackets === 1;
+    tell();
     draw();
     dialog.showModal();
   } };

@@ -1,0 +1,229 @@
+"""The gallery on a real server with small datasets: found, looked at, described, checked, removed."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, expect
+from tests.unit.dataset_scenes import header, noise_point
+from tests.unit.mosaic_scenes import scan
+
+from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
+
+from .conftest import TOUCH, Console, OpenConsole, Server, servers
+from .stand_in import Json, StandIn, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+PLANE = "plane, four points"
+
+
+def noise(folder: Path, name: str, *, planned: int, taken: int, label: str = "") -> None:
+    """Write a small dataset; with fewer points than planned it is partial."""
+    about = replace(
+        header(planned), id=f"cap-{name}", label=label, created_utc=f"2026-02-0{planned}T10:00:00Z"
+    )
+    with DatasetWriter.create(folder / name, about) as writer:
+        for index in range(taken):
+            writer.add(noise_point(index))
+        if taken == planned:
+            writer.finish()
+        else:
+            writer.close("cancelled after its second point")
+
+
+def damage(captures: Path) -> None:
+    """Put copies beside the others: of a newer version, with an edited journal, with an edited index."""
+    for name in ("newer", "edited", "index"):
+        shutil.copytree(captures / "whole", captures / name)
+    document = captures / "newer" / "dataset.json"
+    document.write_text(json.dumps(json.loads(document.read_text()) | {"version": 7}))
+    journal = captures / "edited" / "journal.jsonl"
+    journal.write_text(journal.read_text().replace("0.1", "0.2", 1))
+    index = captures / "index" / "frames.csv"
+    index.write_text(index.read_text().replace("left", "LEFT", 1))
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("gallery") / "data" / "captures"
+
+
+@pytest.fixture(scope="module")
+def server(captures: Path) -> Iterator[Server]:
+    captures.mkdir(parents=True)
+    scan(captures / PLANE, wide=True)
+    noise(captures, "whole", planned=4, taken=4, label="figurine at dusk")
+    noise(captures, "cut", planned=9, taken=2)
+    with servers(captures.parent) as start:
+        yield start()
+
+
+def card(console: Console, name: str) -> Locator:
+    return console.page.locator(".card").filter(
+        has=console.page.get_by_role("heading", name=name, exact=True)
+    )
+
+
+def loaded(picture: Locator) -> None:
+    """Wait until a picture is there."""
+    expect(picture).to_be_visible()
+    expect(picture).to_have_js_property("complete", True)
+    assert picture.evaluate("image => image.naturalWidth") > 0
+
+
+def opened(console: Console, name: str) -> Locator:
+    """Open a dataset's page from its card."""
+    card(console, name).get_by_role("link", name=name).click()
+    page = console.page.locator(".dataset-page")
+    expect(page.get_by_role("heading", name=name, exact=True)).to_be_visible()
+    return page
+
+
+def test_datasets_are_cards_newest_first_and_found_by_their_words(
+    server: Server, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{server.url}#/gallery")
+    names = console.page.locator(".card h3")
+    expect(names).to_have_text(["cut", "whole", PLANE])
+    loaded(card(console, PLANE).locator("img"))
+    expect(card(console, "cut").locator(".words")).to_contain_text("Partial2 of 9 points")
+    expect(card(console, "cut").locator(".words")).to_contain_text("Cancelled after its second point.")
+
+    console.page.get_by_label("Search").fill("DUSK complete")
+
+    expect(names).to_have_text(["whole"])
+    console.page.get_by_label("Search").fill("dawn")
+    expect(console.page.get_by_text("No dataset holds “dawn”.")).to_be_visible()
+
+
+def test_every_point_is_shown_large_and_the_arrow_keys_go_on(
+    server: Server, open_console: OpenConsole, captures: Path
+) -> None:
+    console = open_console(f"{server.url}#/gallery")
+    page = opened(console, PLANE)
+    expect(page.locator(".code").first).to_contain_text(f'Dataset.open("{captures.resolve() / PLANE}")')
+    loaded(page.locator(".cover-map img"))
+    points = page.locator(".cells button")
+    expect(points).to_have_count(4)
+
+    points.first.click()
+
+    large = console.page.get_by_role("dialog", name="Point")
+    expect(large.get_by_role("heading")).to_have_text("Point 1 of 4")
+    expect(large.locator(".point-wide .blank")).to_have_text("Not taken with this point.")
+    console.page.keyboard.press("ArrowRight")
+    expect(large.get_by_role("heading")).to_have_text("Point 2 of 4")
+    for name in ("Left fovea", "Right fovea", "Both, rectified: left red, right cyan", "Wide camera"):
+        loaded(large.get_by_role("img", name=f"{name}, point 2"))
+    console.page.keyboard.press("ArrowLeft")
+    expect(large.get_by_role("button", name="Point before")).to_be_disabled()
+    console.page.keyboard.press("ArrowRight")
+    console.page.keyboard.press("Escape")
+    expect(points.nth(1)).to_be_focused()
+
+
+def test_label_and_licence_are_changed_in_place_and_stay(
+    server: Server, open_console: OpenConsole, captures: Path
+) -> None:
+    console = open_console(f"{server.url}#/gallery/datasets/cap-cut")
+    for name, text in (("Label", "the bench by night"), ("Licence", "CC BY 4.0")):
+        entry = console.page.get_by_role("textbox", name=name).or_(
+            console.page.get_by_role("combobox", name=name)
+        )
+        entry.fill(text)
+        entry.press("Enter")
+        expect(console.page.get_by_text("Saved", exact=True)).to_be_visible()
+        expect(entry).to_be_focused()
+    about = Dataset.open(captures / "cut").document.header
+    assert (about.label, about.licence) == ("the bench by night", "CC BY 4.0")
+
+
+def test_a_dataset_is_removed_undone_restored_and_gone_for_good(
+    server: Server, open_console: OpenConsole, captures: Path
+) -> None:
+    noise(captures, "spare", planned=1, taken=1)
+    console = open_console(f"{server.url}#/gallery")
+    page = console.page
+    for back in ("Undo", "Restore spare"):
+        card(console, "spare").get_by_role("button", name="Put spare in the trash").click()
+        expect(card(console, "spare")).to_have_count(0)
+        expect(page.get_by_role("button", name="Trash (1)")).to_be_visible()
+        if back == "Restore spare":
+            page.get_by_role("button", name="Trash (1)").click()
+        page.get_by_role("button", name=back).click()
+        if back == "Restore spare":
+            page.get_by_role("button", name="Back to the datasets").click()
+        expect(card(console, "spare")).to_be_visible()
+    page.get_by_role("button", name="Put spare in the trash").click()
+    page.get_by_role("button", name="Trash (1)").click()
+    page.get_by_role("button", name="Empty the trash").click()
+    expect(page.get_by_role("alert").get_by_text("Delete this dataset for good?")).to_be_visible()
+    page.get_by_role("button", name="Delete for good").click()
+    expect(page.get_by_text("The trash is empty.")).to_be_visible()
+    assert not list((captures / ".trash").iterdir())
+
+
+def test_what_is_damaged_newer_or_edited_is_shown_with_the_servers_sentence(
+    server: Server, open_console: OpenConsole, captures: Path
+) -> None:
+    damage(captures)
+    console = open_console(f"{server.url}#/gallery")
+    try:
+        newer, edited = card(console, "newer"), card(console, "edited")
+        expect(newer.locator(".reason")).to_contain_text("version 7 was found, this program reads 1")
+        expect(edited.locator(".words")).to_contain_text("Cannot be read")
+        page = opened(console, "edited")
+        expect(page.locator(".strip")).to_contain_text("journal.jsonl: line 1 is damaged")
+        page.get_by_role("link", name="Back to the datasets").click()
+        page = opened(console, "index")  # a copy whose index was edited: it is read by its journal
+        page.get_by_role("button", name="Check every file").click()
+        expect(page.locator(".sentences").first).to_contain_text("is not what the journal says")
+    finally:
+        for name in ("newer", "edited", "index"):
+            shutil.rmtree(captures / name)
+
+
+def running(done: int) -> Json:
+    """Return a capture that runs, as the server has it."""
+    points = {"planned": 81, "taken": done, "skipped": 0, "scans": 1, "frames": 3 * done}
+    progress = {"phase": "points", "done": done, "total": 81, "stored": done, "written_bytes": 10, "note": ""}
+    about = {"id": "cap-1", "name": "night", "label": "", "licence": "", "folder": "/data/night", "why": ""}
+    more = {"removed": False, "created_utc": "2026-02-01T10:00:00Z", "codec": "tiff", "rig_id": "sim"}
+    rest = {"plan": None, "conditions": None, "calibration_id": None, "size_bytes": 10, "resumable": False}
+    live = {"state": "running", "job_id": "job-1", "url": "/api/v1/captures/cap-1", "points": points}
+    return about | more | rest | live | {"progress": progress | {"bytes_per_s": 1.0, "left_s": 12.0}}
+
+
+@pytest.fixture
+def stand_in() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+def test_a_capture_that_runs_shows_its_progress_and_the_focus_stays_on_a_phone(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    stand_in.answers["/captures"] = []
+    console = open_console(f"{stand_in.url}#/gallery", options=TOUCH)
+    expect(console.page.get_by_role("link", name="Plan a capture")).to_have_attribute("href", "#/capture")
+    stand_in.until_heard()
+    stand_in.answers["/captures"] = [running(3)]
+    stand_in.tell("capture.created", {"capture_id": "cap-1"})
+    bar = console.page.get_by_role("progressbar", name="Progress of night")
+    expect(bar).to_have_attribute("aria-valuenow", "4")
+    link = card(console, "night").get_by_role("link", name="night")
+    link.focus()
+
+    stand_in.answers["/captures"] = [running(40)]
+    news = running(40)["progress"] | {"capture_id": "cap-1", "job_id": "job-1", "state": "running"}
+    stand_in.tell("capture.progress", news | {"wish": ""})
+
+    expect(card(console, "night").locator(".note")).to_have_text("40 of 81 · 12 s left")
+    expect(bar).to_have_attribute("aria-valuenow", "49")
+    expect(link).to_be_focused()
+    expect(card(console, "night").get_by_role("button", name="Put night in the trash")).to_be_disabled()
+    assert console.overflow_px() <= 0
