@@ -91,4 +91,4 @@ def check_room(
     fovea, wide = facts.sizes(calibration)
     writer_settings(plan, fovea=fovea, wide=wide)
     needed = facts.estimate(plan, calibration, codec=codec, done=done)
-    check_disk(needed, free_bytes=shutil.disk_usage(folder).free)
+    check_disk(needed, free_bytes=shutil.disk_usage(folder).free, where=f"the disk of {folder}")

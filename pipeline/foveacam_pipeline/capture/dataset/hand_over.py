@@ -61,6 +61,11 @@ class HandOver:
             self._points.append(self._keeper.begin(point))
             self._changed.notify_all()
 
+    def check(self) -> None:
+        """Raise what ended it."""
+        with self._changed:
+            self._raise_error()
+
     def flush(self) -> None:
         """Wait until everything handed over is kept. Raise what ended it."""
         with self._changed:

@@ -167,6 +167,11 @@ class DatasetWriter:
         """Pass over the next point, for a reason that the dataset will tell."""
         self.add(Point(place=place, skipped=why))
 
+    def check(self) -> None:
+        """Raise DeviceFault when the disk has failed a point that was added."""
+        self._check_open()
+        self._hand_over.check()
+
     def flush(self) -> None:
         """Wait until every point added is acknowledged. Raise DeviceFault for an error of the disk."""
         self._check_open()

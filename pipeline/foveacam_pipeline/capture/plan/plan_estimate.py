@@ -22,6 +22,7 @@ STORED_RATIO = {1: 0.6, 2: 0.7}
 0.62 to 0.69. A running capture corrects it (`corrected_ratio`)."""
 RECORD_BYTES = 2_000
 """Of index and journal, for each image."""
+MORE_ROOM = "free some, choose another folder, or take fewer points"
 RESERVE_BYTES = 64 << 20
 """Kept free on the disk beside the capture."""
 ASSUMED_WEIGHT_BYTES = 16 << 20
@@ -191,15 +192,16 @@ def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:
     return STORED_RATIO[image.sample_bytes(mean=mean)]
 
 
-def check_disk(needed: Estimate, *, free_bytes: int) -> None:
+def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") -> None:
     """Raise OutOfRange with both figures when the disk is too small for what is to come."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
         raise OutOfRange(
             f"capture: {needed.files} images need about {_size(needed_bytes)}, {_size(free_bytes)} are free"
-            " on the disk; free some, choose another folder, or take fewer points",
+            f" on {where}; {MORE_ROOM}",
             asked=f"{needed_bytes} bytes",
             found=f"{free_bytes} bytes",
+            remedy=MORE_ROOM,
         )
 
 

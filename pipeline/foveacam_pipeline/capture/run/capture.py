@@ -111,6 +111,7 @@ class _Run:
         if point.rail_m is None:
             return
         self._shutter.drop()
+        self._writer.flush()
         self._tell(Phase.RAIL, note=f"moving the rig to {1e3 * point.rail_m:g} mm")
         with self._not_counted():
             self._sideways.go_to(point.rail_m)
@@ -185,6 +186,7 @@ class _Run:
         )
 
     def _check(self) -> None:
+        self._writer.check()  # a point may take minutes: a disk that failed is told before the next exposure
         if self._watch.cancelled():
             taken, total = self._writer.next_point, self._writer.header.points
             raise Cancelled(f"cancelled after {taken} of {total} points; what was taken is kept, resume it")

@@ -1,0 +1,142 @@
+"""Captures by REST on a disk of their own that fills up, or cannot be written any more."""
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from foveacam_pipeline.capture.dataset import check
+from foveacam_server.runtime.store import Document
+
+from .conftest import Running, running
+from .test_captures_api import URL, begin, ended, folder_of, plan, until
+
+pytestmark = pytest.mark.timeout(300)
+
+DISK_MB = 256
+"""More than 64 MB that are set aside, and two captures of six points of 14 MB."""
+ROOM_BYTES = 16_000_000
+"""For one point, not for two: the second fails."""
+
+
+@dataclass
+class Disk:
+    """A file system of its own."""
+
+    folder: Path
+
+    @property
+    def ballast(self) -> Path:
+        return self.folder / "ballast"
+
+    def fill(self, *, but: int) -> None:
+        """Leave just so many bytes."""
+        with self.ballast.open("wb", buffering=0) as file:
+            while (left := shutil.disk_usage(self.folder).free - but) > 0:
+                file.write(bytes(min(left, 1 << 20)))
+
+
+@pytest.fixture(scope="module")
+def disk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Disk]:
+    folder = tmp_path_factory.mktemp("disk")
+    try:
+        mount("-t", "tmpfs", "-o", f"size={DISK_MB}m", "foveacam-test", folder)
+    except (FileNotFoundError, subprocess.CalledProcessError):
+        pytest.skip("no file system may be mounted here")
+    yield Disk(folder)
+    unmount(folder)
+
+
+@pytest.fixture(scope="module")
+def server(disk: Disk) -> Iterator[Running]:
+    with running(disk.folder / "data") as found:
+        yield found
+
+
+def mount(*words: str | Path) -> None:
+    subprocess.run(["mount", *words], check=True, capture_output=True)
+
+
+def unmount(folder: Path) -> None:
+    subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[None]:
+    """Let nothing be written to a folder; what is open for writing elsewhere on its disk goes on."""
+    mount("--bind", folder, folder)
+    try:
+        mount("-o", "remount,bind,ro", folder)
+        yield
+    finally:
+        unmount(folder)
+
+
+def paused(server: Running, name: str) -> tuple[str, Document]:
+    """Begin a capture that waits before one of its points; return its id and its job."""
+    capture_id, job = begin(server, name, plan(3, 2))
+    server.post(f"{URL}/{capture_id}/pause")
+    until(server, capture_id, lambda document: document["state"] == "paused")
+    return capture_id, job
+
+
+def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
+    """Let it go on into a bad disk; return the problem of its job, with what was taken whole."""
+    before = server.get(f"{URL}/{capture_id}").json()["points"]["taken"]
+    server.post(f"{URL}/{capture_id}/continue")
+    found = ended(server, job)
+    assert found["state"] == "failed"
+    problem: Document = found["problem"]
+    assert (problem["type"], problem["status"]) == ("/problems/device-fault", 502)
+    capture = server.get(f"{URL}/{capture_id}").json()
+    assert str(folder_of(server, capture["name"])) in problem["detail"]
+    assert "then resume: what was acknowledged is safe" in problem["remedy"]
+    assert (capture["state"], capture["resumable"]) == ("partial", True)
+    assert before <= capture["points"]["taken"] < 6
+    assert check(folder_of(server, capture["name"])) == []
+    return problem
+
+
+def gone_on_with(server: Running, capture_id: str) -> None:
+    answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", 6, "")
+    assert check(folder_of(server, found["name"])) == []
+
+
+def test_a_disk_that_fills_up_fails_the_capture_with_both_figures_and_it_goes_on_in_new_room(
+    server: Running, disk: Disk
+) -> None:
+    capture_id, job = paused(server, "full")
+    disk.fill(but=ROOM_BYTES)
+
+    problem = failed_by_disk(server, capture_id, job)
+
+    assert re.fullmatch(r"the disk is full \([0-9.]+ MB free\)", problem["found"])
+    assert re.fullmatch(r"point [0-5] \([0-9.]+ MB of images\)", problem["asked"])
+    disk.fill(but=0)
+    for refused in (
+        server.post(f"{URL}/{capture_id}/resume"),
+        server.post(URL, {"name": "another", "plan": plan()}),
+    ):
+        assert (refused.status_code, refused.json()["found"]) == (422, "0 bytes")
+        assert f"0.0 MB are free on the disk of {disk.folder}" in refused.json()["detail"]
+    disk.ballast.unlink()
+    gone_on_with(server, capture_id)
+    assert server.get(f"/jobs/{job['id']}").json()["problem"] == problem
+
+
+def test_a_disk_that_turns_read_only_fails_the_capture_and_it_goes_on_once_it_is_not(
+    server: Running,
+) -> None:
+    capture_id, job = paused(server, "read only")
+    with read_only(folder_of(server, "read only") / "images"):
+        problem = failed_by_disk(server, capture_id, job)
+    assert problem["found"] == "the disk cannot be written (Read-only file system)"
+    gone_on_with(server, capture_id)
