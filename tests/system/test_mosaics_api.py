@@ -1,0 +1,246 @@
+"""The mosaic of a capture by REST: made beside the rig, its tiles and files, cancelled, removed, refused."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from tests.unit.dataset_scenes import header, noise_frame
+from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import DatasetWriter, Place, Point, Shot
+from foveacam_server.runtime.store import Document
+
+from .conftest import API, PATIENCE_S, Running
+
+pytestmark = pytest.mark.timeout(300)
+
+PLANE = "test"
+"""The id of the dataset that `scan` writes."""
+
+
+def url(capture_id: str, rest: str = "") -> str:
+    return f"/captures/{capture_id}/mosaic{rest}"
+
+
+def captures(server: Running) -> Path:
+    return server.services.settings.data / "captures"
+
+
+def bare(folder: Path, name: str, *, aims_rad: list[tuple[float, float]], calibrated: bool = True) -> None:
+    """Write points of noise that look in these directions."""
+    calibration = small_calibration()
+    about = replace(
+        header(len(aims_rad), calibration=calibration if calibrated else None), id=name, label=name
+    )
+    with DatasetWriter.create(folder / name, about) as writer:
+        for index, aim_rad in enumerate(aims_rad):
+            volts = calibration.steer(*aim_rad, distance_m=5.0)
+            shots = tuple(
+                Shot(frame=replace(noise_frame(role, index), volts=drive))
+                for role, drive in ((Role.LEFT, volts.left), (Role.RIGHT, volts.right))
+            )
+            writer.add(Point(place=Place(index=index, aim_rad=aim_rad, distance_m=5.0), shots=shots))
+        writer.finish()
+
+
+@pytest.fixture(scope="module")
+def plane(server: Running) -> str:
+    scan(captures(server) / "plane", wide=True)
+    return PLANE
+
+
+def told(server: Running, capture_id: str) -> Document:
+    found: Document = server.get(url(capture_id)).json()
+    return found
+
+
+def until(server: Running, job: Document, enough: Callable[[Document], bool]) -> Document:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.05)):
+        found: Document = server.get(f"/jobs/{job['id']}").json()
+        if enough(found):
+            return found
+        waiting.wait(0.05)
+    raise AssertionError(found)
+
+
+def ended(job: Document) -> bool:
+    return job["state"] in ("succeeded", "failed", "cancelled")
+
+
+def tile(server: Running, layer: Document, level: int, x: int = 0, y: int = 0) -> np.ndarray[Any, Any]:
+    address = layer["tiles_url"].replace("{level}", str(level)).replace("{x}", str(x)).replace("{y}", str(y))
+    answer = server.http.get(address)
+    assert answer.status_code == 200, answer.text
+    assert "immutable" in answer.headers["Cache-Control"]
+    picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    return picture
+
+
+def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_in(
+    server: Running, plane: str
+) -> None:
+    before = told(server, plane)
+    assert (before["state"], before["made"], before["refusal"]) == ("none", None, None)
+    assert before["needs"]["views"] == 4
+
+    job = server.post(url(plane)).json()
+    again = server.post(url(plane))
+    moved = server.post("/mirrors/steer", {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}})
+    server.post(f"/jobs/{job['id']}/cancel")
+    assert (again.status_code, moved.status_code) == (409, 200)
+    assert until(server, job, ended)["state"] == "cancelled"
+    assert told(server, plane)["state"] in ("none", "unfinished")
+    assert server.get(url(plane, "/tiles/picture.dzi")).status_code == 404
+
+    made = server.post(url(plane), Prefer="wait=60")
+    assert made.status_code == 200, made.text
+    document = made.json()
+    assert (document["state"], document["outdated"], document["job_id"]) == ("complete", False, None)
+    mosaic = document["made"]
+    assert mosaic["views"] == 4
+    assert mosaic["size_bytes"] > 100_000
+    assert before["needs"]["width"] == mosaic["width"]
+    assert before["needs"]["needed_bytes"] > mosaic["size_bytes"]
+
+
+def test_tiles_of_all_levels_are_there_and_carry_the_depth(server: Running, plane: str) -> None:
+    made = told(server, plane)["made"]
+    picture, depth = made["layers"]
+    assert (picture["width"], picture["height"]) == (made["width"], made["height"])
+    for layer in (picture, depth):
+        assert tile(server, layer, 0).shape[:2] == (1, 1)
+        top = layer["levels"] - 1
+        assert tile(server, layer, top).shape[0] == min(layer["tile_px"], layer["height"])
+        assert f'Width="{layer["width"]}"' in server.http.get(layer["dzi_url"]).text
+    blue, green, red = np.moveaxis(tile(server, depth, depth["levels"] - 1).astype(np.int64), 2, 0)
+    z_m = (red * 65536 + green * 256 + blue) * made["step_m"]
+    known = z_m[z_m > 0]
+    assert known.size > 0.3 * z_m.size
+    assert abs(np.median(known) - Z_M) < 0.01 * Z_M
+    assert made["near_m"] < Z_M < made["far_m"]
+
+
+def test_files_are_kept_by_browsers_and_leave_the_house(server: Running, plane: str) -> None:
+    plain = f"{API}{url(plane)}/tiles/picture_files/0/0_0.jpg"
+    first = server.http.get(plain)
+    assert first.headers["Cache-Control"] == "no-cache"
+    kept = server.http.get(plain, headers={"If-None-Match": first.headers["ETag"]})
+    assert (kept.status_code, kept.content) == (304, b"")
+    made = told(server, plane)["made"]
+    mesh = server.http.get(made["glb_url"])
+    assert (mesh.content[:4], mesh.headers["Content-Type"]) == (b"glTF", "model/gltf-binary")
+    assert server.http.get(made["ply_url"]).content.startswith(b"ply")
+    for name in ("overview", "depth"):
+        assert server.get(url(plane, f"/{name}.png")).headers["Content-Type"] == "image/png"
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/tiles/picture_files/0/0_0.png",
+        "/tiles/picture_files/33/0_0.jpg",
+        "/tiles/picture_files/0/1_0.jpg",
+        "/tiles/picture_files/0/-1_0.jpg",
+        "/tiles/wide_files/0/0_0.jpg",
+        "/tiles/picture_files/..%2f..%2fmosaic.json/0_0.jpg",
+        "/tiles/..%2fpicture.dzi",
+        "/mosaic.json",
+        "/secret.png",
+    ],
+)
+def test_nothing_else_is_served(server: Running, plane: str, path: str) -> None:
+    answer = server.get(url(plane, path))
+    assert answer.status_code in (404, 422)
+    assert answer.headers["Content-Type"] == "application/problem+json"
+
+
+def test_without_a_3d_scene_it_says_so(server: Running, plane: str) -> None:
+    refused = server.http.put(f"{API}{url(plane, '/in_scene')}")
+    assert (refused.status_code, refused.json()["type"]) == (503, "/problems/not-connected")
+    assert server.http.delete(f"{API}{url(plane, '/in_scene')}").json()["in_scene"] is False
+
+
+def test_a_capture_in_the_trash_keeps_its_mosaic_until_the_trash_is_emptied(
+    server: Running, plane: str
+) -> None:
+    home = server.services.mosaics.shelf.home(plane)
+    server.http.delete(f"{API}/captures/{plane}")
+    assert server.get(url(plane)).status_code == 404
+    server.post(f"/captures/{plane}/restore")
+    assert told(server, plane)["state"] == "complete"
+
+    assert server.http.delete(f"{API}{url(plane)}").status_code == 204
+    assert told(server, plane)["state"] == "none"
+    assert not home.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "aims_rad", "calibrated", "status", "words"),
+    [
+        ("single", [(0.0, 0.0)], True, 422, "a single point"),
+        ("apart", [(-0.1, 0.0), (0.1, 0.0)], True, 422, "no two of the 2 views"),
+        ("uncalibrated", [(0.0, 0.0), (0.01, 0.0)], False, 409, "no calibration"),
+    ],
+)
+def test_what_no_mosaic_can_be_made_of_is_refused_in_words(
+    server: Running,
+    name: str,
+    aims_rad: list[tuple[float, float]],
+    calibrated: bool,  # noqa: FBT001 - a column of the table
+    status: int,
+    words: str,
+) -> None:
+    bare(captures(server), name, aims_rad=aims_rad, calibrated=calibrated)
+    refused = server.post(url(name))
+    assert refused.status_code == status, refused.text
+    assert words in refused.json()["detail"]
+    shown = told(server, name)
+    assert (shown["needs"], shown["state"]) == (None, "none")
+    assert words in shown["refusal"]["detail"]
+
+
+def test_a_damaged_dataset_and_one_that_is_not_there_are_told_apart(server: Running) -> None:
+    folder = captures(server) / "broken"
+    folder.mkdir()
+    (folder / "dataset.json").write_text("{")
+    refused = server.post(url("broken"))
+    assert (refused.status_code, "cannot be read" in refused.json()["detail"]) == (422, True)
+    assert server.get(url("none-such")).status_code == 404
+    assert server.post(url("none-such")).status_code == 404
+
+
+def test_scans_and_exposures_that_are_not_there_are_refused(server: Running, plane: str) -> None:
+    assert "no scan 7" in server.post(url(plane), {"scan": 7}).json()["detail"]
+    assert "bracket 3" in server.post(url(plane), {"bracket": 3}).json()["detail"]
+    assert server.post(url(plane), {"eye": "wide"}).status_code == 422
+
+
+def test_a_disk_that_is_too_small_is_refused_with_both_figures(
+    server: Running, plane: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Usage:
+        free = 10_000_000
+
+    monkeypatch.setattr("foveacam_server.capturing.mosaic_needs.shutil.disk_usage", lambda _: Usage)
+    refused = server.post(url(plane))
+    assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")
+    assert "10 MB are free" in refused.json()["detail"]
+
+
+def test_frames_that_are_gone_fail_the_job_in_words_and_leave_no_mosaic(server: Running) -> None:
+    bare(captures(server), "gone", aims_rad=[(0.0, 0.0), (0.01, 0.0)])
+    for image in (captures(server) / "gone" / "images").rglob("00001-*"):
+        image.unlink()
+    job = server.post(url("gone")).json()
+    found = until(server, job, ended)
+    assert (found["state"], found["problem"]["status"]) == ("failed", 422)
+    assert "restore it from a copy" in found["problem"]["detail"]
+    assert told(server, "gone")["made"] is None
