@@ -18,7 +18,7 @@ from foveacam_server.settings import checked_settings
 
 app = typer.Typer(
     name="dataset",
-    help="Datasets on the disk: check, info, export, rectify, pictures, mosaics.",
+    help="Datasets on the disk: check, info, export, rectify, pictures, mosaics, references.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

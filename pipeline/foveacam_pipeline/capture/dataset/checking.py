@@ -2,11 +2,13 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, reference_files
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
 from foveacam_pipeline.capture.dataset.journal import JOURNAL, Journal, read_journal
@@ -16,6 +18,7 @@ from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRo
 from foveacam_pipeline.capture.dataset.values import FrameRecord, State
 
 _BLOCK = 1 << 20
+Derived = TypeVar("Derived")
 
 
 def check(path: str | Path) -> list[str]:
@@ -26,10 +29,9 @@ def check(path: str | Path) -> list[str]:
         journal = read_journal(folder, dataset_id=document.header.id)
     except FoveaError as error:
         return [f"{error}."]
-    try:
-        pairs, trouble = read_pairs(folder), []
-    except FoveaError as error:
-        pairs, trouble = (), [f"{error}."]
+    trouble: list[str] = []
+    pairs = _read(read_pairs, folder, trouble) or ()
+    derived = _read(reference_files, folder, trouble) or {}
     return [
         *_states(folder, document, journal),
         *_counts(document, journal),
@@ -37,8 +39,18 @@ def check(path: str | Path) -> list[str]:
         *_index(folder, journal),
         *trouble,
         *_pair_files(folder, pairs),
-        *_strangers(folder, journal, pairs),
+        *_derived_files(folder, derived),
+        *_strangers(folder, journal, pairs, derived),
     ]
+
+
+def _read(reader: Callable[[Path], Derived], folder: Path, trouble: list[str]) -> Derived | None:
+    """Return what a folder keeps besides its frames; what cannot be read is told in `trouble`."""
+    try:
+        return reader(folder)
+    except FoveaError as error:
+        trouble.append(f"{error}.")
+        return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,8 +197,20 @@ def _pair_files(folder: Path, pairs: tuple[PairRow, ...]) -> Iterator[str]:
                 yield f"{file}: its content is not what was written (SHA-256); rectify the dataset again."
 
 
-def _strangers(folder: Path, journal: Journal, pairs: tuple[PairRow, ...]) -> Iterator[str]:
-    known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}"}
+def _derived_files(folder: Path, derived: dict[str, str]) -> Iterator[str]:
+    for file, digest in derived.items():
+        path = folder / file
+        if not path.is_file():
+            yield f"{file}: the file is gone; make the reference again."
+        elif sha256_of(path) != digest:
+            yield f"{file}: its content is not what was written (SHA-256); make the reference again."
+
+
+def _strangers(
+    folder: Path, journal: Journal, pairs: tuple[PairRow, ...], derived: dict[str, str]
+) -> Iterator[str]:
+    known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}", f"{REFERENCE}/{REFERENCE_DOCUMENT}"}
+    known |= set(derived)
     known |= {frame.file for record in journal.records for frame in record.frames}
     known |= {file for pair in pairs for file in (pair.left, pair.right, pair.disparity)}
     if is_held(folder):

@@ -1,0 +1,22 @@
+"""Depth by triangulation over a rail's long baselines, as a reference for that of the rig's own baseline."""
+
+from foveacam_pipeline.capture.reference.build import build_reference
+from foveacam_pipeline.capture.reference.keeping import read_rows, write_reference
+from foveacam_pipeline.capture.reference.values import (
+    RailTrust,
+    Reference,
+    ReferenceFigures,
+    ReferenceSettings,
+    ReferenceWatch,
+)
+
+__all__ = [
+    "RailTrust",
+    "Reference",
+    "ReferenceFigures",
+    "ReferenceSettings",
+    "ReferenceWatch",
+    "build_reference",
+    "read_rows",
+    "write_reference",
+]

@@ -1,0 +1,230 @@
+"""Least squares over all rays: the points, and what is not known of stops and gazes, within their errors.
+
+Every sample's point is eliminated: what remains to be solved does not grow with the number of samples. Rays
+that contradict the rest weigh less at first and are left out at last; what the others still disagree by
+beyond their errors widens all stated errors.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bsr_array, csr_array, eye_array
+
+from foveacam_pipeline.capture.reference.rail_model import RailModel
+from foveacam_pipeline.capture.reference.rays import Linear, Rays, linear
+from foveacam_pipeline.capture.reference.values import Floats
+
+ROUNDS = 4
+DROPS = 3
+HUBER = 2.0
+OUTLIER = 4.0
+"""Residual over its error above which a ray counts as a wrong match."""
+TORN = 4.0
+"""Mean square of a sample's residuals over their errors above which its rays do not see one thing."""
+LEAST_RAYS = 3
+LEAST_LONGER = 1.2
+"""A sample needs two of its rays farther apart than this many times the rig's own baseline."""
+CHUNK = 256
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Adjusted:
+    """Rays that agree, their samples' points (m, 3), NaN where there is none; errors are standard errors.
+
+    `sigma_m`: (m,) of their z, all told; `own_sigma_m`: (m,), the part that other samples do not share.
+    `unknowns`, `unknowns_covariance`: of the model. `noise_factor`: what errors were widened by.
+    `residual_px`: (n, 2) of the rays that are left; `outliers`: how many others were left out.
+    """
+
+    rays: Rays
+    points_m: Floats
+    sigma_m: Floats
+    own_sigma_m: Floats
+    unknowns: Floats
+    unknowns_covariance: Floats
+    noise_factor: float
+    residual_px: Floats
+    outliers: int
+
+
+def adjusted(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: float) -> Adjusted:
+    """Return the points of samples; `points_m`: (m, 3) where to begin, `baseline_m`: of the rig itself."""
+    unknowns = np.zeros(len(model.sigmas))
+    rays = rays.only(_worth(rays, model, unknowns, least_m=LEAST_LONGER * baseline_m))
+    first = len(rays)
+    points = points_m.copy()
+    factor = 1.0
+    for drop in range(DROPS + 2):
+        for _ in range(ROUNDS):
+            step, move = _step(rays, points, model, unknowns, factor=factor, robust=drop == 0)
+            unknowns, points = unknowns + step, points + move
+        size = _sizes(rays, linear(rays, points, model, unknowns))
+        factor = _noise(rays, size)
+        bad = _bad(rays, size / factor, every=drop >= DROPS)
+        if not bad.any() or drop > DROPS:
+            break
+        kept = rays.only(~bad)
+        rays = kept.only(_worth(kept, model, unknowns, least_m=LEAST_LONGER * baseline_m))
+    return _told(rays, points, model, unknowns, factor=factor, outliers=first - len(rays))
+
+
+def _bad(rays: Rays, size: Floats, *, every: bool) -> NDArray[np.bool_]:
+    """Return the rays to leave out: of every sample the worst, or `every` one; then samples that are torn.
+
+    A wrong ray pulls at the others: without the worst they may well agree.
+    """
+    worst = np.zeros(int(rays.sample.max(initial=-1)) + 1)
+    np.maximum.at(worst, rays.sample, size)
+    bad = (size > OUTLIER) & (every | (size == worst[rays.sample]))
+    torn = (_square(rays, size) > TORN)[rays.sample]
+    return np.asarray(bad | torn if every or not bad.any() else bad, dtype=np.bool_)
+
+
+def _worth(rays: Rays, model: RailModel, unknowns: Floats, *, least_m: float) -> NDArray[np.bool_]:
+    """Return which rays belong to samples with rays enough, and from places far enough apart."""
+    count = np.bincount(rays.sample, minlength=1)
+    spread = longest_m(rays, model, unknowns)
+    good = (count >= LEAST_RAYS) & (spread > least_m)
+    return np.asarray(good[rays.sample], dtype=np.bool_)
+
+
+def longest_m(rays: Rays, model: RailModel, unknowns: Floats) -> Floats:
+    """Return (m,) the longest baseline of every sample's rays, along x, where the rail runs."""
+    x = rays.centres_m(model, unknowns)[:, 0]
+    count = int(rays.sample.max(initial=-1)) + 1
+    high, low = np.full(count, -np.inf), np.full(count, np.inf)
+    np.maximum.at(high, rays.sample, x)
+    np.minimum.at(low, rays.sample, x)
+    return np.where(np.isfinite(high - low), high - low, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Normal:
+    """Normal equations: of the unknowns (k, k) sparse, mixed (k, 3 m) sparse, of the points (m, 3, 3).
+
+    `right`: (k,), `right_points`: (m, 3).
+    """
+
+    unknowns: csr_array
+    mixed: csr_array
+    points: Floats
+    right: Floats
+    right_points: Floats
+
+    def through(self) -> csr_array:
+        """Return (k, 3 m) sparse: mixed times the inverse of the points' part."""
+        inverse = np.linalg.inv(self.points)
+        count = len(inverse)
+        blocks = bsr_array((inverse, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
+        return csr_array(self.mixed @ blocks)
+
+    def reduced(self) -> tuple[Floats, Floats]:
+        """Return (k, k) and (k,): what is left for the unknowns."""
+        through = self.through()
+        matrix = (self.unknowns - through @ self.mixed.T).toarray()
+        return np.asarray(matrix), np.asarray(self.right - through @ self.right_points.ravel())
+
+
+def _normal(rays: Rays, found: Linear, weight: Floats, model: RailModel, *, samples: int) -> _Normal:
+    scale = np.sqrt(weight)[:, None, None]
+    a = scale * (rays.whiten @ found.by_unknowns)
+    b = scale * (rays.whiten @ found.by_point)
+    r = scale[:, :, 0] * np.einsum("nij,nj->ni", rays.whiten, found.residual_px)
+    points, right_points = np.zeros((samples, 3, 3)), np.zeros((samples, 3))
+    np.add.at(points, rays.sample, b.transpose(0, 2, 1) @ b)
+    np.add.at(right_points, rays.sample, -np.einsum("nij,ni->nj", b, r))
+    points[np.bincount(rays.sample, minlength=samples) == 0] = np.eye(3)
+    rows = np.arange(2 * len(rays))
+    count = len(model.sigmas)
+    by_unknowns = _sparse(a, rows, np.repeat(found.columns, 2, axis=0), (len(rows), count))
+    places = 3 * np.repeat(rays.sample, 2)[:, None] + np.arange(3)
+    by_point = _sparse(b, rows, places, (len(rows), 3 * samples))
+    return _Normal(
+        unknowns=csr_array(by_unknowns.T @ by_unknowns + eye_array(count)),
+        mixed=csr_array(by_unknowns.T @ by_point),
+        points=points,
+        right=np.asarray(-(by_unknowns.T @ r.ravel())),
+        right_points=right_points,
+    )
+
+
+def _sparse(
+    values: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], shape: tuple[int, int]
+) -> csr_array:
+    flat = values.reshape(len(rows), -1)
+    return csr_array((flat.ravel(), (np.repeat(rows, flat.shape[1]), columns.ravel())), shape=shape)
+
+
+def _step(
+    rays: Rays, points_m: Floats, model: RailModel, unknowns: Floats, *, factor: float, robust: bool
+) -> tuple[Floats, Floats]:
+    """Return one step of Gauss and Newton: of the unknowns (k,) and of the points (m, 3)."""
+    found = linear(rays, points_m, model, unknowns)
+    weight = np.full(len(rays), factor**-2.0)
+    if robust:
+        weight *= np.minimum(1.0, HUBER / np.maximum(_sizes(rays, found), 1e-9))
+    normal = _normal(rays, found, weight, model, samples=len(points_m))
+    matrix, right = normal.reduced()
+    step = np.asarray(np.linalg.solve(matrix, right - unknowns), dtype=np.float64)
+    rest = normal.right_points - (normal.mixed.T @ step).reshape(-1, 3)
+    return step, np.linalg.solve(normal.points, rest[:, :, None])[:, :, 0]
+
+
+def _sizes(rays: Rays, found: Linear) -> Floats:
+    """Return (n,) residuals over their errors, rms of both axes."""
+    whitened = np.einsum("nij,nj->ni", rays.whiten, found.residual_px)
+    return np.asarray(np.linalg.norm(whitened, axis=1) / np.sqrt(2.0), dtype=np.float64)
+
+
+def _square(rays: Rays, sizes: Floats) -> Floats:
+    """Return (m,) the mean square of every sample's residuals over their errors, per free number."""
+    free = 2.0 * np.bincount(rays.sample) - 3.0
+    return np.asarray(np.bincount(rays.sample, 2.0 * sizes**2) / np.maximum(free, 1.0), dtype=np.float64)
+
+
+def _noise(rays: Rays, size: Floats) -> float:
+    """Return by how much rays disagree beyond their stated errors, 1 or more: the median sample's."""
+    square = _square(rays, size)
+    free = 2.0 * np.bincount(rays.sample) - 3.0
+    known = free > 0.0
+    if not known.any():
+        return 1.0
+    median = (1.0 - 2.0 / (9.0 * free[known])) ** 3
+    return max(1.0, float(np.sqrt(np.median(square[known] / median))))
+
+
+def _told(
+    rays: Rays,
+    points_m: Floats,
+    model: RailModel,
+    unknowns: Floats,
+    *,
+    factor: float,
+    outliers: int,
+) -> Adjusted:
+    found = linear(rays, points_m, model, unknowns)
+    normal = _normal(rays, found, np.full(len(rays), factor**-2.0), model, samples=len(points_m))
+    covariance = np.asarray(np.linalg.inv(normal.reduced()[0]), dtype=np.float64)
+    own = np.linalg.inv(normal.points)[:, 2, 2]
+    shared = _along_z(normal.through(), covariance)
+    lacking = np.bincount(rays.sample, minlength=len(points_m)) == 0
+    points = np.where(lacking[:, None], np.nan, points_m)
+    return Adjusted(
+        rays=rays,
+        points_m=points,
+        sigma_m=np.sqrt(own + shared),
+        own_sigma_m=np.sqrt(own),
+        unknowns=unknowns,
+        unknowns_covariance=covariance,
+        noise_factor=factor,
+        residual_px=found.residual_px,
+        outliers=outliers,
+    )
+
+
+def _along_z(through: csr_array, covariance: Floats) -> Floats:
+    """Return (m,) what errors of the unknowns make of the points' z, m², a few samples at a time."""
+    every = csr_array(through[:, 2::3].T)
+    parts = [every[first : first + CHUNK] for first in range(0, every.shape[0], CHUNK)]
+    return np.concatenate([np.asarray((part.multiply(part @ covariance)).sum(axis=1)) for part in parts])

@@ -1,0 +1,283 @@
+"""From scans at several places on a rail to a reference for the depth of one of them: `build_reference`."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.dataset.document import lasting_hash
+from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+from foveacam_pipeline.capture.mosaic.views import views_of
+from foveacam_pipeline.capture.reference.adjust import Adjusted, adjusted, longest_m
+from foveacam_pipeline.capture.reference.compare import compare
+from foveacam_pipeline.capture.reference.guess import Sample, samples_of
+from foveacam_pipeline.capture.reference.matching import (
+    FINE,
+    Match,
+    Scene,
+    Search,
+    coarse,
+    find,
+    own_match,
+    seen_by,
+)
+from foveacam_pipeline.capture.reference.rail_model import RailModel
+from foveacam_pipeline.capture.reference.rays import Rays
+from foveacam_pipeline.capture.reference.sights import (
+    Pictures,
+    Sight,
+    Stand,
+    Stop,
+    calibration_of,
+    sights_of,
+    stops_of,
+)
+from foveacam_pipeline.capture.reference.values import (
+    Floats,
+    Reference,
+    ReferenceFigures,
+    ReferenceSettings,
+    ReferenceWatch,
+    Row,
+    Silent,
+    Steps,
+    StopFigures,
+)
+from foveacam_pipeline.models.calibration import Calibration
+
+COARSE_SAMPLES = 300
+"""So many tell where the stops are, roughly."""
+LEAST_SAMPLES = 6
+FLOOR_PX = 0.05
+COARSE_FLOOR_PX = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Work:
+    """What the steps of a reference share."""
+
+    dataset: Dataset
+    calibration: Calibration
+    settings: ReferenceSettings
+    stops: tuple[Stop, ...]
+    judged: int
+    sights: Sequence[Sight]
+    pictures: Pictures
+    steps: Steps
+
+
+def build_reference(
+    dataset: Dataset, settings: ReferenceSettings | None = None, *, watch: ReferenceWatch | None = None
+) -> Reference:
+    """Return the reference of a dataset; nothing is written.
+
+    Raise InvalidInput (one place only, no overlap, a damaged frame), NotCalibrated, Cancelled.
+    """
+    settings = settings or ReferenceSettings()
+    calibration = calibration_of(dataset)
+    stops, judged = stops_of(dataset, settings)
+    sights = sights_of(dataset, stops, calibration, settings)
+    anchors = _anchors(sights, judged)
+    if not anchors:
+        raise InvalidInput(
+            f"{dataset.folder}, scan {stops[judged].scan} has no pair of bracket {settings.bracket} with the "
+            "volts of its mirrors; choose another scan or bracket"
+        )
+    work = _Work(
+        dataset=dataset,
+        calibration=calibration,
+        settings=settings,
+        stops=stops,
+        judged=judged,
+        sights=sights,
+        pictures=Pictures(settings.bracket),
+        steps=Steps(watch or Silent(), 3 * len(anchors)),
+    )
+    return _made(work, anchors)
+
+
+def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
+    scan = work.stops[work.judged].scan
+    mosaic = MosaicSettings(scan=scan, bracket=work.settings.bracket)
+    both = {anchor.point.index for anchor in anchors}
+    views = [
+        view
+        for view in views_of(work.dataset.scan(scan), work.calibration, mosaic)
+        if view.point.index in both
+    ]
+    samples: list[Sample] = []
+    for anchor in anchors:
+        samples += samples_of(anchor, views, work.calibration, work.settings)
+        work.steps.step("depth of the pairs")
+    if not samples:
+        raise InvalidInput(
+            f"{work.dataset.folder}: no pair of scan {scan} shows depth; is there "
+            "texture, and was the rig verged on it?"
+        )
+    depth_m = 1.0 / float(np.median([sample.q for sample in samples]))
+    model = RailModel.of(
+        work.stops,
+        work.judged,
+        sights=len(work.sights),
+        trust=work.settings.rail,
+        calibration=work.calibration,
+        depth_m=depth_m,
+    )
+    told = tuple(Stand.told(stop) for stop in work.stops)
+    stride = max(1, -(-len(samples) // COARSE_SAMPLES))
+    rough = _solved(
+        work, samples[::stride], model, stands=told, search=coarse(work.calibration), floor_px=COARSE_FLOOR_PX
+    )
+    stands = model.stands(rough.unknowns)
+    fine = _solved(work, samples, model, stands=stands, search=FINE, floor_px=FLOOR_PX)
+    return _reference(work, samples, model, fine, points=len(anchors))
+
+
+def _anchors(sights: Sequence[Sight], judged: int) -> list[Sight]:
+    both = {sight.point.index for sight in sights if sight.stop == judged and sight.role is Role.RIGHT}
+    return [
+        sight
+        for sight in sights
+        if sight.stop == judged and sight.role is Role.LEFT and sight.point.index in both
+    ]
+
+
+def _solved(
+    work: _Work,
+    samples: Sequence[Sample],
+    model: RailModel,
+    *,
+    stands: Sequence[Stand],
+    search: Search,
+    floor_px: float,
+) -> Adjusted:
+    """Match and adjust; refuse where too little is seen from elsewhere."""
+    scene = Scene(sights=work.sights, stands=stands, calibration=work.calibration)
+    matches, points_m = _matched(work, samples, scene, search)
+    elsewhere = {match.sample for match in matches if work.sights[match.sight].stop != work.judged}
+    if len(elsewhere) < LEAST_SAMPLES:
+        raise InvalidInput(
+            f"{work.dataset.folder}: scan {work.stops[work.judged].scan} and the scans from other places "
+            f"show {len(elsewhere)} of {len(samples)} samples together, {LEAST_SAMPLES} are needed; their "
+            "views do not overlap, or the rail's positions are wrong: capture a wider field, or from places "
+            "nearer to each other",
+            asked=f"{LEAST_SAMPLES} samples that scans from two places show",
+            found=f"{len(elsewhere)} of {len(samples)}",
+            remedy="capture a wider field, or from places nearer to each other",
+        )
+    rays = Rays.of(matches, work.sights, work.calibration, floor_px=floor_px)
+    return adjusted(rays, points_m, model, baseline_m=work.calibration.baseline_m)
+
+
+def _matched(
+    work: _Work, samples: Sequence[Sample], scene: Scene, search: Search
+) -> tuple[list[Match], Floats]:
+    """Return all matches of samples, in their order, and (n, 3) where the guess has them."""
+    matches: list[Match] = []
+    points = np.zeros((len(samples), 3))
+    numbers: dict[int, list[int]] = {sight.number: [] for sight in _anchors(work.sights, work.judged)}
+    for number, sample in enumerate(samples):
+        numbers[sample.anchor].append(number)
+    for anchor, here in numbers.items():
+        sight = work.sights[anchor]
+        u, v, q = (np.array([getattr(samples[k], name) for k in here]) for name in ("u_px", "v_px", "q0"))
+        if here:
+            points[here] = scene.point_m(sight, u, v, q)
+        for number, seen in zip(here, seen_by(points[here], sight, scene), strict=True):
+            matches.append(own_match(samples[number], number, scene))
+            for other in seen:
+                found = find(
+                    samples[number], number, other, scene=scene, pictures=work.pictures, search=search
+                )
+                if found is not None:
+                    matches.append(found)
+        work.steps.step("matching over long baselines" if search is FINE else "views from other places")
+    return matches, points
+
+
+def _reference(
+    work: _Work, samples: Sequence[Sample], model: RailModel, found: Adjusted, *, points: int
+) -> Reference:
+    calibration = work.calibration
+    long_m = longest_m(found.rays, model, found.unknowns)
+    rows = tuple(
+        _row(work, sample, number, found, baseline_m=float(long_m[number]))
+        for number, sample in enumerate(samples)
+        if number < len(long_m) and np.isfinite(found.points_m[number]).all()
+    )
+    if len(rows) < LEAST_SAMPLES:
+        raise InvalidInput(
+            f"{work.dataset.folder}: views from several places agree on {len(rows)} of {len(samples)} "
+            f"samples, {LEAST_SAMPLES} are needed; did the scene move between the scans, or is the rail "
+            "wrong?"
+        )
+    f_px, baseline_m = calibration.fovea_f_px, float(np.median([row.baseline_m for row in rows]))
+    figures = ReferenceFigures(
+        scan=work.stops[work.judged].scan,
+        baseline_m=baseline_m,
+        short_baseline_m=calibration.baseline_m,
+        points=points,
+        samples=len(samples),
+        referenced=len(rows),
+        matches=len(found.rays),
+        outliers=found.outliers / max(1, found.outliers + len(found.rays)),
+        residual_px=float(np.sqrt(np.mean(found.residual_px**2))),
+        noise_factor=found.noise_factor,
+        stops=tuple(_stop(work, number, model, found) for number in range(len(work.stops))),
+        comparison=compare(rows, short_baseline_m=calibration.baseline_m, baseline_m=baseline_m, f_px=f_px),
+    )
+    return Reference(figures=figures, rows=rows, f_px=f_px, recipe=_recipe(work))
+
+
+def _row(work: _Work, sample: Sample, number: int, found: Adjusted, *, baseline_m: float) -> Row:
+    here = found.rays.sample == number
+    short_m = 1.0 / sample.q
+    f_px = work.calibration.fovea_f_px
+    return Row(
+        point=work.sights[sample.anchor].point.index,
+        right_point=sample.right_point,
+        x_px=sample.raw_px[0],
+        y_px=sample.raw_px[1],
+        ax_rad=float(np.arctan(sample.u_px / f_px)),
+        ay_rad=float(np.arctan(sample.v_px / f_px)),
+        short_m=short_m,
+        short_sigma_m=short_m**2 * sample.sigma,
+        short_pose_sigma_m=short_m**2 * sample.pose_sigma,
+        reference_m=float(found.points_m[number, 2]),
+        sigma_m=float(found.sigma_m[number]),
+        own_sigma_m=float(found.own_sigma_m[number]),
+        views=int(here.sum()),
+        stops=len(set(found.rays.stop[here].tolist())),
+        baseline_m=baseline_m,
+        residual_px=float(np.sqrt(np.mean(found.residual_px[here] ** 2))),
+    )
+
+
+def _stop(work: _Work, number: int, model: RailModel, found: Adjusted) -> StopFigures:
+    stop, stand = work.stops[number], model.stands(found.unknowns)[number]
+    own = (found.unknowns * model.sigmas)[model.of_stop(number)]
+    sigma = np.sqrt(np.diag(model.place_covariance(found.unknowns_covariance, number)))
+    x, y, z = stand.place_m.tolist()
+    sx, sy, sz = sigma.tolist()
+    rx, ry, rz = own[3:].tolist()
+    lu, lv, ru, rv = stand.shifts_px.ravel().tolist()
+    return StopFigures(
+        scan=stop.scan,
+        rail_m=stop.rail_m,
+        place_m=(x, y, z),
+        sigma_m=(sx, sy, sz),
+        turn_rad=(rx, ry, rz),
+        shift_px=(lu, lv, ru, rv),
+        observations=int((found.rays.stop == number).sum()),
+    )
+
+
+def _recipe(work: _Work) -> dict[str, object]:
+    return {
+        "dataset": work.dataset.document.header.id,
+        "dataset_hash": lasting_hash(work.dataset.document),
+        "calibration": work.calibration.id,
+        "settings": asdict(work.settings),
+    }

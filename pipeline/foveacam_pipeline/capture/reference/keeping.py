@@ -1,0 +1,75 @@
+"""A reference in its dataset's folder: `reference/`, whose document is written last and names the others."""
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, fields
+from pathlib import Path
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, REFERENCE_FORMAT, VERSION
+from foveacam_pipeline.capture.dataset.disk import (
+    disk_errors,
+    finish_part,
+    sync_folder,
+    write_file,
+    write_part,
+)
+from foveacam_pipeline.capture.reference.plot import comparison_pictures
+from foveacam_pipeline.capture.reference.values import Reference, Row
+
+SAMPLES = "samples.csv"
+
+
+def write_reference(dataset: Path, reference: Reference) -> Path:
+    """Put a reference beside the frames of a dataset; return its folder. An older one is replaced.
+
+    Raise DeviceFault when the disk does not take it.
+    """
+    folder = dataset / REFERENCE
+    contents = {SAMPLES: rows_text(reference.rows).encode()}
+    pictures = comparison_pictures(reference)
+    contents |= {f"comparison.{form}": content for form, content in pictures.items()}
+    document = {
+        "format": REFERENCE_FORMAT,
+        "version": VERSION,
+        "recipe": reference.recipe,
+        "figures": asdict(reference.figures),
+        "files": {
+            f"{REFERENCE}/{name}": hashlib.sha256(content).hexdigest() for name, content in contents.items()
+        },
+    }
+    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    with disk_errors("the reference", dataset):
+        folder.mkdir(exist_ok=True)
+        for name, content in contents.items():
+            write_part(folder / name, content)
+            finish_part(folder / name)
+        sync_folder(folder)
+        write_file(folder / REFERENCE_DOCUMENT, text.encode())
+    return folder
+
+
+def read_rows(dataset: Path) -> tuple[Row, ...]:
+    """Return the samples of a dataset's reference; raise InvalidInput when there is none to read."""
+    path = dataset / REFERENCE / SAMPLES
+    kinds = {field.name: field.type for field in fields(Row)}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            return tuple(
+                Row(**{name: kinds[name](text) for name, text in row.items()})  # type: ignore[operator]  # field types are classes here
+                for row in csv.DictReader(file)
+            )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InvalidInput(f"{path} cannot be read ({error}); make the reference again") from error
+
+
+def rows_text(rows: Sequence[Row]) -> str:
+    """Return samples as CSV; numbers keep every bit."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(field.name for field in fields(Row))
+    table.writerows(astuple(row) for row in rows)
+    return out.getvalue()

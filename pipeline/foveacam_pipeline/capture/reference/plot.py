@@ -1,0 +1,107 @@
+"""The comparison as a picture: how far short baseline and reference are apart, and what to expect."""
+
+import io
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from foveacam_pipeline.capture.reference.compare import WRONG, columns
+from foveacam_pipeline.capture.reference.values import Comparison, Floats, Reference
+
+DPI = 120
+SHORT, LONG = "#d95f02", "#1f77b4"
+LEAST_M = 1e-5
+
+
+def comparison_pictures(reference: Reference) -> dict[str, bytes]:
+    """Return the picture as SVG and as PNG, by the ends of their names."""
+    figure = Figure(figsize=(11.0, 5.2), dpi=DPI, layout="constrained")
+    sizes, relative = figure.subplots(1, 2)
+    found = reference.figures.comparison
+    depth, short, sigma = columns(reference.rows, "reference_m", "short_m", "sigma_m")
+    _sizes(sizes, depth, short, sigma, reference=reference, found=found)
+    _relative(relative, depth, short, sigma, found=found)
+    figure.suptitle(_title(reference, found), fontsize=11)
+    pictures = {}
+    for form in ("svg", "png"):
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format=form, metadata={"Date": None} if form == "svg" else None)
+        pictures[form] = buffer.getvalue()
+    return pictures
+
+
+def _sizes(
+    axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, reference: Reference, found: Comparison
+) -> None:
+    figures = reference.figures
+    apart = np.maximum(np.abs(short - depth), LEAST_M)
+    axes.plot(depth, apart, ".", color=SHORT, alpha=0.25, markersize=3, rasterized=True)
+    axes.plot(depth, sigma, ".", color=LONG, alpha=0.25, markersize=3, rasterized=True)
+    at = [each.depth_m for each in found.bins]
+    axes.plot(at, [each.rms_m for each in found.bins], "o", color=SHORT, label="short baseline, rms off it")
+    axes.plot(
+        at, [each.reference_sigma_m for each in found.bins], "s", color=LONG, label="reference, stated error"
+    )
+    axes.plot(
+        at,
+        [each.reference_own_sigma_m for each in found.bins],
+        "v",
+        color=LONG,
+        label="of that, what samples do not share",
+    )
+    curve = np.geomspace(0.95 * depth.min(), 1.05 * depth.max(), 50)
+    for baseline_m, colour in ((figures.short_baseline_m, SHORT), (figures.baseline_m, LONG)):
+        expected = curve**2 / (baseline_m * reference.f_px) * found.disparity_rms_px
+        label = f"Z² / (B f) · {found.disparity_rms_px:.2f} px, B = {1e3 * baseline_m:.0f} mm"
+        axes.plot(curve, expected, "-", color=colour, linewidth=1.0, label=label)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylabel("|dZ|, m")
+    axes.set_title("size of the error", fontsize=10)
+    _dress(axes)
+    axes.legend(fontsize=8, loc="upper left")
+
+
+def _relative(axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: Comparison) -> None:
+    percent = 100.0 * (short / depth - 1.0)
+    good = np.abs(percent) < 100.0 * WRONG
+    axes.plot(depth[good], percent[good], ".", color=SHORT, alpha=0.35, markersize=3, rasterized=True)
+    order = np.argsort(depth)
+    band = 100.0 * (sigma / depth)[order]
+    axes.fill_between(
+        depth[order], -band, band, color=LONG, alpha=0.2, linewidth=0, label="reference, ±1 σ as stated"
+    )
+    axes.axhline(
+        100.0 * found.bias_rel,
+        color=SHORT,
+        linestyle="--",
+        linewidth=1.0,
+        label=f"bias {100.0 * found.bias_rel:+.3f} %",
+    )
+    axes.set_xscale("log")
+    axes.set_ylabel("short baseline off the reference, %")
+    axes.set_title(f"relative error, rms {100.0 * found.rms_rel:.3f} %", fontsize=10)
+    _dress(axes)
+    axes.legend(fontsize=8, loc="upper left")
+
+
+def _dress(axes: Axes) -> None:
+    axes.set_xlabel("depth Z, m")
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    low, high = axes.get_xlim()
+    if high < 10.0 * low:
+        axes.xaxis.set_minor_formatter(ScalarFormatter())
+        axes.tick_params(axis="x", which="minor", labelsize=8)
+    else:
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(visible=True, which="both", alpha=0.25)
+
+
+def _title(reference: Reference, found: Comparison) -> str:
+    figures = reference.figures
+    return (
+        f"scan {figures.scan}: {found.samples} samples, rig of {1e3 * figures.short_baseline_m:.0f} mm, "
+        f"reference from {len(figures.stops)} stops (median {1e3 * figures.baseline_m:.0f} mm)"
+    )
