@@ -41,7 +41,8 @@ def test_openapi_document_is_the_committed_one() -> None:
 
 
 def test_generated_requests_meet_no_server_error_and_answers_fit_their_description(server: Running) -> None:
-    schema = schemathesis.openapi.from_url(f"{server.http.base_url}/openapi.json").exclude(path_regex=ENDLESS)
+    document = server.http.get("/openapi.json").json()  # its own loader waits for 10 s, whatever the machine
+    schema = schemathesis.openapi.from_dict(document).exclude(path_regex=ENDLESS)
     schemathesis.checks.load_all_checks()
     every = schemathesis.checks.CHECKS
     left_out = [every.get_one(name) for name in every.get_all_names() if name not in CHECKED]

@@ -103,7 +103,7 @@ def _state(kept: KeptRecording) -> tuple[str, str]:
         return "damaged", kept.trouble
     if held["truncated"] is not None:
         lost = held["truncated"]
-        return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes']} bytes are lost"
+        return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes'] / 1e6:.1f} MB are lost"
     if held["finalized"]:
         return "complete", ""
     return "partial", kept.notes.why or "its program did not end it as meant; what it holds is whole"

@@ -32,6 +32,12 @@ const PATHS = Object.freeze({
   file: "M4 1.8h5l3 3v9.4H4z M9 1.8v3h3",
   pictures: "M1.8 3h12.4v10H1.8z M1.8 11l3.7-3.7l3 3l2-2l3.7 3.7 M10.6 5.6v.2",
   raster: "M2 3.5h12 M14 3.5v4.5 M14 8h-12 M2 8v4.5 M2 12.5h12 M2 3.4v.2 M8 3.4v.2 M8 7.9v.2 M8 12.4v.2 M14 12.4v.2",
+  record: "M8 3.5a4.5 4.5 0 1 0 0 9a4.5 4.5 0 1 0 0-9z",
+  square: "M4.5 4.5h7v7h-7z",
+  play: "M5 3l8 5l-8 5z",
+  pause: "M5.5 3v10 M10.5 3v10",
+  previous: "M11 3.5L6 8l5 4.5 M4 3.5v9",
+  next: "M5 3.5L10 8l-5 4.5 M12 3.5v9",
   scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });
 

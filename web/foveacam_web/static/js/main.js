@@ -26,6 +26,8 @@ import { mountRigStatus } from "./panels/rigstatus.js";
 import { Scene } from "./panels/scene.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
+import { makeRecordButton } from "./recording/button.js";
+import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
 import { mountRigPage } from "./rig/page.js";
 import { RigReader } from "./rig/reader.js";
@@ -53,7 +55,8 @@ const galleryReader = new GalleryReader();
 const stillReader = new StillReader();
 const captureReader = new CaptureReader(store);
 const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
-const sync = new Sync({ store, fixations, others: [reader, rigReader, captureReader, galleryReader, stillReader] });
+const recording = new LiveRecording({ store, commands });
+const sync = new Sync({ store, fixations, others: [reader, rigReader, captureReader, galleryReader, stillReader, recording] });
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
 const help = makeHelp();
@@ -140,7 +143,7 @@ function mountTools() {
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
   const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
     h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
-  fill(need("tools"), link("Capture: raster datasets", "raster", CAPTURE_ADDRESS), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
+  fill(need("tools"), makeRecordButton({ store, live: recording }), link("Capture: raster datasets", "raster", CAPTURE_ADDRESS), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
     link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
     tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));

@@ -123,6 +123,7 @@ export function createStore() {
     rail: null,
     trigger_test: null,
     running_test: null,
+    recording: null,
     gallery: null,
     capture_page: false,
     captures: null,

@@ -8,8 +8,8 @@
 // reads at once and after each reconnection, and hears the server's events. More pages about one dataset are entries
 // of dataset_parts.js, in the same form.
 
-import { nothing } from "../calibration/parts.js";
 import { openDatasets } from "./datasets.js";
+import { openRecordings } from "./recordings.js";
 import { openStills } from "./stills.js";
 
 /** @typedef {import("./context.js").GalleryTab} GalleryTab */
@@ -17,6 +17,6 @@ import { openStills } from "./stills.js";
 /** @type {readonly GalleryTab[]} */
 export const TABS = Object.freeze([
   { name: "datasets", title: "Datasets", open: openDatasets },
-  { name: "recordings", title: "Recordings", open: () => nothing("No recording yet.") },
+  { name: "recordings", title: "Recordings", open: openRecordings },
   { name: "stills", title: "Stills", open: openStills },
 ]);

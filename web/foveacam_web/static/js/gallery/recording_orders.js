@@ -1,0 +1,101 @@
+// What the operator can order of recordings: remove, restore, describe, measure depth anew, make a film.
+
+import { Problem, request } from "../api.js";
+import { recordingPath } from "./recording_words.js";
+
+/**
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("./recording_documents.js").FilmDocument} FilmDocument
+ * @typedef {import("./recording_documents.js").FilmShow} FilmShow
+ * @typedef {import("./recording_documents.js").RecordedDepth} RecordedDepth
+ * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {Pick<RecordingDocument, "id" | "name">} Named
+ */
+
+const UNDO_MS = 15_000;
+const LOOK_MS = 400;
+const DEPTH_MS = 60_000; // the matcher takes a second, and others may wait for it before us
+
+/** The orders of one page. */
+export class RecordingOrders {
+  #commands;
+  #changed;
+
+  /** @param {{commands: Commands, changed?: () => unknown}} context `changed`: called when an order has changed what there is */
+  constructor({ commands, changed = () => {} }) {
+    this.#commands = commands;
+    this.#changed = changed;
+  }
+
+  /**
+   * Put a recording in the trash, with a way back.
+   * @param {Named} recording
+   * @returns {Promise<boolean>}
+   */
+  async remove({ id, name }) {
+    const gone = await this.#commands.attempt(() => request("DELETE", recordingPath(id)).then(() => true));
+    if (gone) this.#commands.say({ tone: "info", title: `“${name}” is in the trash`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.restore({ id, name }) } });
+    this.#changed();
+    return gone === true;
+  }
+
+  /** @param {Named} recording */
+  async restore({ id, name }) {
+    const back = await this.#commands.attempt(() => /** @type {Promise<RecordingDocument>} */ (request("POST", recordingPath(id, "/restore"))));
+    if (back && back.name !== name) this.#commands.say({ tone: "info", title: `Restored as “${back.name}”`, detail: `There is another “${name}” by now.` });
+    this.#changed();
+  }
+
+  async emptyTrash() {
+    await this.#commands.attempt(() => request("DELETE", "/recordings/trash"));
+    this.#changed();
+  }
+
+  /**
+   * @param {string} id
+   * @param {string} label
+   * @returns {Promise<boolean>} whether the server took it
+   */
+  async describe(id, label) {
+    const taken = (await this.#commands.attempt(() => request("PATCH", recordingPath(id), { body: { label } }))) !== null;
+    if (taken) this.#changed();
+    return taken;
+  }
+
+  /**
+   * The depth of a moment, or why there is none.
+   * @param {string} id
+   * @param {number} t_s
+   * @returns {Promise<RecordedDepth | Problem>}
+   */
+  async depth(id, t_s) {
+    try {
+      return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}`), { patience_ms: DEPTH_MS });
+    } catch (error) {
+      if (error instanceof Problem) return error;
+      throw error;
+    }
+  }
+
+  /**
+   * Make a film and return where it is; null when it was refused, failed or abandoned.
+   * @param {string} id
+   * @param {FilmShow} show
+   * @param {{told: (done: number, total: number) => void, signal: AbortSignal}} how
+   * @returns {Promise<string | null>}
+   */
+  film(id, show, { told, signal }) {
+    return this.#commands.attempt(async () => {
+      let job = /** @type {JobDocument} */ (await request("POST", recordingPath(id, "/films"), { body: { show } }));
+      while (job.ended_utc === null) {
+        if (signal.aborted) return null;
+        await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
+        job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job.id}`));
+        told(job.progress?.done ?? 0, job.progress?.total ?? 0);
+      }
+      if (job.problem) throw new Problem(job.problem);
+      return job.result_url;
+    });
+  }
+}

@@ -1,0 +1,108 @@
+// Recordings in words. Nothing here touches the page.
+
+import { count, number, sentence } from "../format.js";
+import { sizeWords } from "./dataset_words.js";
+
+/**
+ * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {import("./recording_documents.js").RecordedStream} RecordedStream
+ * @typedef {import("../types.js").Role} Role
+ */
+
+/** @type {Readonly<Record<RecordingDocument["state"], {text: string, tone: string}>>} */
+const STATES = Object.freeze({
+  starting: { text: "Starting", tone: "plain mine" },
+  recording: { text: "Recording", tone: "bad" },
+  ending: { text: "Ending", tone: "plain mine" },
+  complete: { text: "Complete", tone: "good" },
+  partial: { text: "Ended early", tone: "warn" },
+  truncated: { text: "Cut off", tone: "warn" },
+  damaged: { text: "Cannot be read", tone: "bad" },
+});
+
+/** @type {Readonly<Record<Role, string>>} */
+export const CAMERAS = Object.freeze({ wide: "Wide", left: "Left", right: "Right" });
+
+/** @type {Readonly<Record<string, string>>} */
+const LOSSES = Object.freeze({
+  queue: "the disk was slower than the cameras", format: "the camera's format had changed", disk: "the disk took no more",
+  closed: "they came after the end", deadline: "they still waited when it had to end",
+});
+
+/**
+ * The path of a recording below /api/v1.
+ * @param {string} id
+ * @param {string} [rest]
+ */
+export function recordingPath(id, rest = "") {
+  return `/recordings/${encodeURIComponent(id)}${rest}`;
+}
+
+/** @param {RecordingDocument} recording */
+export function stateWords({ state }) {
+  return STATES[state] ?? { text: state, tone: "plain" };
+}
+
+/** @param {RecordingDocument} recording */
+export function isBeingMade({ state }) {
+  return state === "starting" || state === "recording" || state === "ending";
+}
+
+/** @param {RecordingDocument} recording */
+export function droppedOf({ streams }) {
+  return streams.reduce((sum, { dropped }) => sum + (dropped ?? 0), 0);
+}
+
+/** @param {RecordingDocument} recording */
+export function framesOf({ streams }) {
+  return streams.reduce((sum, { frames }) => sum + frames, 0);
+}
+
+/** @param {RecordingDocument} recording */
+export function tallyWords(recording) {
+  const dropped = droppedOf(recording);
+  const counted = recording.streams.some((stream) => stream.dropped !== null);
+  return [`${count(framesOf(recording))} frames`, counted && (dropped > 0 ? `${count(dropped)} dropped` : "none dropped"), sizeWords(recording.size_bytes)].filter(Boolean).join(", ");
+}
+
+/**
+ * Why frames of a camera are not on the file; empty when none is missing.
+ * @param {RecordedStream} stream
+ */
+export function lossWords({ losses }) {
+  return sentence(Object.entries(losses).filter(([, lost]) => lost > 0).map(([reason, lost]) => `${count(lost)}: ${LOSSES[reason] ?? reason}`).join("; "));
+}
+
+/**
+ * Minutes and seconds, as on a clock.
+ * @param {number} seconds
+ * @param {number} [decimals]
+ */
+export function clockWords(seconds, decimals = 2) {
+  const scale = 10 ** decimals;
+  const whole = Math.floor(Math.max(0, seconds) * scale + 1e-6) / scale;
+  const minutes = Math.floor(whole / 60);
+  const rest = (whole - 60 * minutes).toFixed(decimals).padStart(decimals > 0 ? 3 + decimals : 2, "0");
+  if (minutes < 60) return `${minutes}:${rest}`;
+  return `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}:${rest}`;
+}
+
+/**
+ * What a recording is called that nobody named.
+ * @param {Date} when
+ */
+export function momentName(when) {
+  const two = (/** @type {number} */ value) => String(value).padStart(2, "0");
+  const day = [when.getFullYear(), two(when.getMonth() + 1), two(when.getDate())].join("-");
+  return `${day} ${[when.getHours(), when.getMinutes(), when.getSeconds()].map(two).join("-")}`;
+}
+
+/** @param {RecordedStream} stream */
+export function sizeOf({ width, height, pixel_format }) {
+  return width === null || height === null ? "" : `${width} × ${height} ${pixel_format ?? ""}`.trim();
+}
+
+/** @param {number} fps */
+export function rateWords(fps) {
+  return fps > 0 ? `${number(fps, 1)} Hz` : "";
+}

@@ -1,0 +1,15 @@
+// The tab of recordings: all of them, or one in its player.
+
+import { nothing } from "../calibration/parts.js";
+import { openRecording } from "./recording_page.js";
+import { openRecordingList } from "./recordings_list.js";
+
+/**
+ * @param {import("./documents.js").GalleryPlace} at
+ * @param {import("./context.js").GalleryContext} context
+ * @returns {HTMLElement}
+ */
+export function openRecordings(at, context) {
+  if (at.id === null) return openRecordingList(context);
+  return at.part === null ? openRecording(at.id, context) : nothing("There is no such page.");
+}

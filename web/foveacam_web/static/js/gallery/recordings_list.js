@@ -1,0 +1,175 @@
+// All recordings as cards, newest first, found by words; the one that is being made with its counts; and the trash.
+
+import { badge, nothing } from "../calibration/parts.js";
+import { changing, fill, h, say } from "../dom.js";
+import { count, sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { sizeWords, whenWords } from "./dataset_words.js";
+import { makeDrawn } from "./drawn.js";
+import { RecordingOrders } from "./recording_orders.js";
+import { clockWords, isBeingMade, stateWords, tallyWords } from "./recording_words.js";
+import { RecordingsReader } from "./recordings_reader.js";
+import { galleryAddress } from "./route.js";
+
+/**
+ * @typedef {import("./context.js").GalleryContext} GalleryContext
+ * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {{element: HTMLElement, show: (recording: RecordingDocument) => void}} Card
+ */
+
+const PAUSE_MS = 200; // while somebody types
+const WIDTH_PX = 320;
+const HEIGHT_PX = 240;
+
+/** @param {GalleryContext} context */
+export function openRecordingList({ store, commands, follow, signal }) {
+  let in_trash = false;
+  const reader = new RecordingsReader(() => show());
+  const orders = new RecordingOrders({ commands, changed: () => reader.readAll() });
+  const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
+  const list = h("ul", { class: "cards" });
+  const showCards = cardsIn(list, orders);
+  const showEmpty = changing(empty, (/** @type {string} */ words) => (words === "" ? [] : emptyOf(words)));
+  const search = makeSearch((text) => void reader.search(text), signal);
+  const trash = h("div", { class: "actions trash" });
+  const showTrash = changing(trash, (/** @type {{open: boolean, held: number}} */ now) => trashOf(now, orders, () => {
+    in_trash = !in_trash;
+    show();
+  }));
+  const show = () => {
+    const shown = in_trash ? reader.trash : reader.list;
+    search.hidden = in_trash;
+    showTrash({ open: in_trash, held: reader.trash?.length ?? 0 });
+    showCards(shown ?? []);
+    say(found, shown && shown.length > 0 ? summary(shown) : "");
+    showEmpty(shown === null ? "Loading …" : shown.length > 0 ? "" : in_trash ? "The trash is empty." : reader.searched ? `No recording holds “${reader.searched}”.` : "none");
+  };
+  follow(reader);
+  store.on(["recording"], ({ recording }) => reader.follow(recording), signal);
+  return h("div", { class: "datasets" }, h("div", { class: "gallery-bar" }, search, found, trash), empty, list);
+}
+
+/** @param {RecordingDocument[]} shown */
+function summary(shown) {
+  const bytes = shown.reduce((sum, { size_bytes }) => sum + size_bytes, 0);
+  return [`${count(shown.length)} ${shown.length === 1 ? "recording" : "recordings"}`, sizeWords(bytes)].join(", ");
+}
+
+/** @param {string} words */
+function emptyOf(words) {
+  if (words !== "none") return [nothing(words)];
+  return [nothing("No recording yet."), h("p", { class: "lead", text: "The round button in the bar at the top records what all three cameras deliver, while you go on working." })];
+}
+
+/**
+ * @param {{open: boolean, held: number}} now
+ * @param {RecordingOrders} orders
+ * @param {() => void} turn
+ */
+function trashOf({ open, held }, orders, turn) {
+  const sure = h("button", { type: "button", class: "plain danger", hidden: true, text: "Delete for good", on: { click: () => void orders.emptyTrash() } });
+  const ask = h("button", { type: "button", class: "plain", data: { keep: "empty" }, text: "Empty the trash", on: { click: () => {
+    sure.hidden = false;
+    ask.hidden = true;
+    sure.focus();
+  } } });
+  return [
+    open && held > 0 && ask, open && held > 0 && sure,
+    h("button", { type: "button", class: "plain", "aria-pressed": String(open), data: { keep: "trash" }, on: { click: turn } },
+      icon(open ? "back" : "trash"), open ? "Back to the recordings" : held > 0 ? `Trash (${count(held)})` : "Trash"),
+  ];
+}
+
+/**
+ * @param {(text: string) => void} search
+ * @param {AbortSignal} signal
+ */
+function makeSearch(search, signal) {
+  const input = h("input", { type: "search", id: "recording-search", maxlength: 200, placeholder: "Name, label, id or state", autocomplete: "off" });
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let later;
+  input.addEventListener("input", () => {
+    clearTimeout(later);
+    later = setTimeout(() => search(input.value), PAUSE_MS);
+  });
+  signal.addEventListener("abort", () => clearTimeout(later));
+  return h("div", { class: "search" }, h("label", { for: "recording-search", text: "Search" }), input);
+}
+
+/**
+ * Cards in a list: those that stay keep their elements, so that nothing is lost under a pointer.
+ * @param {HTMLElement} list
+ * @param {RecordingOrders} orders
+ */
+function cardsIn(list, orders) {
+  /** @type {Map<string, Card>} */
+  let cards = new Map();
+  return (/** @type {RecordingDocument[]} */ recordings) => {
+    const known = cards;
+    cards = new Map(recordings.map(({ id, removed }) => [`${removed} ${id}`, known.get(`${removed} ${id}`) ?? makeCard(orders)]));
+    for (const recording of recordings) cards.get(`${recording.removed} ${recording.id}`)?.show(recording);
+    if ([...known.keys()].join("\n") === [...cards.keys()].join("\n")) return;
+    const focused = document.activeElement;
+    fill(list, ...[...cards.values()].map(({ element }) => element));
+    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
+  };
+}
+
+/**
+ * @param {RecordingOrders} orders
+ * @returns {Card}
+ */
+function makeCard(orders) {
+  const drawn = makeDrawn({ lazy: true, width: WIDTH_PX, height: HEIGHT_PX });
+  const blank = h("p", { class: "blank" });
+  const [cover, name, words, tools] = [h("div", { class: "card-cover" }), h("h3", {}), h("div", { class: "words" }), h("div", { class: "tools" })];
+  const showName = changing(name, (/** @type {RecordingDocument} */ recording) => nameOf(recording));
+  const showWords = changing(words, wordsOf);
+  const showTools = changing(tools, (/** @type {{id: string, name: string, removed: boolean, live: boolean}} */ now) => toolsOf(now, orders));
+  return { element: h("li", { class: "card" }, cover, name, words, tools), show: (recording) => {
+    const { id, name: called, removed } = recording;
+    const why = removed ? "In the trash" : isBeingMade(recording) ? "Being recorded" : recording.playable ? "" : recording.state === "damaged" ? "No picture: it cannot be read" : "No frame in it";
+    if (why === "") drawn.show(coverUrl(recording), "");
+    say(blank, why);
+    const shown = why === "" ? drawn.element : blank;
+    if (cover.firstChild !== shown) fill(cover, shown);
+    showName({ ...recording, streams: [], duration_s: 0, size_bytes: 0, state: "complete", why: "" });
+    showWords(recording);
+    showTools({ id, name: called, removed, live: isBeingMade(recording) });
+  } };
+}
+
+/** @param {RecordingDocument} recording */
+export function coverUrl({ url, streams }) {
+  const shown = streams.find(({ role, frames }) => role === "wide" && frames > 0) ?? streams.find(({ role, frames }) => role !== null && frames > 0);
+  return `${url}/frames/${shown?.role ?? "wide"}/${Math.floor((shown?.frames ?? 0) / 2)}.jpg?scale=2`;
+}
+
+/** @param {RecordingDocument} recording */
+function nameOf({ id, name, removed, playable }) {
+  if (removed) return [h("span", { text: name, title: name })];
+  return [h("a", { href: galleryAddress("recordings", id), title: name, text: name, data: { keep: "name", playable: String(playable) } })];
+}
+
+/** @param {RecordingDocument} recording */
+function wordsOf(recording) {
+  const { text, tone } = stateWords(recording);
+  return [
+    recording.label !== "" && h("p", { class: "label", text: recording.label }),
+    h("p", { class: "facts" }, badge(tone, text), h("span", { class: "number", text: clockWords(recording.duration_s, 1) }), h("span", { class: "tally-words", text: tallyWords(recording) })),
+    recording.why !== "" && h("p", { class: "reason", text: sentence(recording.why) }),
+    h("p", { class: "when" }, recording.created_utc !== null && h("time", { datetime: recording.created_utc, text: whenWords(recording.created_utc) })),
+  ];
+}
+
+/**
+ * @param {{id: string, name: string, removed: boolean, live: boolean}} now
+ * @param {RecordingOrders} orders
+ */
+function toolsOf(now, orders) {
+  if (now.removed) return [h("button", { type: "button", class: "plain", data: { keep: "tool" }, "aria-label": `Restore ${now.name}`, on: { click: () => void orders.restore(now) } }, icon("again"), "Restore")];
+  return [h("button", {
+    type: "button", class: "tool", data: { keep: "tool" }, "aria-label": `Put ${now.name} in the trash`,
+    title: now.live ? "Not while it is being made" : "Put it in the trash", disabled: now.live, on: { click: () => void orders.remove(now) },
+  }, icon("trash"))];
+}

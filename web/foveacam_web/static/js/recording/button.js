@@ -1,0 +1,44 @@
+// The button in the top bar that records: one click begins under a name of the moment, the next one ends it.
+
+import { fill, h, say } from "../dom.js";
+import { count } from "../format.js";
+import { icon } from "../icons.js";
+import { clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
+
+/**
+ * @param {{store: import("../store.js").Store, live: import("./live.js").LiveRecording}} context
+ */
+export function makeRecordButton({ store, live }) {
+  const words = h("span", { class: "words" });
+  const button = h("button", { type: "button", class: "tool record" });
+  const said = h("span", { class: "unseen", role: "status" });
+  const place = h("span", { class: "record-place" }, button, said);
+  let busy = false;
+  button.addEventListener("click", async () => {
+    if (busy) return;
+    busy = true;
+    await (store.state.recording ? live.stop() : live.begin({ name: momentName(new Date()) }));
+    busy = false;
+  });
+  let on = /** @type {boolean | null} */ (null);
+  store.on(["recording"], ({ recording }) => {
+    const now = recording !== null;
+    if (on !== now) {
+      if (on !== null) say(said, now ? "Recording has begun" : "Recording has ended");
+      on = now;
+      button.classList.toggle("on", now);
+      fill(button, icon(now ? "square" : "record"), now && words);
+    }
+    const name = now ? `Stop the recording “${recording.name}”` : "Record";
+    button.setAttribute("aria-label", name);
+    button.title = now ? `${name}: ${tallyWords(recording)}` : "Record what the cameras deliver";
+    button.disabled = recording?.state === "ending";
+    if (recording) fill(words, h("span", { class: "number", text: clockWords(recording.duration_s, 0) }), dropWords(droppedOf(recording)));
+  });
+  return place;
+}
+
+/** @param {number} dropped */
+function dropWords(dropped) {
+  return h("span", { class: dropped > 0 ? "dropped some" : "dropped", text: `${count(dropped)} dropped` });
+}

@@ -1,0 +1,83 @@
+// Follows the recording that is being made, whoever began it, and gives the orders of its button.
+
+import { Problem, request } from "../api.js";
+import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_words.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("../gallery/recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {import("../gallery/recording_documents.js").RecordingRequest} RecordingRequest
+ */
+
+const EVERY_MS = 1000;
+
+/** The recording of one page. */
+export class LiveRecording {
+  #store;
+  #commands;
+  #reads = new QuietReads();
+
+  /** @param {{store: Store, commands: Commands}} context */
+  constructor({ store, commands }) {
+    this.#store = store;
+    this.#commands = commands;
+    setInterval(() => {
+      const { recording, stream } = store.state;
+      if (recording && stream !== "down" && !document.hidden) void this.#readOne(recording.id);
+    }, EVERY_MS);
+  }
+
+  readAll() {
+    return this.#reads.read("recordings", async () => {
+      const found = /** @type {RecordingDocument[]} */ (await request("GET", "/recordings"));
+      this.#store.set({ recording: found.find(isBeingMade) ?? null });
+    });
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    if (!kind.startsWith("recording.")) return;
+    if (kind === "recording.ended" && data?.["why"]) {
+      this.#commands.say({ tone: "bad", title: `Recording “${String(data["name"])}” has ended early`, detail: String(data["why"]) });
+    }
+    if (kind === "recording.created" || kind === "recording.ended") void this.readAll();
+  }
+
+  /** @param {RecordingRequest} wish */
+  async begin(wish) {
+    const begun = await this.#commands.attempt(() => request("POST", "/recordings", { body: wish }));
+    if (begun) await this.readAll();
+    return begun !== null;
+  }
+
+  /** End it; the answer comes when its file is whole. */
+  async stop() {
+    const { recording } = this.#store.state;
+    if (!recording) return;
+    this.#store.set({ recording: { ...recording, state: "ending" } });
+    const ended = await this.#commands.attempt(() =>
+      /** @type {Promise<RecordingDocument>} */ (request("POST", recordingPath(recording.id, "/stop"), { patience_ms: 60_000 })));
+    if (ended && ended.why === "") {
+      this.#commands.say({ tone: "good", title: `Recorded “${ended.name}”`, detail: tallyWords(ended), action: { label: "Show it", act: () => (location.hash = `#/gallery/recordings/${ended.id}`) } });
+    }
+    await this.readAll();
+  }
+
+  /** @param {string} id */
+  #readOne(id) {
+    return this.#reads.read("recording", async () => {
+      let found = null;
+      try {
+        found = /** @type {RecordingDocument} */ (await request("GET", recordingPath(id)));
+      } catch (error) {
+        if (!(error instanceof Problem) || error.slug !== "not-found") throw error;
+      }
+      const { recording } = this.#store.state;
+      if (recording?.id !== id || (recording.state === "ending" && found?.state === "recording")) return;
+      this.#store.set({ recording: found && isBeingMade(found) ? found : null });
+    });
+  }
+}
