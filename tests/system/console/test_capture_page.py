@@ -13,12 +13,13 @@ from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_server.runtime.capture_watch import CaptureWatch
 
 from . import capture_documents as documents
-from .conftest import TOUCH, Console, OpenConsole
+from .conftest import TOUCH, Console, OpenConsole, posted
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 90_000
+SMALL = {"wide_size": "half", "fovea_size": "half"}
 LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
 
 
@@ -90,7 +91,7 @@ def badge(page: Page) -> Locator:
 def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     rig: Running, gate: threading.Event, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "from the page")
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
     start(page)
@@ -116,7 +117,7 @@ def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
 def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
     rig: Running, gate: threading.Event, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "cut off")
     start(page)
     expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
@@ -134,7 +135,7 @@ def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
 
 
 def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: OpenConsole) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture")
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "up/down")
     plan = part(page, "Plan")
     started = page.get_by_role("button", name="Start the capture")
@@ -188,7 +189,7 @@ def test_newest_plan_is_the_one_that_is_shown(stand_in: StandIn, open_console: O
     held: list[Route] = []
 
     def answer(route: Route) -> None:
-        asked.append(route.request.post_data_json["plan"]["points"]["columns"])
+        asked.append(posted(route.request)["plan"]["points"]["columns"])
         if asked[-1] == 3:
             held.append(route)
         else:

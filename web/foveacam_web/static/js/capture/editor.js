@@ -3,12 +3,13 @@
 import { choiceField, numberField, tickField } from "../calibration/parts.js";
 import { h } from "../dom.js";
 import { asked, numberChips, segments } from "./parts.js";
-import { asSetPoints, PAPER_RAIL_MM } from "./plan.js";
+import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
 import { makePoints } from "./points.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./documents.js").GridDocument} GridDocument
  * @typedef {import("./parts.js").Troubles} Troubles
  */
 
@@ -16,11 +17,19 @@ import { makePoints } from "./points.js";
  * @param {{store: Store, troubles: Troubles, changed: () => void}} context
  */
 export function makeEditor({ store, troubles, changed }) {
-  let grid_text = "";
+  /** As far as both eyes reach, by the last estimate of a grid. @type {Pick<GridDocument, "half_width_deg" | "half_height_deg"> | null} */
+  let reach = null;
   store.on(["estimate"], ({ estimate: { document } }) => {
-    if (document?.plan.points.kind === "grid") grid_text = asSetPoints(document.plan.points);
+    const grid = document?.plan.points;
+    if (grid?.kind === "grid") reach = { half_width_deg: grid.half_width_deg, half_height_deg: grid.half_height_deg };
   });
-  const parts = [makePoints(troubles, () => grid_text || null, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
+  const gridAsText = () => {
+    const draft = read();
+    const { points } = planOf({ ...draft, source: "grid", field: draft.field === "overlap" ? "all" : draft.field }, null).plan;
+    if (points.kind !== "grid" || (points.half_width_deg === null && reach === null)) return null;
+    return asSetPoints(points.half_width_deg === null ? { ...points, ...reach } : points);
+  };
+  const parts = [makePoints(troubles, gridAsText, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
   const titles = ["Points", "Distance", "At every point", "Rail"];
   const said = () => {
     for (const { show } of parts) show();
