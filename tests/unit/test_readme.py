@@ -1,0 +1,38 @@
+"""What README.md says can be typed, typed."""
+
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from .dataset_scenes import noise_texture, painted, plane_point
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+
+
+def block_of(language: str, word: str) -> str:
+    """Return the first code block in a language that has a word in it."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+    return next(str(block) for block in blocks if word in block)
+
+
+def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    typed = shlex.split(block_of("", "foveacam capture --name"))
+    options = dict(zip(typed[2::2], typed[3::2], strict=True))
+    count = int(options["--columns"]) * int(options["--rows"])
+    point, _ = plane_point(0, aim_deg=(1.0, 0.5), z_m=4.0, texture=noise_texture())
+    points = [replace(point, place=replace(point.place, index=index)) for index in range(count)]
+    painted(tmp_path / options["--data"] / "captures" / options["--name"], points)
+    monkeypatch.chdir(tmp_path)
+    lines = block_of("python", "Dataset.open")
+    assert len([line for line in lines.splitlines() if line]) <= 5
+
+    exec(compile(lines, "README.md", "exec"), {})  # noqa: S102 - our own page
+
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"{count} StereoVolts(")
+    assert printed.count("(1080, 1440)") >= 2
