@@ -17,19 +17,9 @@ import { makePoints } from "./points.js";
  * @param {{store: Store, troubles: Troubles, changed: () => void}} context
  */
 export function makeEditor({ store, troubles, changed }) {
-  /** As far as both eyes reach, by the last estimate of a grid. @type {Pick<GridDocument, "half_width_deg" | "half_height_deg"> | null} */
-  let reach = null;
-  store.on(["estimate"], ({ estimate: { document } }) => {
-    const grid = document?.plan.points;
-    if (grid?.kind === "grid") reach = { half_width_deg: grid.half_width_deg, half_height_deg: grid.half_height_deg };
-  });
-  const gridAsText = () => {
-    const draft = read();
-    const { points } = planOf({ ...draft, source: "grid", field: draft.field === "overlap" ? "all" : draft.field }, null).plan;
-    if (points.kind !== "grid" || (points.half_width_deg === null && reach === null)) return null;
-    return asSetPoints(points.half_width_deg === null ? { ...points, ...reach } : points);
-  };
-  const parts = [makePoints(troubles, gridAsText, () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
+  /** @type {() => Draft} */
+  const read = () => Object.assign({}, ...parts.map((part) => part.read()));
+  const parts = [makePoints(troubles, gridText(store, read), () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
   const titles = ["Points", "Distance", "At every point", "Rail"];
   const said = () => {
     for (const { show } of parts) show();
@@ -37,8 +27,28 @@ export function makeEditor({ store, troubles, changed }) {
   };
   const element = h("div", { class: "plan-editor", on: { input: said, change: said } },
     parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)));
-  const read = () => /** @type {Draft} */ (Object.assign({}, ...parts.map((part) => part.read())));
   return { element, read };
+}
+
+/**
+ * The grid as it stands in the language of set points; null while nobody knows how far the eyes reach.
+ * @param {Store} store
+ * @param {() => Draft} read
+ * @returns {() => string | null}
+ */
+function gridText(store, read) {
+  /** By the last estimate of a grid. @type {Pick<GridDocument, "half_width_deg" | "half_height_deg"> | null} */
+  let reach = null;
+  store.on(["estimate"], ({ estimate: { document } }) => {
+    const grid = document?.plan.points;
+    if (grid?.kind === "grid") reach = { half_width_deg: grid.half_width_deg, half_height_deg: grid.half_height_deg };
+  });
+  return () => {
+    const draft = read();
+    const { points } = planOf({ ...draft, source: "grid", field: draft.field === "overlap" ? "all" : draft.field }, null).plan;
+    if (points.kind !== "grid" || (points.half_width_deg === null && reach === null)) return null;
+    return asSetPoints(points.half_width_deg === null ? { ...points, ...reach } : points);
+  };
 }
 
 /** @param {Troubles} troubles */
