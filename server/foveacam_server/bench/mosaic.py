@@ -1,8 +1,10 @@
 """How good a mosaic is: a raster at full resolution on the simulated rig, judged by its truth.
 
 `seam_rms_px`: how far a thing with texture lies apart in two overlapping views, as the mosaic lays them, rms,
-fovea px; where it is in the raw frames is the simulation's. No place is left out for lying beside a jump of
-depth, for being hidden from a view, or for a blank part of something that has texture elsewhere.
+fovea px; where it is in the raw frames is the simulation's. Blank places are counted apart (with them:
+`seam_rms_px_with_blank`): the white margin of a chessboard looks the same wherever it lies. A place is blank
+where the noise-free picture of the 64 px about it, from the eye's reference point, spreads by less than
+`BLANK_SHARE` of its mean. Nothing is left out for lying beside a jump of depth or being hidden from a view.
 `mosaic_depth_rel_rms`: fused depth against the true surface, cells beside a jump of depth left out (with
 them: `..._with_edges`), each error carried to 10 m (it grows as Z, Sec. 4.1).
 `python -m foveacam_server.bench.mosaic` prints the figures; with `--folder`, the dataset and the mosaic stay.
@@ -53,13 +55,16 @@ REFERENCE_M = 10.0
 EDGE_SHARE, EDGE_CELLS = 0.01, 5
 """A cell about which true depth differs by more a cell, in a window so wide, lies beside a jump."""
 WRONG_SHARE = 0.02
+BLANK_PX, BLANK_SHARE = 64, 0.01
+"""One grey level of a hundred: what the sensor's noise makes of a single px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Judged:
-    """Distances of seams, px, (n,), and relative errors of depth carried to 10 m, (m,)."""
+    """Distances of seams, px, and which are of blank places, (n,); errors of depth carried to 10 m, (m,)."""
 
     seams_px: Floats
+    blank: NDArray[np.bool_]
     unadjusted_px: Floats
     one_depth_px: Floats
     depth_rel: Floats
@@ -152,8 +157,9 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
     """Compare a scan as it was laid out with what the simulation knows."""
     chart, depth = laid.chart, laid.depth
     eye_rig_m = calibration.reference_rig_m(eye)
-    true_z_m, textured = true_depth_m(truth, chart, eye_rig_m, _frame_ns(laid.views[0], eye))
-    seams = []
+    t_ns = _frame_ns(laid.views[0], eye)
+    true_z_m, textured = true_depth_m(truth, chart, eye_rig_m, t_ns)
+    seams, blank = [], []
     for place in places(laid.views, chart):
         here = place.row, place.column
         if textured[here]:
@@ -163,12 +169,14 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
             pair = [laid.views[k] for k in (place.first, place.second)]
             thing = eye_rig_m + float(true_z_m[here]) * ray
             seams.append(apart_px(pair, thing, truth, eye=eye, per_depth=float(depth.filled[here])))
+            blank.append(spread(truth, (u, v), chart.f_px, eye_rig_m, t_ns) < BLANK_SHARE)
     relative = depth.z_m / true_z_m - 1.0
     known = np.isfinite(relative)
     carried = relative * REFERENCE_M / true_z_m
     seams_px, unadjusted_px, one_depth_px = np.array(seams).T
     return Judged(
         seams_px=seams_px,
+        blank=np.array(blank, dtype=np.bool_),
         unadjusted_px=unadjusted_px,
         one_depth_px=one_depth_px,
         depth_rel=carried[known & ~beside_jumps(true_z_m)],
@@ -192,14 +200,16 @@ def apart_px(
 
 def figures_of(judged: Judged) -> dict[str, object]:
     """Return the figures of a mosaic."""
-    own = judged.depth_rel
+    own, shown = judged.depth_rel, ~judged.blank
     return {
-        "seam_rms_px": rms(judged.seams_px),
-        "seam_p95_px": float(np.quantile(judged.seams_px, 0.95)),
-        "seam_unadjusted_rms_px": rms(judged.unadjusted_px),
-        "seam_one_depth_rms_px": rms(judged.one_depth_px),
-        "seam_median_px": float(np.median(judged.seams_px)),
-        "seam_places": len(judged.seams_px),
+        "seam_rms_px": rms(judged.seams_px[shown]),
+        "seam_p95_px": float(np.quantile(judged.seams_px[shown], 0.95)),
+        "seam_median_px": float(np.median(judged.seams_px[shown])),
+        "seam_unadjusted_rms_px": rms(judged.unadjusted_px[shown]),
+        "seam_one_depth_rms_px": rms(judged.one_depth_px[shown]),
+        "seam_places": int(shown.sum()),
+        "seam_rms_px_with_blank": rms(judged.seams_px),
+        "seam_blank_places": int(judged.blank.sum()),
         "mosaic_depth_rel_rms": rms(own),
         "mosaic_depth_rel_median": float(np.median(own)),
         "mosaic_depth_wrong_share": float(np.mean(np.abs(own) > WRONG_SHARE)),
@@ -226,6 +236,17 @@ def true_depth_m(
     numbers = [int(number) for number in np.unique(drawn.ids) if truth.world.stage.textured(int(number))]
     textured = np.isin(drawn.ids, numbers)
     return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan), textured
+
+
+def spread(truth: Truth, place_px: tuple[float, float], f_px: float, eye_rig_m: Floats, t_ns: int) -> float:
+    """Return by how much brightness spreads about a place of an eye's plane, without noise, over its mean."""
+    u, v = place_px
+    middle = BLANK_PX / 2
+    k = np.array([[f_px, 0.0, middle - u], [0.0, f_px, middle - v], [0.0, 0.0, 1.0]])
+    window = Projection(M=k, C=eye_rig_m, width=BLANK_PX, height=BLANK_PX)
+    drawn = truth.world.stage.probe(window, truth.world.scene_s(t_ns))
+    grey = drawn.radiance.reshape(BLANK_PX, BLANK_PX, -1).mean(axis=2)
+    return float(grey.std() / max(float(grey.mean()), 1e-6))
 
 
 def beside_jumps(z_m: Floats) -> NDArray[np.bool_]:
