@@ -105,6 +105,13 @@ def test_a_ray_that_contradicts_the_others_is_left_out(scan: Dataset) -> None:
     assert found.points_m == pytest.approx(points, abs=2e-4)
 
 
+def test_two_rays_alone_make_no_reference(scan: Dataset) -> None:
+    rays, points, model = _rays(scan)
+    two = rays.only(rays.sight < 2)
+    assert len(two) == 2 * len(points)
+    assert np.isnan(adjusted(two, points, model, baseline_m=0.2).points_m).all()
+
+
 def test_the_expected_error_grows_with_the_square_of_the_distance() -> None:
     rng = np.random.default_rng(2)
     f_b = 0.2 * 28_760.0

@@ -152,7 +152,7 @@ def _normal(rays: Rays, found: Linear, weight: Floats, model: RailModel, *, samp
 def _sparse(
     values: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], shape: tuple[int, int]
 ) -> csr_array:
-    flat = values.reshape(len(rows), -1)
+    flat = values.reshape(len(rows), columns.shape[1])
     return csr_array((flat.ravel(), (np.repeat(rows, flat.shape[1]), columns.ravel())), shape=shape)
 
 

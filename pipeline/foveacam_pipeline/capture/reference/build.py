@@ -99,23 +99,7 @@ def build_reference(
 
 
 def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
-    scan = work.stops[work.judged].scan
-    mosaic = MosaicSettings(scan=scan, bracket=work.settings.bracket)
-    both = {anchor.point.index for anchor in anchors}
-    views = [
-        view
-        for view in views_of(work.dataset.scan(scan), work.calibration, mosaic)
-        if view.point.index in both
-    ]
-    samples: list[Sample] = []
-    for anchor in anchors:
-        samples += samples_of(anchor, views, work.calibration, work.settings)
-        work.steps.step("depth of the pairs")
-    if not samples:
-        raise InvalidInput(
-            f"{work.dataset.folder}: no pair of scan {scan} shows depth; is there "
-            "texture, and was the rig verged on it?"
-        )
+    samples = _samples(work, anchors)
     depth_m = 1.0 / float(np.median([sample.q for sample in samples]))
     model = RailModel.of(
         work.stops,
@@ -133,6 +117,25 @@ def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
     stands = model.stands(rough.unknowns)
     fine = _solved(work, samples, model, stands=stands, search=FINE, floor_px=FLOOR_PX)
     return _reference(work, samples, model, fine, points=len(anchors))
+
+
+def _samples(work: _Work, anchors: Sequence[Sight]) -> list[Sample]:
+    """Return what the short baseline shows of the judged scan; refuse where that is nothing."""
+    scan = work.stops[work.judged].scan
+    both = {anchor.point.index for anchor in anchors}
+    mosaic = MosaicSettings(scan=scan, bracket=work.settings.bracket)
+    every = views_of(work.dataset.scan(scan), work.calibration, mosaic)
+    views = [view for view in every if view.point.index in both]
+    samples: list[Sample] = []
+    for anchor in anchors:
+        samples += samples_of(anchor, views, work.calibration, work.settings)
+        work.steps.step("depth of the pairs")
+    if not samples:
+        raise InvalidInput(
+            f"{work.dataset.folder}: no pair of scan {scan} shows depth; is there texture, and was the rig "
+            "verged on it?"
+        )
+    return samples
 
 
 def _anchors(sights: Sequence[Sight], judged: int) -> list[Sight]:
