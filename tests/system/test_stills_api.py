@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.runtime.store import Document
 from foveacam_server.still_command.remote import pressed
 
-from .conftest import API, Running
+from .conftest import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -36,6 +37,13 @@ def picture(server: Running, still: Document, file: str) -> np.ndarray[Any, Any]
     found = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_UNCHANGED)
     assert found is not None
     return np.asarray(found)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server whose live views hardly render: stills are looked at here."""
+    with running(tmp_path_factory.mktemp("data"), live_hz=(0.1, 0.1)) as found:
+        yield found
 
 
 @pytest.fixture(scope="module")
