@@ -105,4 +105,7 @@ def test_recordings_stay_open_while_they_are_looked_at_and_the_oldest_is_closed(
     with opened.reading(paths[0]) as anew:
         assert anew is not first
         assert len(anew.frame("left", 0).image) == 24
+    opened.forget(paths[0])
+    with opened.reading(paths[0]) as again:
+        assert again is not anew
     opened.close()

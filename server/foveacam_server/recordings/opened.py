@@ -42,6 +42,13 @@ class OpenRecordings:
                     yield entry.recording
                     return
 
+    def forget(self, path: Path) -> None:
+        """Close a recording that goes away, so that its room is free; harmless when it is not open."""
+        with self._lock:
+            gone = [self._open.pop(key) for key in list(self._open) if key[0] == path]
+        for entry in gone:
+            entry.close()
+
     def close(self) -> None:
         """Close all."""
         with self._lock:

@@ -1,5 +1,6 @@
 """Films of recordings as jobs, beside all others."""
 
+import threading
 from typing import Protocol
 
 from foveacam_server.recordings.films import FilmWish, check_film, film_document, film_file, make_film
@@ -33,11 +34,12 @@ class Library(Protocol):
 
 
 class FilmService:
-    """Makes films, and finds those that were made."""
+    """Makes films, one at a time, and finds those that were made."""
 
     def __init__(self, library: Library, jobs: JobRunner) -> None:
         self._library = library
         self._jobs = jobs
+        self._encoding = threading.Lock()
         jobs.handle(KIND, self._work, beside=True)
 
     def start(self, recording_id: str, request: Document, *, idempotency_key: str | None = None) -> Job:
@@ -62,7 +64,9 @@ class FilmService:
             if done == total or done % TELL_EVERY == 1:
                 context.progress(done, total=total, note=f"a film of {kept.name}")
 
-        path = make_film(self._library.shelf, kept, _wish(request), progress=progress)
+        with self._encoding:  # an encoder takes all the cores that there are
+            context.check()
+            path = make_film(self._library.shelf, kept, _wish(request), progress=progress)
         return str(film_document(kept, path)["url"])
 
 

@@ -165,6 +165,7 @@ class RecordingService:
         if live is not None and live.id == recording_id:
             raise refusals.in_use(f"remove recording {live.name}", f"recording {live.name}")
         kept = self.shelf.get(recording_id)
+        self.opened.forget(kept.path)
         self.shelf.remove(kept)
         self._tell("recording.removed", f"recording {kept.name} is in the trash", recording_id)
 

@@ -23,6 +23,14 @@ const HELP = [
     ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
     ["Enter", "Look at the crosshair"],
   ]],
+  ["In a recording", [
+    ["K", "Play, pause"],
+    ["← and →, with Shift a second", "One frame back or on"],
+    ["Home, End", "To its begin, to its end"],
+    ["Comma, full stop", "Slower, faster"],
+    ["A", "Both foveae in red and cyan"],
+    ["D", "Depth of the moment shown"],
+  ]],
   ["Everywhere", [
     ["Space", "STOP: park the mirrors now"],
     ["Escape", "Cancel the fixation; close what is open"],
