@@ -90,7 +90,7 @@ function runningWords(capturing) {
 function endedWords(capturing) {
   const { tone, head, why, remedy } = endWords(capturing);
   return [
-    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), h("span", { text: head })),
+    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), h("span", { class: "name", text: head })),
     h("p", { class: "lead", text: why }),
     remedy && h("p", { class: "remedy", text: remedy }),
   ];
