@@ -89,7 +89,10 @@ class Problem:
             "detail": self.detail,
         }
         parts = {"instance": instance, "asked": self.asked, "found": self.found, "remedy": self.remedy}
-        return document | {name: value for name, value in parts.items() if value is not None}
+        document |= {name: value for name, value in parts.items() if value is not None}
+        return {
+            name: _sendable(value) if isinstance(value, str) else value for name, value in document.items()
+        }
 
     def response(self, *, instance: str | None = None) -> JSONResponse:
         """Return the problem as an answer."""
@@ -99,6 +102,11 @@ class Problem:
             media_type=MEDIA_TYPE,
             headers=self.headers or None,
         )
+
+
+def _sendable(text: str) -> str:
+    """Return text that UTF-8 can carry: a problem may quote half a character that somebody sent."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def problem_of(error: BaseException) -> Problem:

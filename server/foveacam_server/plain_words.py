@@ -13,6 +13,7 @@ _NEEDED = {
     "int_parsing": "a whole number",
     "int_from_float": "a whole number",
     "string_type": "text",
+    "string_unicode": "text of whole characters",
     "bool_type": "true or false",
     "bool_parsing": "true or false",
     "model_type": "an object",

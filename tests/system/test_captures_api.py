@@ -1,6 +1,8 @@
 """Captures by REST on the simulated rig: begun, watched, cancelled, gone on with, shown, removed, refused."""
 
 import io
+import json
+import shutil
 import threading
 import zipfile
 from collections.abc import Callable
@@ -228,6 +230,10 @@ def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> Non
         ({"name": "a\x00b", "plan": {}}, "cannot be seen"),
         ({"name": "x" * 300, "plan": {}}, "300 characters"),
         ({"name": "a\u202eb", "plan": {}}, "U+202E"),
+        ({"name": "a\u3164b", "plan": {}}, "U+3164"),
+        ({"name": "nul.txt", "plan": {}}, "Windows keeps that name"),
+        ({"name": "dot.", "plan": {}}, "ends with a dot"),
+        ({"name": "a", "label": "\udc00", "plan": {}}, "label"),
         ({"plan": {}}, "name"),
         ({"name": "a", "plan": {"points": {"kind": "grid", "columns": 0}}}, "columns"),
         ({"name": "a", "plan": {"points": {"kind": "set_points", "points": []}}}, "no point"),
@@ -247,10 +253,13 @@ def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> Non
 def test_what_cannot_be_captured_is_refused_in_words(
     server: Running, body: dict[str, Any], told: str
 ) -> None:
-    refused = server.post(URL, body)
+    refused = server.http.post(
+        API + URL, content=json.dumps(body), headers={"Content-Type": "application/json"}
+    )
 
     assert refused.status_code == 422, refused.text
     assert told in refused.json()["detail"]
+    assert server.get(URL, text="starting").json() == []
 
 
 def test_a_disk_that_is_too_small_is_refused_with_both_figures(
@@ -272,3 +281,42 @@ def test_there_is_no_capture_by_that_id(server: Running) -> None:
         assert server.get(f"{URL}/{path}").status_code == 404
     for action in ("resume", "pause", "continue", "restore", "check"):
         assert server.post(f"{URL}/cap-none/{action}").status_code == 404
+
+
+def test_a_name_in_two_ways_of_writing_its_accents_is_one_name(server: Running, kept: Document) -> None:
+    folder = folder_of(server, "été")
+    shutil.copytree(folder_of(server, "kept"), folder)
+    try:
+        refused = server.post(URL, {"name": "e\u0301te\u0301", "plan": plan()})
+        assert (refused.status_code, refused.json()["found"]) == (422, "there is one already")
+    finally:
+        shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "told"),
+    [
+        ("dataset.json", '"version": 1', '"version": 2', "use a newer version of this program"),
+        ("journal.jsonl", '"seq":', '"seq": ', "line 1 is damaged and others follow"),
+    ],
+)
+def test_a_capture_edited_by_hand_or_by_a_newer_program_is_shown_with_the_reason_and_left_alone(
+    server: Running, kept: Document, file: str, old: str, new: str, told: str
+) -> None:
+    folder = folder_of(server, "edited")
+    shutil.copytree(folder_of(server, "kept"), folder)
+    try:
+        text = (folder / file).read_text(encoding="utf-8").replace(old, new, 1)
+        (folder / file).write_text(text, encoding="utf-8")
+        found = next(found for found in server.get(URL).json() if found["name"] == "edited")
+        assert (found["state"], found["resumable"]) == ("damaged", False)
+        assert told in found["why"]
+        for answer in (
+            server.post(f"{URL}/{found['id']}/resume"),
+            server.get(f"{URL}/{found['id']}/sheet.png"),
+        ):
+            assert answer.status_code == 422, answer.text
+            assert told in answer.json()["detail"]
+        assert (folder / file).read_text(encoding="utf-8") == text
+    finally:
+        shutil.rmtree(folder)

@@ -23,7 +23,7 @@ def test_accents_are_composed_so_that_one_name_is_one_folder() -> None:
         "", " ", ".", "..", "../up", "a/b", "/etc", "a\\b", "C:", "a\0b", "x" * 300, "日" * 90, "a\nb",
         " lead", "trail ", "dot.", ".hidden", "-rf", "nul", "CON", "com1.txt", "LPT¹", "a\u202eb", "a\u200bb",
         "a\ufeff", "a\u00a0b", "a\u2028b", "a\uff0fb", "a\u2024.\u2024\uff0f", "\ud800", "a\ue000", "what?",
-        "a|b",
+        "a|b", "a\u3164b", "a\ufe0fb", "a\u034fb", "\uffa0", "a\u2800", "a\U000e0100",
     ],
 )  # fmt: skip
 def test_names_that_leave_the_folder_or_deceive_are_refused_in_plain_ascii(name: str) -> None:

@@ -23,7 +23,7 @@ from foveacam_pipeline.capture.run import CaptureRig, Report, prepare, run_captu
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import Wish
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
-from foveacam_server.capturing.begin import CaptureWish, begin, go_on
+from foveacam_server.capturing.begin import CaptureWish, begin, check_resumable, go_on
 from foveacam_server.capturing.documents import capture_document, estimate_document
 from foveacam_server.capturing.rig_facts import rig_facts
 from foveacam_server.capturing.shelf import CAPTURES, CaptureShelf
@@ -115,7 +115,7 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
     choice, console = RigChoice.of(wish), Console(stderr=True, quiet=wish.as_json)
     with opened_shop(choice) as shop:
         shelf = CaptureShelf(choice.settings.data / CAPTURES)
-        folder = shelf.named(order.name).folder if order.plan is None else shelf.new_folder(order.name)
+        folder = _folder(shelf, order)
         calibration = shop.calibration.require()
         with (
             opened_rig(choice, shop.settle_times, console=console) as rig,
@@ -133,6 +133,16 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
                 _show(shelf, folder, as_json=wish.as_json)
                 raise typer.Exit(_INTERRUPTED) from None
         _show(shelf, folder, as_json=wish.as_json)
+
+
+def _folder(shelf: CaptureShelf, order: CaptureOrder) -> Path:
+    """Return where the capture goes, or lies; refuse what cannot be before a device is opened."""
+    _codec(order.codec)
+    if order.plan is not None:
+        return shelf.new_folder(order.name)
+    kept = shelf.named(order.name)
+    check_resumable(kept)
+    return kept.folder
 
 
 def _take(

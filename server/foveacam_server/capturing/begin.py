@@ -4,6 +4,7 @@ import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header
 from foveacam_pipeline.capture.dataset.document import LICENCE, read_document
 from foveacam_pipeline.capture.dataset.journal import read_journal
@@ -18,7 +19,9 @@ from foveacam_pipeline.capture.run import (
     writer_settings,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.capturing.documents import capture_document
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
+from foveacam_server.capturing.shelf import Kept
 from foveacam_server.runtime.names import new_id
 
 
@@ -72,6 +75,20 @@ def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
     plan = plan_from(header.plan, what=f"plan of {folder.name}")
     fovea, wide = facts.sizes(header.calibration)
     return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
+
+
+def check_resumable(kept: Kept) -> None:
+    """Raise InvalidInput for a capture that is not partial."""
+    document = capture_document(kept)
+    if not document["resumable"]:
+        why = f" ({document['why']})" if document["why"] else ""
+        found = f"it is {document['state']}{why}"
+        raise InvalidInput(
+            f"capture {kept.name} cannot go on: {found}; only partial ones do, begin another one",
+            asked=f"capture {kept.name} to go on",
+            found=found,
+            remedy="begin another capture",
+        )
 
 
 def check_rest(folder: Path, facts: RigFacts) -> None:

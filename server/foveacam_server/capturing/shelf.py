@@ -2,6 +2,7 @@
 
 import shutil
 import threading
+import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -82,8 +83,9 @@ class CaptureShelf:
 
     def named(self, name: str) -> Kept:
         """Return one capture by its name or its id, or raise NotFound."""
+        wanted = unicodedata.normalize("NFC", name)
         for kept in self.every():
-            if name in (kept.name, kept.id):
+            if wanted in (kept.name, kept.id):
                 return kept
         raise NotFound(f"there is no {self._noun} {name!r} in {self.folder}", asked=name)
 

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, InvalidInput, Stopped
+from foveacam_hardware.contract import Busy, Cancelled, Clock, Stopped
 from foveacam_pipeline.capture.dataset import Codec
 from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.capturing.begin import CaptureWish, begin, check_rest, check_room, go_on
+from foveacam_server.capturing.begin import CaptureWish, begin, check_rest, check_resumable, check_room, go_on
 from foveacam_server.capturing.documents import URL, capture_document, report_document
 from foveacam_server.capturing.estimates import check_possible, estimated
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
@@ -83,13 +83,7 @@ class CaptureService:
         with self._lock:
             self._check_free("resume a capture")
             kept = self.shelf.get(capture_id)
-            if not capture_document(kept)["resumable"]:
-                raise InvalidInput(
-                    f"capture {kept.name} is {capture_document(kept)['state']}; only partial ones go on",
-                    asked=f"capture {kept.name} to go on",
-                    found=f"it is {capture_document(kept)['state']}",
-                    remedy="begin another capture",
-                )
+            check_resumable(kept)
             self._tools.hardware.check_may_move()
             check_rest(kept.folder, self._facts())
             job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)

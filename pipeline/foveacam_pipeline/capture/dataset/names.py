@@ -11,6 +11,10 @@ LONGEST_BYTES = 200
 """Bytes of a name in UTF-8: file systems allow 255, and temporary files add to it."""
 
 _FORBIDDEN = set('/\\:*?"<>|')
+_UNSEEN = re.compile(
+    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]"
+)
+"""Fillers, joiners and variation selectors: letters and marks by their category, and nothing to the eye."""
 _RESERVED = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
 
 
@@ -47,6 +51,7 @@ def _bad_character(name: str) -> str | None:
         category = unicodedata.category(character)
         if character in _FORBIDDEN or _FORBIDDEN & set(unicodedata.normalize("NFKC", character)):
             return f"it contains {character!r}, which separates folders or means something to a shell"
-        if category[0] == "C" or (category[0] == "Z" and character != " "):
+        unseen = category[0] == "C" or (category[0] == "Z" and character != " ")
+        if unseen or _UNSEEN.fullmatch(character):
             return f"it contains U+{ord(character):04X}, which cannot be seen"
     return None
