@@ -25,6 +25,7 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
     if (taken) kept = wanted;
     else if (document.activeElement !== input) input.value = kept;
     say(told, taken ? "Saved" : "Not saved");
+    if (taken && document.activeElement !== input) void keep(); // it was changed further and left meanwhile
   };
   input.addEventListener("change", () => void keep());
   input.addEventListener("input", () => say(told, ""));
