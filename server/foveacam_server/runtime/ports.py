@@ -6,18 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import (
-    Camera,
-    Clock,
-    Frame,
-    Head,
-    MarkerPrint,
-    Mirrors,
-    PanTilt,
-    Rail,
-    RailPlace,
-    Station,
-)
+from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Station
+from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -36,28 +26,13 @@ class RigProblem(Protocol):
         ...
 
 
-class Rig(Protocol):
-    """An assembled rig; one thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`.
+class Rig(CaptureRig, Protocol):
+    """An assembled rig, with more than a capture needs of it.
 
-    `settle_us`: how long a look waits between its move and its exposure, unless it is told otherwise.
+    One thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: how long a look waits between its move and its exposure, unless it is told otherwise.
     """
 
     settle_us: int
-
-    @property
-    def rig_id(self) -> str:
-        """What a calibration must name to fit."""
-        ...
-
-    @property
-    def name(self) -> str:
-        """Name for people."""
-        ...
-
-    @property
-    def simulated(self) -> bool:
-        """Whether the world is simulated."""
-        ...
 
     @property
     def replayed(self) -> bool:
@@ -65,43 +40,8 @@ class Rig(Protocol):
         ...
 
     @property
-    def scene(self) -> str | None:
-        """Name of the simulated scene."""
-        ...
-
-    @property
     def clock(self) -> Clock:
         """Clock of every time stamp."""
-        ...
-
-    @property
-    def wide(self) -> Camera:
-        """The fixed camera."""
-        ...
-
-    @property
-    def left(self) -> Camera:
-        """The left fovea's camera."""
-        ...
-
-    @property
-    def right(self) -> Camera:
-        """The right fovea's camera."""
-        ...
-
-    @property
-    def mirrors(self) -> Mirrors:
-        """Both mirrors' controller."""
-        ...
-
-    @property
-    def head(self) -> Head:
-        """Look and see."""
-        ...
-
-    @property
-    def pan_tilt(self) -> PanTilt | None:
-        """What turns the rig; None when it stands on a fixed base."""
         ...
 
     @property
@@ -115,18 +55,8 @@ class Rig(Protocol):
         ...
 
     @property
-    def rail(self) -> Rail | None:
-        """What moves the rig sideways; None when it stands still."""
-        ...
-
-    @property
     def rail_places(self) -> Sequence[RailPlace]:
         """Places on the rail that have names."""
-        ...
-
-    @property
-    def baseline_m(self) -> float:
-        """Nominal distance between the mirrors, metres."""
         ...
 
     @property
