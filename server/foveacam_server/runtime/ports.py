@@ -29,7 +29,8 @@ class RigProblem(Protocol):
 class Rig(CaptureRig, Protocol):
     """An assembled rig, with more than a capture needs of it.
 
-    One thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: how long a look waits between its move and its exposure, unless it is told otherwise.
+    One thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: how long a look
+    waits between its move and its exposure, unless it is told otherwise.
     """
 
     settle_us: int
