@@ -211,7 +211,7 @@ def test_what_cannot_be_recorded_is_refused_in_words(
     server: Running, body: dict[str, Any], told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Usage:
-        free = 10_000_000_000
+        free = 10_000_000
 
     monkeypatch.setattr("foveacam_server.runtime.recordings.shutil.disk_usage", lambda _: Usage)
     refused = server.post(URL, body)
