@@ -22,7 +22,7 @@ export function stillCard(still, orders) {
   const removed = state === "removed";
   const words = h("div", { class: "words" },
     label !== "" && h("p", { class: "label", text: label }),
-    trouble === "" && h("p", { class: "still-facts" }, h("span", { text: stillWords(still) }), " ", h("span", { class: "number", text: sizeWords(size_bytes) })),
+    trouble === "" && h("p", { class: "still-facts" }, h("span", { text: `${stillWords(still)} · ` }), h("span", { class: "number", text: sizeWords(size_bytes) })),
     [trouble, ...missingWords(still)].filter((text) => text !== "").map((text) => h("p", { class: "reason", text: sentence(text) })),
     created_utc !== null && h("p", { class: "when" }, h("time", { datetime: created_utc, text: whenWords(created_utc) })));
   return h("li", { class: "card", data: { state: trouble === "" ? state : "damaged", still: id } },
