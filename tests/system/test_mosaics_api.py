@@ -194,7 +194,7 @@ def test_what_no_mosaic_can_be_made_of_is_refused_in_words(
     server: Running,
     name: str,
     aims_rad: list[tuple[float, float]],
-    calibrated: bool,  # noqa: FBT001 - a column of the table
+    calibrated: bool,
     status: int,
     words: str,
 ) -> None:

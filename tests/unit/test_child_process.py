@@ -1,6 +1,5 @@
 """A process beside the server: what it tells, its errors, its end on request."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -30,6 +29,9 @@ def modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
 
+def ignore(_message: Document) -> None: ...
+
+
 def test_each_line_is_handed_on() -> None:
     told: list[Document] = []
     run_child("child_that_talks", [], told=told.append, cancelled=lambda: False)
@@ -38,13 +40,13 @@ def test_each_line_is_handed_on() -> None:
 
 def test_its_error_is_raised_here_in_its_own_words() -> None:
     with pytest.raises(InvalidInput, match="no frame") as refused:
-        run_child("child_that_refuses", [], told=json.dumps, cancelled=lambda: False)
+        run_child("child_that_refuses", [], told=ignore, cancelled=lambda: False)
     assert (refused.value.asked, refused.value.found, refused.value.remedy) == ("a", "b", "c")
 
 
 def test_an_end_that_nobody_foresaw_is_an_error() -> None:
     with pytest.raises(RuntimeError, match="status 3"):
-        run_child("child_that_breaks", [], told=json.dumps, cancelled=lambda: False)
+        run_child("child_that_breaks", [], told=ignore, cancelled=lambda: False)
 
 
 def test_it_is_ended_when_its_work_is_no_longer_wanted() -> None:

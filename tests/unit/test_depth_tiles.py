@@ -3,6 +3,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.depth_tiles import (
     STEP_M,
@@ -15,10 +16,12 @@ from foveacam_pipeline.capture.mosaic.depth_tiles import (
 NAN = np.nan
 
 
-def metres(path: Path) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def metres(path: Path) -> NDArray[np.float64]:
     """Return the depth that a tile's colours say; 0 unknown."""
-    blue, green, red = np.moveaxis(cv2.imread(str(path), cv2.IMREAD_COLOR).astype(np.int64), 2, 0)
-    return (red * 65536 + green * 256 + blue) * STEP_M
+    picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    assert picture is not None
+    blue, green, red = np.moveaxis(picture.astype(np.int64), 2, 0)
+    return np.asarray((red * 65536 + green * 256 + blue) * STEP_M, dtype=np.float64)
 
 
 def test_depth_is_read_back_from_the_colours_of_its_tiles(tmp_path: Path) -> None:

@@ -179,4 +179,8 @@ def _sent(path: Path, services: Services, capture_id: str, *, made: str | None, 
     headers = {"ETag": tag, "Cache-Control": _FOR_GOOD if made == version else _ASK_AGAIN}
     if kept is not None and tag in kept:
         return Response(status_code=304, headers=headers)
-    return FileResponse(path, media_type=_MEDIA[path.suffix[1:]], headers=headers)
+    try:
+        content = path.read_bytes()  # whole: it may be removed at any moment
+    except FileNotFoundError:
+        raise NotFound(f"{path.name} went with its mosaic", asked=path.name) from None
+    return Response(content, media_type=_MEDIA[path.suffix[1:]], headers=headers)

@@ -49,6 +49,7 @@ def mosaic(
     """Lay all foveae of a scan side by side: Deep Zoom picture, depth, cloud and mesh. Ctrl-C may end it."""
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
+    from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_web.glb import write_glb
 
     if eye not in (Role.LEFT.value, Role.RIGHT.value):
@@ -62,6 +63,7 @@ def mosaic(
             made = build_mosaic(
                 opened, output, settings, watch=watch, mesh_file=lambda mesh: write_glb(mesh, y_up=True)
             )
+            write_depth_tiles(output, made.laid.depth.z_m)
         except (KeyboardInterrupt, Cancelled):
             typer.echo(f"ended; the same command goes on with {output}", err=True)
             raise typer.Exit(_CANCELLED) from None

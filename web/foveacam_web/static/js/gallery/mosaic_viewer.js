@@ -29,6 +29,7 @@ export class MosaicViewer {
   /** @type {MosaicMix} */
   #mix = { shown: "picture", share: 0.6 };
   #drawing = 0;
+  #drawn = false;
   #asked = 0;
   /** @type {Point | null} */
   #at = null;
@@ -61,7 +62,7 @@ export class MosaicViewer {
 
   /** Whether all tiles that are seen have come. */
   get settled() {
-    return this.#drawing === 0 && this.#picture.settled && (this.#mix.shown === "picture" || this.#depth.settled);
+    return this.#drawn && this.#drawing === 0 && this.#picture.settled && (this.#mix.shown === "picture" || this.#depth.settled);
   }
 
   /** @param {MosaicMix} mix */
@@ -132,6 +133,7 @@ export class MosaicViewer {
     context.globalAlpha = shown === "both" ? share : 1;
     context.imageSmoothingEnabled = scale * this.#made.cell_px < 1;
     if (shown !== "picture") this.#depth.draw(seen, scale, draw);
+    this.#drawn = true;
     this.moved(this.#viewport.scale);
     if (this.#at) void this.#read(this.#at);
   }
