@@ -35,8 +35,8 @@ export function mountBadges(place, { store, openLease }) {
   const state = h("span", { class: "badge", role: "status" });
   const calibration = h("a", { class: "badge plain link", href: addressOf("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
-  const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS, hidden: true });
-  fill(place, rig, simulated, state, capture, calibration, lease);
+  const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
+  fill(place, rig, simulated, state, calibration, lease);
   store.on(["rig", "stream", "stop"], (now) => {
     say(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
@@ -45,7 +45,11 @@ export function mountBadges(place, { store, openLease }) {
     showState(state, now);
   });
   store.on(["rig", "health", "work"], (now) => showCalibration(calibration, now));
-  store.on(["capturing"], (now) => showCapture(capture, now));
+  store.on(["capturing"], (now) => {
+    if (!isCapturing(now.capturing)) capture.remove();
+    else if (!capture.isConnected) state.after(capture);
+    showCapture(capture, now);
+  });
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
@@ -79,7 +83,6 @@ function showCalibration(badge, now) {
  * @param {ConsoleState} now
  */
 function showCapture(badge, { capturing }) {
-  badge.hidden = !isCapturing(capturing);
   if (!capturing) return;
   const share = shareOf(capturing);
   const waits = capturing.state === "paused" ? "Capture paused" : "Capturing";
