@@ -11,17 +11,19 @@ import { galleryAddress } from "./route.js";
 /**
  * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
  * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {Pick<DatasetDocument, "id" | "name" | "state" | "resumable" | "url"> & {begun: boolean}} Deed what the buttons go by
  */
 
 /** @param {DatasetOrders} orders */
 export function makeHead(orders) {
   const [name, actions, far] = [h("div", { class: "name" }), h("div", { class: "actions" }), h("div", { class: "far" })];
   const showName = changing(name, nameOf);
-  const showActions = changing(actions, (/** @type {DatasetDocument} */ dataset) => actionsOf(dataset, orders));
+  const showActions = changing(actions, (/** @type {Deed} */ dataset) => actionsOf(dataset, orders));
   const showFar = changing(far, farOf);
   return { element: h("header", { class: "dataset-head" }, name, actions, far), show: (/** @type {DatasetDocument} */ dataset) => {
     showName({ name: dataset.name, word: stateWords(dataset) });
-    showActions({ ...dataset, why: "", progress: null });
+    const { id, name: named, state, resumable, url, points } = dataset; // alone: no click is lost when something else changes
+    showActions({ id, name: named, state, resumable, url, begun: points.taken > 0 });
     showFar(dataset);
   } };
 }
@@ -33,7 +35,7 @@ function nameOf({ name, word }) {
 }
 
 /**
- * @param {DatasetDocument} dataset
+ * @param {Deed} dataset
  * @param {DatasetOrders} orders
  */
 function actionsOf(dataset, orders) {
@@ -48,7 +50,7 @@ function actionsOf(dataset, orders) {
   return [
     live && h("a", { class: "plain primary", href: "#/capture" }, "Watch it"),
     dataset.resumable && h("button", { type: "button", class: "plain primary", data: { keep: "resume" }, title: "Take what is missing, from the exact next point", on: { click: () => void resume() } }, icon("again"), "Resume"),
-    ...(readable && dataset.points.taken > 0 ? DATASET_PARTS.map(({ name, title }) => h("a", { class: "plain", href: galleryAddress("datasets", dataset.id, name), text: title })) : []),
+    ...(readable && dataset.begun ? DATASET_PARTS.map(({ name, title }) => h("a", { class: "plain", href: galleryAddress("datasets", dataset.id, name), text: title })) : []),
     readable && h("a", { class: "plain", href: `${dataset.url}/download.zip`, download: `${dataset.name}.zip` }, icon("down"), "Download ZIP"),
     h("button", { type: "button", class: "plain", data: { keep: "remove" }, disabled: live, title: live ? "Not while it runs" : "It can be restored until the trash is emptied", on: { click: () => void remove() } }, icon("trash"), "Put in the trash"),
   ];

@@ -28,7 +28,7 @@ export function stateWords({ state }) {
   return STATES[state] ?? { text: state, tone: "plain" };
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {Pick<DatasetDocument, "state">} dataset */
 export function isLive({ state }) {
   return state === "starting" || state === "running" || state === "paused";
 }

@@ -77,32 +77,29 @@ function makeSearch(search, signal) {
  * @param {(open: boolean) => void} turn
  */
 function makeTrash(orders, turn) {
-  let asked = false;
-  /** @type {{open: boolean, held: number}} */
-  let now = { open: false, held: 0 };
-  const ask = (/** @type {boolean} */ sure) => {
-    asked = sure;
-    update();
+  let now = { open: false, held: 0, asked: false };
+  const ask = (/** @type {boolean} */ asked) => show({ ...now, asked });
+  const button = (/** @type {string} */ name, /** @type {() => void} */ act, /** @type {string} */ more = "") =>
+    h("button", { type: "button", class: `plain ${more}`, on: { click: act } }, name);
+  const [question, face, words] = [h("span", { class: "why", role: "alert" }), h("span", { class: "face" }), h("span", {})];
+  const empty = button("Empty the trash", () => ask(true));
+  const sure = button("Delete for good", () => { ask(false); void orders.emptyTrash(); }, "danger");
+  const keep = button("Keep", () => ask(false));
+  const door = h("button", { type: "button", class: "plain", on: { click: () => turn(!now.open) } }, face, words);
+  // These stay the same elements, so that no click is lost when the number changes under it.
+  const show = (/** @type {typeof now} */ next) => {
+    now = { ...next, asked: next.asked && next.open && next.held > 0 };
+    const { open, held, asked } = now;
+    say(question, asked ? `Delete ${held === 1 ? "this dataset" : `these ${count(held)} datasets`} for good?` : "");
+    empty.hidden = asked || !open || held === 0;
+    for (const each of [sure, keep]) each.hidden = !asked;
+    if (face.dataset["open"] !== String(open)) fill(face, icon(open ? "back" : "trash"));
+    face.dataset["open"] = String(open);
+    say(words, open ? "Back to the datasets" : held > 0 ? `Trash (${count(held)})` : "Trash");
+    door.setAttribute("aria-pressed", String(open));
   };
-  const place = h("div", { class: "actions trash" });
-  const open = (/** @type {boolean} */ wanted) => {
-    asked = false;
-    turn(wanted);
-  };
-  const show = changing(place, (/** @type {{open: boolean, held: number, asked: boolean}} */ shown) => [
-    shown.open && shown.held > 0 && (shown.asked
-      ? [h("span", { class: "why", role: "alert", text: `Delete ${shown.held === 1 ? "this dataset" : `these ${count(shown.held)} datasets`} for good?` }),
-        h("button", { type: "button", class: "plain danger", data: { keep: "empty" }, on: { click: () => { ask(false); void orders.emptyTrash(); } } }, "Delete for good"),
-        h("button", { type: "button", class: "plain", data: { keep: "keep" }, on: { click: () => ask(false) } }, "Keep")]
-      : h("button", { type: "button", class: "plain", data: { keep: "empty" }, on: { click: () => ask(true) } }, "Empty the trash")),
-    h("button", { type: "button", class: "plain", "aria-pressed": String(shown.open), data: { keep: "trash" }, on: { click: () => open(!shown.open) } },
-      icon(shown.open ? "back" : "trash"), shown.open ? "Back to the datasets" : shown.held > 0 ? `Trash (${count(shown.held)})` : "Trash"),
-  ].flat());
-  const update = () => show({ ...now, asked });
-  return { element: place, show: (/** @type {boolean} */ is_open, /** @type {number} */ held) => {
-    now = { open: is_open, held };
-    update();
-  } };
+  const element = h("div", { class: "actions trash" }, question, empty, sure, keep, door);
+  return { element, show: (/** @type {boolean} */ open, /** @type {number} */ held) => show({ open, held, asked: now.asked }) };
 }
 
 /**
