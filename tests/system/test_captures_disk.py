@@ -103,9 +103,10 @@ def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
 
 
 def gone_on_with(server: Running, capture_id: str) -> None:
-    answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
-    assert answer.status_code == 200, answer.text
-    found = answer.json()
+    answer = server.post(f"{URL}/{capture_id}/resume")
+    assert answer.status_code == 202, answer.text
+    assert ended(server, answer.json())["state"] == "succeeded"
+    found = server.get(f"{URL}/{capture_id}").json()
     assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", 6, "")
     assert check(folder_of(server, found["name"])) == []
 
