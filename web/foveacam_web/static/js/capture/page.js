@@ -34,7 +34,7 @@ const ROLES = ["wide", "left", "right"];
  */
 export function mountCapturePage(place, { store, views, capture_orders: orders, capture_reader: reader }) {
   const bench = makeBench({ store, orders });
-  const [runs, figures, partials] = [h("div", { class: "jobbar" }), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
+  const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
   mountRuns(runs, { store, orders, reader });
   mountFigures(figures, store);

@@ -22,7 +22,7 @@ import { endWords, farWords, stateWords } from "./words.js";
  */
 export function mountRuns(place, { store, orders, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
-  const shown = h("div", { class: "job", role: "group", "aria-label": "The capture" });
+  const shown = h("div", { class: "run-now", role: "group", "aria-label": "The capture" });
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
   const button = (/** @type {string} */ text, /** @type {() => unknown} */ act, kind = "plain") => h("button", { type: "button", class: kind, on: { click: () => void act() } }, text);
@@ -39,7 +39,7 @@ export function mountRuns(place, { store, orders, reader }) {
     fill(words, ...(capturing.end ? endedWords({ ...capturing, end: capturing.end }) : runningWords(capturing)));
     fill(progress, !capturing.end && bar(`Capture ${capturing.name}`, { share: shareOf(capturing), text: farWords(capturing) }));
     progress.hidden = capturing.end !== null;
-    shown.className = `job ${capturing.end ? endWords({ ...capturing, end: capturing.end }).tone : capturing.why ? "warn" : "running"}`;
+    shown.className = `run-now ${capturing.end ? endWords({ ...capturing, end: capturing.end }).tone : capturing.why ? "warn" : "running"}`;
     showButtons(parts, capturing);
     say(said, announcement(capturing));
   });
