@@ -4,7 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-WORKERS ?= 2
+# One more than the smallest machine has cores: a third of the time tests wait for browsers and devices.
+WORKERS ?= 3
 PORT ?= 8000
 NAME ?= render
 

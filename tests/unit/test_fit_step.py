@@ -1,6 +1,5 @@
 """The fit as a step of a session: what it keeps, what it tells, and what it refuses."""
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -145,14 +144,13 @@ def test_cancelled_fit_leaves_nothing_behind(
 
 
 def test_fit_is_asked_often_whether_it_shall_go_on(session: CalibrationSession) -> None:
-    asked_s: list[float] = []
+    asked: list[tuple[int, int]] = []
 
     class Asked(Heard):
         def cancelled(self) -> bool:
-            asked_s.append(time.thread_time())
+            asked.append(self.last)
             return False
 
     fit_session(session, FitOptions(compare=False), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Asked())
-    gaps_s = np.diff(asked_s)  # of its thread's own time: nothing that runs beside it counts
-    assert len(gaps_s) >= 10
-    assert float(gaps_s.max()) < float(gaps_s.sum()) / 3.0
+    assert len(asked) >= 10
+    assert len(set(asked)) >= len(asked) // 2  # between pieces of work, not again and again at one place

@@ -14,6 +14,8 @@ from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
+_TURN = threading.Lock()
+"""Two links may lead to one far end (a port that is opened again): each gets the answers to what it wrote."""
 LONGEST_READ_S = 0.005
 """A reader is let go this often, so that a session closes at once."""
 
@@ -48,7 +50,7 @@ class LoopbackLink:
 
     def write(self, data: bytes) -> None:
         """Hand `data` to the far end, and let it finish."""
-        with self._arrived:
+        with self._arrived, _TURN:
             self._check()
             self._far_end.feed(data)
             while self._far_end.busy and (due_ns := self._far_end.next_event_ns()) is not None:
