@@ -4,8 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-# One more than the smallest machine has cores: a third of the time tests wait for browsers and devices.
-WORKERS ?= 3
+WORKERS ?= 2
 PORT ?= 8000
 NAME ?= render
 
