@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
+# Each with one thread for its algebra: on two cores more of them only wait for each other.
 WORKERS ?= 2
 PORT ?= 8000
 NAME ?= render
@@ -33,7 +34,7 @@ test: $(DEV)
 	@sh tests/system/install-chromium.sh
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
-	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 lint: $(DEV)
 	$(BIN)/ruff check .

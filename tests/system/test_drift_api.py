@@ -12,21 +12,6 @@ from .conftest import Running
 pytestmark = pytest.mark.timeout(300)
 
 
-def test_rig_that_has_not_drifted_is_left_alone_and_told_so(server: Running) -> None:
-    before = server.get("/calibrations/current").json()["id"]
-    answer = server.post("/drift_checks", {"apply": True}, Prefer="wait=60")
-    assert answer.status_code == 200, answer.text
-    check = answer.json()
-    assert check["calibration_id"] == before
-    assert check["looks"] > 0
-    assert [eye["eye"] for eye in check["eyes"]] == ["left", "right"]
-    assert check["applied"] == (check["new_calibration_id"] is not None)
-    assert server.get(f"/drift_checks/{check['id']}").json() == check
-    assert server.get("/drift_checks").json()[0] == check
-    assert server.get("/calibrations/current").json()["id"] == (check["new_calibration_id"] or before)
-    assert server.get("/views/calibration_wide/snapshot.jpg").status_code == 200
-
-
 def test_drift_check_is_refused_while_the_stop_is_engaged(server: Running) -> None:
     server.post("/stop")
     try:
@@ -66,10 +51,6 @@ def test_another_calibration_begins_without_a_verdict(server: Running) -> None:
         server.post(f"/calibrations/{current}/activate")
 
 
-def test_drift_that_was_seen_is_drawn_over_time(server: Running) -> None:
-    assert server.get("/drift_checks/trend.png").content.startswith(b"\x89PNG")
-
-
 def test_knock_is_corrected_once_and_then_no_more(server: Running) -> None:
     before = server.get("/calibrations/current").json()
     turn_rad = (math.radians(0.1), math.radians(-0.15), 0.0)
@@ -82,9 +63,21 @@ def test_knock_is_corrected_once_and_then_no_more(server: Running) -> None:
         current = server.get("/calibrations/current").json()
         assert current["id"] == found["new_calibration_id"]
         assert (current["origin"], current["parent_id"]) == ("corrected", before["id"])
-        again = server.post("/drift_checks", {"apply": True}, Prefer="wait=60").json()
+        answer = server.post("/drift_checks", {"apply": True}, Prefer="wait=60")
+        assert answer.status_code == 200, answer.text
+        again = answer.json()
         assert again["calibration_id"] == current["id"]
+        assert again["looks"] > 0
+        assert [eye["eye"] for eye in again["eyes"]] == ["left", "right"]
+        assert again["applied"] == (again["new_calibration_id"] is not None)
+        assert server.get(f"/drift_checks/{again['id']}").json() == again
+        assert server.get("/drift_checks").json()[0] == again
+        assert server.get("/views/calibration_wide/snapshot.jpg").status_code == 200
         assert again["eyes"][0]["shift_x_deg"] == pytest.approx(0.0, abs=0.02)
     finally:
         server.truth.world.faults.drift_step_rad = {}
         server.post(f"/calibrations/{before['id']}/activate")
+
+
+def test_drift_that_was_seen_is_drawn_over_time(server: Running) -> None:
+    assert server.get("/drift_checks/trend.png").content.startswith(b"\x89PNG")
