@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import signal
 from scipy.linalg import expm
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.low_pass import DriveHistory, Mode
+from foveacam_hardware.sim.low_pass import DriveHistory, Mode, bessel_polynomial
 from foveacam_hardware.sim.mirror import FULL_SCALE_CODE, FULL_SCALE_V, MirrorPair, built_law
 from foveacam_hardware.sim.optics import FoldedEye, built_assembly, gaze
 from foveacam_hardware.sim.presets import PAPER, PRESETS, RIG120, Preset, find_preset
@@ -39,6 +40,12 @@ def pair_at_rest() -> MirrorPair:
     pair = MirrorPair(mode=RIG120.mode, cutoff_hz=120, t_ns=0, seed=0)
     pair.rail(0, on=True)
     return pair
+
+
+@pytest.mark.parametrize("order", [1, 2, 5, 8])
+def test_filter_is_the_bessel_filter_of_a_library(order: int) -> None:
+    _, denominator = signal.bessel(order, 1.0, analog=True, output="ba", norm="mag")
+    assert bessel_polynomial(order) == pytest.approx(denominator[::-1], rel=1e-12)
 
 
 @pytest.mark.parametrize(

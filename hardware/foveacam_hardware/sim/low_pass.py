@@ -7,11 +7,12 @@ Volts in, volts out; the law from volts to tilt is in `mirror`.
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cache
+from math import factorial
 from typing import TypeAlias
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy import signal
 
 States: TypeAlias = NDArray[np.float64]
 """(7, k) float64: five states of the filter and two of the mode, for k axes."""
@@ -43,23 +44,43 @@ class _System:
         return np.asarray((self.vectors @ (np.exp(self.rates * dt_s)[:, None] * modal)).real)
 
 
+def bessel_polynomial(order: int) -> NDArray[np.float64]:
+    """Return the denominator of a Bessel low-pass with -3 dB at 1 rad/s, (order + 1,), the constant first.
+
+    The reverse Bessel polynomial (Thomson 1949), its frequency scaled. Written out because scipy.signal takes
+    two seconds to load, and every start of a server would wait for it.
+    """
+    powers = np.arange(order + 1)
+    delay = np.array(
+        [factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order + 1)]
+    )
+    delay *= 2.0 ** (powers - order)
+    at_iw = delay * (-1.0) ** (powers // 2)  # on the imaginary axis even powers are real, odd ones imaginary
+    real, imaginary = Polynomial(at_iw * (powers % 2 == 0)), Polynomial(at_iw * (powers % 2))
+    half_power = real**2 + imaginary**2 - 2.0 * delay[0] ** 2
+    roots = half_power.roots()
+    edge = roots[(abs(roots.imag) < 1e-9) & (roots.real > 0.0)].real.min()
+    return np.asarray(delay * edge ** (powers - order), dtype=np.float64)
+
+
 @cache
 def _system(cutoff_hz: int, mode: Mode) -> _System:
-    numerator, denominator = signal.bessel(FILTER_ORDER, 1.0, analog=True, output="ba", norm="mag")
-    a_filter, b_filter, c_filter, _ = signal.tf2ss(numerator, denominator)
+    denominator = bessel_polynomial(FILTER_ORDER)
     # Scaling A and b together keeps the states at rest independent of the cut-off: a change of filter clock
     # in mid-flight leaves what the capacitors hold.
     scale = 2.0 * np.pi * cutoff_hz
     omega = 2.0 * np.pi * mode.frequency_hz
     n = FILTER_ORDER
     a = np.zeros((n + 2, n + 2))
-    a[:n, :n] = scale * a_filter
+    a[:n, :n] = scale * (
+        np.eye(n, k=-1) - np.outer(np.eye(n)[0], denominator[-2::-1])
+    )  # controller canonical form
     a[n, n + 1] = omega
-    a[n + 1, :n] = omega * c_filter[0]
+    a[n + 1, n - 1] = omega * denominator[0]
     a[n + 1, n] = -omega
     a[n + 1, n + 1] = -omega / mode.quality
     b = np.zeros(n + 2)
-    b[:n] = scale * b_filter[:, 0]
+    b[0] = scale
     rates, vectors = np.linalg.eig(a)
     return _System(
         rates=np.asarray(rates, dtype=np.complex128),

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
-from .conftest import Console, OpenConsole
+from .browsing import Console, OpenConsole
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]

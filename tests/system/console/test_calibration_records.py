@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
+from .browsing import TOUCH, Console, OpenConsole
 from .calibration_results import drift_check
-from .conftest import TOUCH, Console, OpenConsole
 from .stand_in import StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from .conftest import Console, OpenConsole, Server, servers
+from .browsing import Console, OpenConsole
+from .own_server import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

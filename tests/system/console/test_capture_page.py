@@ -13,7 +13,7 @@ from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_server.runtime.capture_watch import CaptureWatch
 
 from . import capture_documents as documents
-from .conftest import TOUCH, Console, OpenConsole, posted
+from .browsing import TOUCH, Console, OpenConsole, posted
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]

@@ -5,7 +5,8 @@ import time
 import pytest
 from playwright.sync_api import Browser, Page
 
-from .conftest import DESKTOP, OpenConsole, Server, StartServer, contexts, free_port, watched
+from .browsing import DESKTOP, OpenConsole, contexts, watched
+from .own_server import Server, StartServer, free_port
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

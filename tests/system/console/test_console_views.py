@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from .conftest import TOUCH, Console, OpenConsole, Server, is_fixation, posted
+from .browsing import TOUCH, Console, OpenConsole, is_fixation, posted
+from .own_server import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -6,18 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Playwright, expect
 
-from .conftest import (
-    ARGUMENTS,
-    CHROMIUM,
-    PHONE,
-    TOUCH,
-    Console,
-    OpenConsole,
-    Server,
-    StartServer,
-    contexts,
-    watched,
-)
+from .browsing import ARGUMENTS, CHROMIUM, PHONE, TOUCH, Console, OpenConsole, contexts, watched
+from .own_server import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -13,7 +13,8 @@ from tests.unit.mosaic_scenes import scan
 
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 
-from .conftest import TOUCH, Console, OpenConsole, Server, servers
+from .browsing import TOUCH, Console, OpenConsole
+from .own_server import Server, servers
 from .stand_in import Json, StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]

@@ -9,7 +9,8 @@ from playwright.sync_api import Page, expect
 from tests.unit.dataset_scenes import written
 from tests.unit.mosaic_scenes import Z_M, scan
 
-from .conftest import TOUCH, OpenConsole, Server, servers
+from .browsing import TOUCH, OpenConsole
+from .own_server import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -8,7 +8,8 @@ import pytest
 from playwright.sync_api import Locator, expect
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
 
-from .conftest import TOUCH, Console, OpenConsole, Server, servers
+from .browsing import TOUCH, Console, OpenConsole
+from .own_server import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
-from .conftest import TOUCH, Console, OpenConsole
+from .browsing import TOUCH, Console, OpenConsole
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
-from .conftest import OpenConsole
+from .browsing import OpenConsole
 from .stand_in import StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]

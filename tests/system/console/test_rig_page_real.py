@@ -9,7 +9,7 @@ from tests.system.conftest import API, Running, running
 
 from foveacam_hardware.contract import AutoMode, Role
 
-from .conftest import Console, OpenConsole
+from .browsing import Console, OpenConsole
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

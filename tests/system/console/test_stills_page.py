@@ -11,9 +11,9 @@ from tests.system.conftest import Running, running
 from foveacam_pipeline.capture.dataset import Dataset, check
 
 from . import calibration_documents as documents
+from .browsing import TOUCH, OpenConsole
 from .calibration_results import UTC
 from .capture_documents import estimate
-from .conftest import TOUCH, OpenConsole
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]

@@ -1,0 +1,181 @@
+"""The console in a browser, as a person finds it: what is on the page, and clicks on the wide view."""
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, expect
+
+from .own_server import PATIENCE_S, Server
+
+CHROMIUM = Path("/usr/bin/chromium")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
+_POLL_MS = 30
+WIDE_WIDTH_PX = 1440
+DESKTOP = {"width": 1440, "height": 900}
+PHONE = {"width": 360, "height": 740}
+TOUCH = {"viewport": PHONE, "has_touch": True, "is_mobile": True}
+
+
+@dataclass
+class Console:
+    """The page in a browser, and what went wrong in it."""
+
+    page: Page
+    errors: list[str] = field(default_factory=list)
+
+    def until(self, expression: str, *, within_s: float = PATIENCE_S) -> None:
+        """Wait until the expression holds. The page forbids eval, which Playwright's own wait needs."""
+        end_s = time.monotonic() + within_s
+        while time.monotonic() < end_s:
+            if self.page.evaluate(expression):
+                return
+            self.page.wait_for_timeout(_POLL_MS)
+        raise AssertionError(f"within {within_s} s the page never had: {expression}")
+
+    def until_live(self, *views: str) -> None:
+        """Wait until each of the views has shown a new frame from now on."""
+        before = self.frames()
+        for view in views:
+            self.until(f"(foveacam.frames()['{view}'] ?? 0) > {before.get(view, 0)}")
+
+    def frames(self) -> dict[str, int]:
+        return dict(self.page.evaluate("window.foveacam ? foveacam.frames() : {}"))
+
+    def place(self, x_px: float, y_px: float) -> tuple[float, float]:
+        """Return where the wide pixel is on the page, from the canvas' box alone, CSS px."""
+        left, top, width = self.wide_box()
+        scale = width / WIDE_WIDTH_PX
+        return left + (x_px + 0.5) * scale, top + (y_px + 0.5) * scale
+
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Return which wide pixel is at a place of the page, from the canvas' box alone."""
+        left, top, width = self.wide_box()
+        scale = width / WIDE_WIDTH_PX
+        return (x - left) / scale - 0.5, (y - top) / scale - 0.5
+
+    def wide_box(self) -> tuple[float, float, float]:
+        box = self.page.evaluate(
+            "(() => { const box = document.querySelector('.pane-wide .picture').getBoundingClientRect();"
+            " return [box.left, box.top, box.width]; })()"
+        )
+        return float(box[0]), float(box[1]), float(box[2])
+
+    def click(self, x_px: float, y_px: float) -> Request:
+        """Click on the wide pixel; return the order that the page sent."""
+        with self.page.expect_request(is_fixation) as order:
+            self.page.mouse.click(*self.place(x_px, y_px))
+        return order.value
+
+    def fixate(self, x_px: float, y_px: float) -> None:
+        """Click on the wide pixel and wait for the outcome."""
+        self.click(x_px, y_px)
+        self.page.locator("#fixation .state.running").wait_for()
+        self.page.locator("#fixation .numbers").wait_for()
+
+    def until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
+        """Wait until both eyes look in this direction, within two wide pixels."""
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            mirrors = server.get("/mirrors")
+            off_deg = [
+                abs(mirrors[eye][axis] - wanted)
+                for eye in ("left", "right")
+                for axis, wanted in (("ax_deg", ax_deg), ("ay_deg", ay_deg))
+            ]
+            if max(off_deg) < 0.036:
+                return
+            self.page.wait_for_timeout(_POLL_MS)
+        raise AssertionError(f"the eyes never looked at {ax_deg}, {ay_deg}: {mirrors}")
+
+    def overflow_px(self) -> float:
+        """Return by how much the page is wider than its window."""
+        return float(self.page.evaluate("document.documentElement.scrollWidth - innerWidth"))
+
+
+OpenConsole = Callable[..., Console]
+
+
+def is_fixation(request: Request) -> bool:
+    return request.method == "POST" and request.url.endswith("/api/v1/fixations")
+
+
+def posted(request: Request) -> dict[str, Any]:  # Any: a JSON document
+    assert request.post_data is not None
+    return dict(json.loads(request.post_data))
+
+
+@dataclass
+class Tabs:
+    """Browser profiles of the tests of one module, one for each set of settings and options.
+
+    A profile costs four times what loading the page costs, so that the next test gets it again: with an empty
+    page, nothing stored and nothing routed.
+    """
+
+    browser: Browser
+    stack: ExitStack
+    idle: dict[str, list[Console]] = field(default_factory=dict)
+
+    def take(self, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
+        """Return an empty tab of such a profile, and the name to give it back under."""
+        name = json.dumps([settings, options], sort_keys=True)
+        waiting = self.idle.setdefault(name, [])
+        if waiting:
+            return name, waiting.pop()
+        context = self.stack.enter_context(contexts(self.browser, settings, options))
+        return name, watched(context.new_page())
+
+    def give_back(self, name: str, console: Console) -> None:
+        """Leave no trace of a test."""
+        page = console.page
+        origin = str(page.evaluate("location.origin"))
+        page.unroute_all()
+        page.goto("about:blank")
+        session = page.context.new_cdp_session(page)
+        session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+        session.detach()
+        page.context.clear_cookies()
+        for other in page.context.pages:
+            if other is not page:
+                other.close()
+        console.errors.clear()
+        self.idle[name].append(console)
+
+
+@contextmanager
+def contexts(browser: Browser, settings: dict[str, Any], options: dict[str, Any]) -> Iterator[BrowserContext]:
+    """Open a browser profile in which the page finds these settings."""
+    context = browser.new_context(**options)
+    kept = json.dumps(json.dumps(settings))
+    context.add_init_script(
+        f"localStorage.getItem('foveacam.settings') ?? localStorage.setItem('foveacam.settings', {kept})"
+    )
+    yield context
+    context.close()
+
+
+def watched(page: Page) -> Console:
+    """Return the page with its errors collected; an answer of the server that says no is not one."""
+    console = Console(page)
+
+    def hear(message: ConsoleMessage) -> None:
+        refused = message.text.startswith("Failed to load resource: the server responded with a status of 4")
+        if message.type == "error" and not refused:
+            console.errors.append(message.text)
+
+    page.on("console", hear)
+    page.on("pageerror", lambda error: console.errors.append(str(error)))
+    return console

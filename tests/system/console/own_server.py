@@ -1,0 +1,101 @@
+"""`foveacam serve` in a process of its own."""
+
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+from tests.system.conftest import slow_views
+
+PATIENCE_S = 30.0
+START_PATIENCE_S = 180.0  # where the renderer has not been compiled yet, a server does that first
+_POLL_MS = 30
+
+
+@dataclass(frozen=True)
+class Server:
+    """`foveacam serve` in a process of its own."""
+
+    process: subprocess.Popen[bytes]
+    url: str
+
+    @property
+    def port(self) -> int:
+        port = httpx.URL(self.url).port
+        assert port is not None
+        return port
+
+    def get(self, path: str) -> dict[str, Any]:  # Any: a JSON document
+        return dict(self.send("GET", path).json())
+
+    def send(
+        self, method: str, path: str, body: object = None, *, headers: dict[str, str] | None = None
+    ) -> httpx.Response:
+        url = f"{self.url}api/v1{path}"
+        return httpx.request(method, url, json=body, headers=headers, timeout=PATIENCE_S, trust_env=False)
+
+    def be_idle(self) -> None:
+        """Release the stop, cancel what waits or runs, and wait until nothing does."""
+        self.send("DELETE", "/stop")
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            busy = [job for job in self.send("GET", "/jobs").json() if job["ended_utc"] is None]
+            if not busy:
+                return
+            for job in busy:
+                self.send("POST", f"/jobs/{job['id']}/cancel")
+            time.sleep(_POLL_MS / 1000)
+        raise AssertionError(f"jobs never ended: {busy}")
+
+    def end(self) -> None:
+        self.process.terminate()
+        self.process.wait(20)
+
+
+StartServer = Callable[..., Server]
+
+
+def greeting(process: subprocess.Popen[bytes], log: Path) -> str:
+    """Return the address that the server prints once it is ready."""
+    end_s = time.monotonic() + START_PATIENCE_S
+    while time.monotonic() < end_s and process.poll() is None:
+        if found := re.search(r"is ready: (\S+)", log.read_text()):
+            return found[1]
+        time.sleep(_POLL_MS / 1000)
+    process.kill()
+    process.wait()
+    raise AssertionError(f"the server did not start: {log.read_text()}")
+
+
+@contextmanager
+def servers(data: Path) -> Iterator[StartServer]:
+    """Start servers that end with the context."""
+    started: list[Server] = []
+    with ExitStack() as stack:
+
+        def start(*arguments: str) -> Server:
+            log = data.with_suffix(f".{len(started)}.log")
+            command = [sys.executable, "-m", "foveacam_server", "serve", "--port", "0", "--data", str(data)]
+            with log.open("w") as output:
+                process = subprocess.Popen(
+                    [*command, *arguments], stdout=output, stderr=subprocess.STDOUT, env=slow_views()
+                )
+            server = Server(process, greeting(process, log))
+            started.append(server)
+            stack.callback(server.end)
+            return server
+
+        yield start
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
