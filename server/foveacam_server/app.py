@@ -92,11 +92,11 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=lifespan,
     )
+    pages.install(app)
     errors.install(app)
     security.install(app, settings)
     for resource in _RESOURCES:
         app.include_router(resource.router, prefix=API, responses=problems(422))
     for module in (health, viser_relay):
         app.include_router(module.router)
-    pages.install(app)
     return app

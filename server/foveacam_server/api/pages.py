@@ -1,9 +1,12 @@
 """The console's own files: the page, the video pane alone, and what they load."""
 
+import hashlib
+import time
+from functools import lru_cache
 from pathlib import Path
 
 from fastapi import APIRouter, FastAPI
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, HTMLResponse
 from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
@@ -16,27 +19,49 @@ STATIC = Path(foveacam_web.__file__).parent / "static"
 
 NO_STALE_PAGES = {"Cache-Control": "no-cache"}
 """The browser asks each time whether its copy is still the newest: page and server are of one version."""
+FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 
 
-class _FreshFiles(StaticFiles):
-    """Files that no browser uses unasked: a module of yesterday must not meet one of today."""
+def version(folder: Path = STATIC) -> str:
+    """Return a word that changes with any of the files: it stands in the addresses of all that a page loads.
+
+    A module of yesterday never meets one of today, and none is asked for twice.
+    """
+    known = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        kept = path.stat()
+        known.update(f"{path.relative_to(folder)}\0{kept.st_mtime_ns}\0{kept.st_size}\0".encode())
+    return f"v-{known.hexdigest()[:12]}"
+
+
+@lru_cache(maxsize=1)
+def _version_in(second: int) -> str:  # what is remembered is forgotten with the second
+    return version()
+
+
+class _VersionedFiles(StaticFiles):
+    """Files that a browser keeps for good below the version they are of, and asks for again elsewhere."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        response = await super().get_response(path, scope)
-        response.headers.update(NO_STALE_PAGES)
+        first, _, rest = path.partition("/")
+        versioned = first.startswith("v-")
+        response = await super().get_response(rest if versioned else path, scope)
+        response.headers.update(
+            FOR_GOOD if versioned and first == _version_in(int(time.monotonic())) else NO_STALE_PAGES
+        )
         return response
 
 
 @router.get("/")
-async def console() -> FileResponse:
+def console() -> HTMLResponse:
     """Return the console."""
-    return FileResponse(STATIC / "index.html", headers=NO_STALE_PAGES)
+    return _page("index.html")
 
 
 @router.get("/view")
-async def video_pane() -> FileResponse:
+def video_pane() -> HTMLResponse:
     """Return the video pane alone, for the panel in the 3D pane."""
-    return FileResponse(STATIC / "view.html", headers=NO_STALE_PAGES)
+    return _page("view.html")
 
 
 @router.get("/favicon.ico")
@@ -45,7 +70,12 @@ async def icon() -> FileResponse:
     return FileResponse(STATIC / "icon.svg", media_type="image/svg+xml", headers=NO_STALE_PAGES)
 
 
+def _page(name: str) -> HTMLResponse:
+    text = (STATIC / name).read_text(encoding="utf-8")
+    return HTMLResponse(text.replace('"/static/', f'"/static/{version()}/'), headers=NO_STALE_PAGES)
+
+
 def install(app: FastAPI) -> None:
-    """Serve the page, and the files that it loads."""
+    """Serve the page, and the files that it loads; before all else, for they are asked for most."""
+    app.mount("/static", _VersionedFiles(directory=STATIC, check_dir=False), name="static")
     app.include_router(router)
-    app.mount("/static", _FreshFiles(directory=STATIC, check_dir=False), name="static")

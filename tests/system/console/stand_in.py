@@ -17,10 +17,9 @@ from typing import Any
 import cv2
 import numpy as np
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
-from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
-from fastapi.staticfiles import StaticFiles
+from fastapi.responses import JSONResponse, StreamingResponse
 
-import foveacam_web
+from foveacam_server.api import pages
 from foveacam_server.api.page_policy import content_policy
 from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.stream_messages import HEADER
@@ -30,7 +29,6 @@ from . import rig_documents
 from .calibration_documents import SESSION_ID, Document
 from .calibration_results import UTC, settle_time
 
-STATIC = Path(foveacam_web.__file__).parent / "static"
 Json = Any  # what tests put in and look at: any JSON value
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
 VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
@@ -203,11 +201,14 @@ def picture(name: str, *, width: int = 720, height: int = 540) -> bytes:
 def application(stand_in: StandIn) -> FastAPI:
     """Return the page and the answers as one application."""
     app = FastAPI(openapi_url=None)
-    app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
     @app.get("/")
-    async def page() -> FileResponse:
-        return FileResponse(STATIC / "index.html", headers={"Content-Security-Policy": content_policy("/")})
+    def page() -> Response:
+        response = pages.console()
+        response.headers["Content-Security-Policy"] = content_policy("/")
+        return response
+
+    pages.install(app)
 
     @app.websocket("/api/v1/views/ws")
     async def views(socket: WebSocket) -> None:
