@@ -4,7 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-# Each with one thread for its algebra: on two cores more of them only wait for each other.
+# Each with one thread for its algebra: on two cores more of them only wait for each other. Compiled modules are
+# kept whatever the environment says: a hundred Pythons are started, each would compile a thousand files anew.
 WORKERS ?= 2
 PORT ?= 8000
 NAME ?= render
@@ -34,7 +35,7 @@ test: $(DEV)
 	@sh tests/system/install-chromium.sh
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 lint: $(DEV)
 	$(BIN)/ruff check .
