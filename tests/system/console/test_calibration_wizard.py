@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, Route, expect
 
 from . import calibration_documents as documents
 from .browsing import Console, OpenConsole
@@ -201,6 +201,25 @@ def test_pictures_of_the_procedure_replace_the_plain_ones_while_it_runs(
     stand_in.work(documents.job("job-7", state="succeeded"))
     expect(console.page.get_by_role("region", name="View Left fovea", exact=True)).to_be_visible()
     expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_hidden()
+
+
+def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    stand_in.session = documents.full_session() | {"id": "older", "label": "Older"}
+    console = open_wizard("check")
+    expect(console.page.get_by_label("Measurement", exact=True)).to_have_value("older")
+    held: list[Route] = []
+    console.page.route(
+        "**/calibration_sessions",
+        lambda route: held.append(route) if route.request.method == "POST" else route.continue_(),
+    )
+    console.page.get_by_role("button", name="New", exact=True).click()
+    console.page.get_by_role("button", name="Check again").click()
+    assert not [path for _, path, _ in stand_in.asked if path.endswith("/runs")]
+    with console.page.expect_response(re.compile("/runs$")):
+        held[0].continue_()
+    assert stand_in.orders(RUNS) == [{"step": "check", "options": {}}]
 
 
 def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(

@@ -26,6 +26,8 @@ export class CalibrationOrders {
   #commands;
   #reader;
   #work;
+  /** @type {Promise<SessionDocument | null> | null} the session that was asked for and is not there yet */
+  #coming = null;
 
   /** @param {{store: Store, commands: Commands, reader: CalibrationReader, work: WorkFollower}} context */
   constructor({ store, commands, reader, work }) {
@@ -40,7 +42,16 @@ export class CalibrationOrders {
    * @param {string} [label]
    * @returns {Promise<SessionDocument | null>}
    */
-  async newSession(label = "") {
+  newSession(label = "") {
+    const coming = this.#begin(label).finally(() => {
+      if (this.#coming === coming) this.#coming = null;
+    });
+    this.#coming = coming;
+    return coming;
+  }
+
+  /** @param {string} label */
+  async #begin(label) {
     const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
       request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })));
     if (session) await this.#reader.showSession(session);
@@ -54,12 +65,13 @@ export class CalibrationOrders {
   }
 
   /**
-   * Run a step in the open session; without one, in a new session.
+   * Run a step in the open session; without one, in a new session. One that was just asked for is waited for: what
+   * is measured belongs to it, not to the one before.
    * @param {RunStep} step
    * @param {Record<string, unknown>} [options]
    */
   async run(step, options = {}) {
-    const session = this.#store.state.session ?? (await this.newSession());
+    const session = this.#coming ? await this.#coming : (this.#store.state.session ?? (await this.newSession()));
     if (!session) return;
     const given = Object.fromEntries(Object.entries(options).filter(([, value]) => value !== null && value !== undefined));
     const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (
