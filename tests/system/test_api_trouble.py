@@ -29,7 +29,7 @@ def test_stop_parks_at_once_however_much_is_queued(server: Running) -> None:
         assert server.post("/fixations", {**CENTRE, "depth": False}).status_code == 202
     began, ended = threading.Event(), threading.Event()
 
-    def keep_busy(rig: Rig) -> None:  # the thread that owns the rig, not the rig
+    def keep_busy(rig: object) -> None:  # the thread that owns the rig, not the rig
         began.set()
         ended.wait(PATIENCE_S)
 
