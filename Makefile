@@ -10,7 +10,7 @@ WORKERS ?= 2
 PORT ?= 8000
 NAME ?= render
 
-.PHONY: setup run test lint bench clean
+.PHONY: setup packages run test lint bench clean
 
 setup: $(DEV)
 
@@ -31,10 +31,12 @@ $(DEV): pyproject.toml | $(VENV)/bin/python
 run: $(STAMP)
 	@$(BIN)/foveacam serve --port $(PORT)
 
-test: $(DEV)
+packages:
 	@sh tests/system/install-chromium.sh
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
+
+test: $(DEV) packages
 	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 lint: $(DEV)
