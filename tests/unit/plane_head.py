@@ -5,6 +5,7 @@ The simulated rig has its own physics and is what figures are measured on; this 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, VirtualClock
-from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.models import Calibration, Intrinsics, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 CALIBRATION = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
@@ -29,8 +30,12 @@ Texture = NDArray[np.float32]
 """(2048, 2048) float32 grey levels, repeating every 0.82 m."""
 
 
+@cache
 def noise_texture(seed: int = 3) -> Texture:
-    """Return grey noise of all sizes, like paint and stone: amplitude falls as the frequency rises."""
+    """Return grey noise of all sizes, like paint and stone: amplitude falls as the frequency rises.
+
+    One array for everybody, not to be written to.
+    """
     rng = np.random.default_rng(seed)
     frequency = np.fft.fftfreq(TILE)
     radius = np.hypot(frequency[:, None], frequency[None, :])
@@ -50,6 +55,18 @@ def still(t_ns: int) -> tuple[float, float]:
 
 def nobody(t_ns: int) -> float | None:
     return None
+
+
+@cache
+def _wide_tan(wide: Intrinsics) -> NDArray[np.float64]:
+    """Return tan of both angles of every pixel, (h, w, 2)."""
+    columns, rows = np.meshgrid(np.arange(wide.width), np.arange(wide.height))
+    pixels = np.column_stack([columns.ravel(), rows.ravel()])
+    return np.asarray(np.tan(wide.angles_rad(pixels)).reshape(wide.height, wide.width, 2))
+
+
+def _scaled(scale: float, x: float, y: float) -> NDArray[np.float64]:
+    return np.array([[scale, 0.0, x], [0.0, scale, y], [0.0, 0.0, 1.0]])
 
 
 @dataclass
@@ -75,14 +92,15 @@ class PlaneHead:
         wide_texel_px = self.z_m / self.calibration.wide.fx_px / TEXEL_M
         self._coarse = self._blurred(0.7 * wide_texel_px)
         self._fine = self._blurred(1.4 * self.z_m / self.calibration.fovea_f_px / TEXEL_M)
-        wide = self.calibration.wide
-        columns, rows = np.meshgrid(np.arange(wide.width), np.arange(wide.height))
-        pixels = np.column_stack([columns.ravel(), rows.ravel()])
-        self._wide_tan = np.tan(wide.angles_rad(pixels)).reshape(wide.height, wide.width, 2)
+        self._wide_texels = (_wide_tan(self.calibration.wide) * (self.z_m / TEXEL_M)).astype(np.float32)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
-        image = self._paint(self._coarse, self._wide_tan * self.z_m, t_ns)
+        maps = self._wide_texels - np.array(self.shift_m(t_ns), dtype=np.float32) / np.float32(TEXEL_M)
+        drawn = cv2.remap(
+            self._coarse, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP
+        )
+        image = self._noisy(drawn)
         column_px = self.passer_px(t_ns)
         if column_px is not None:
             image[:, max(0, round(column_px) - 20) : max(0, round(column_px) + 20)] = 40
@@ -102,17 +120,20 @@ class PlaneHead:
 
     def _fovea(self, role: Role, volts: StereoVolts) -> Frame:
         calibration, t_ns = self.calibration, self.clock.now_ns()
-        height, width = calibration.fovea_height, calibration.fovea_width
-        columns, rows = np.meshgrid(np.arange(width), np.arange(height))
-        raw = np.stack([columns, rows, np.ones_like(rows)], axis=-1).astype(np.float64)
-        plane = raw @ plane_from_raw(calibration, role, volts, depth_m=self.z_m).T
-        places_m = plane[..., :2] / plane[..., 2:] / calibration.fovea_f_px * self.z_m
-        places_m += calibration.reference_rig_m(role)[:2]
+        size = (calibration.fovea_width, calibration.fovea_height)
+        x_m, y_m = calibration.reference_rig_m(role)[:2]
+        there = _scaled(self.z_m / calibration.fovea_f_px, x_m, y_m)
+        there = there @ plane_from_raw(calibration, role, volts, depth_m=self.z_m)
         hidden = role is Role.LEFT and self.passer_px(t_ns) is not None
         if hidden or role in self.blind:
-            places_m = places_m[::-1, ::-1] * 0.7 + 0.31
+            turned = np.array([[-1.0, 0.0, size[0] - 1.0], [0.0, -1.0, size[1] - 1.0], [0.0, 0.0, 1.0]])
+            there = _scaled(0.7, 0.31, 0.31) @ there @ turned
+        shift_x_m, shift_y_m = self.shift_m(t_ns)
+        texels = _scaled(1.0 / TEXEL_M, -shift_x_m / TEXEL_M, -shift_y_m / TEXEL_M) @ there
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        drawn = cv2.warpPerspective(self._fine, texels, size, flags=flags, borderMode=cv2.BORDER_WRAP)
         return Frame(
-            image=self._paint(self._fine, places_m, t_ns),
+            image=self._noisy(drawn),
             role=role,
             seq=self.looks,
             t_ns=t_ns,
@@ -120,12 +141,9 @@ class PlaneHead:
             volts=volts.left if role is Role.LEFT else volts.right,
         )
 
-    def _paint(self, texture: Texture, places_m: NDArray[np.float64], t_ns: int) -> NDArray[np.uint8]:
-        texels = ((places_m - np.array(self.shift_m(t_ns))) / TEXEL_M) % TILE
-        maps = texels.astype(np.float32)
-        image = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        noise = self._rng.normal(0.0, self.noise, image.shape)
-        return np.asarray(np.clip(np.rint(image + noise), 0, 255), dtype=np.uint8)
+    def _noisy(self, drawn: cv2.typing.MatLike) -> NDArray[np.uint8]:
+        noise = self._rng.standard_normal(drawn.shape, dtype=np.float32)
+        return np.asarray(np.clip(np.rint(drawn + self.noise * noise), 0, 255), dtype=np.uint8)
 
     def _blurred(self, sigma_px: float) -> Texture:
         wrapped = np.pad(self.texture, 64, mode="wrap")

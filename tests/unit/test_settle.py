@@ -149,7 +149,11 @@ class SpringHead:
         size = (1440, 1080)
         flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
         wall = cv2.warpAffine(self._wall, matrix, size, flags=flags, borderMode=cv2.BORDER_WRAP)
-        image = 128.0 + self.contrast * (wall - 128.0) + self._rng.normal(0.0, 2.0, wall.shape)
+        image = (
+            128.0
+            + self.contrast * (wall - 128.0)
+            + 2.0 * self._rng.standard_normal(wall.shape, dtype=np.float32)
+        )
         exposure_ns = self.exposures[-1][0] if self.exposures else NORMAL.exposure_ns
         return Frame(
             image=np.clip(image, 0, 255).astype(np.uint8),
