@@ -50,7 +50,8 @@ def test_verged_gazes_meet_at_the_target(ax: float, ay: float, distance_m: float
     assert meeting.in_front
     # Directions hold 1e-16; over an angle of B/Z that is Z²/B of range.
     np.testing.assert_allclose(meeting.point_m, target, atol=1e-13 * distance_m**2 / B_M)
-    assert np.linalg.norm(meeting.gap_m) < 1e-12
+    # Of that, B/Z lies across the gazes.
+    assert np.linalg.norm(meeting.gap_m) < 1e-13 * distance_m
 
 
 def test_mirrored_disparity_formula_would_be_wrong_off_the_axis() -> None:

@@ -5,6 +5,7 @@ from the hat matrix, without refitting.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -32,8 +33,19 @@ def exponents(order: int) -> list[tuple[int, int]]:
 
 def monomials(x: ArrayLike, y: ArrayLike, order: int) -> NDArray[np.float64]:
     """Return (n, k) float64: every x^i y^j, i + j <= order, of scaled variables (n,)."""
-    columns = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    return np.column_stack([columns[0] ** i * columns[1] ** j for i, j in exponents(order)])
+    i, j = _exponent_arrays(order)
+    return np.take(_powers(x, order), i, axis=1) * np.take(_powers(y, order), j, axis=1)
+
+
+@cache
+def _exponent_arrays(order: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    pairs = np.array(exponents(order), dtype=np.intp)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _powers(values: ArrayLike, order: int) -> NDArray[np.float64]:
+    """Return (n, order + 1) float64: values^0 to values^order."""
+    return np.vander(np.atleast_1d(np.asarray(values, dtype=np.float64)), order + 1, increasing=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,10 +76,10 @@ class BivariatePolynomial:
     def jacobian(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Return (n, m, 2) float64 derivatives to x and to y at `xy`: (n, 2)."""
         x, y = self._scaled(xy)
-        powers = exponents(self.order)
-        zero = np.zeros_like(x)
-        by_x = np.column_stack([i * x ** (i - 1) * y**j if i else zero for i, j in powers])
-        by_y = np.column_stack([j * x**i * y ** (j - 1) if j else zero for i, j in powers])
+        i, j = _exponent_arrays(self.order)
+        of_x, of_y = _powers(x, self.order), _powers(y, self.order)
+        by_x = i * np.take(of_x, np.maximum(i - 1, 0), axis=1) * np.take(of_y, j, axis=1)
+        by_y = j * np.take(of_x, i, axis=1) * np.take(of_y, np.maximum(j - 1, 0), axis=1)
         return np.stack(
             [by_x @ self.coefficients / self.scale[0], by_y @ self.coefficients / self.scale[1]], axis=2
         )
