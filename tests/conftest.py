@@ -1,6 +1,8 @@
 """Runs before any test: options of the test run, and what a library reads when it is imported."""
 
 import os
+from itertools import zip_longest
+from pathlib import Path
 
 import pytest
 
@@ -15,3 +17,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Give every process of the tests three emulated Basler cameras."""
     os.environ.setdefault("PYLON_CAMEMU", "3")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the files that drive a browser alternate with those that wait for a rig.
+
+    Two workers take whole files in this order: one uses what the other leaves.
+    """
+    files: dict[Path, list[pytest.Item]] = {}
+    for item in items:
+        files.setdefault(item.path, []).append(item)
+    driving = [path for path, found in files.items() if found[0].get_closest_marker("browser")]
+    waiting = [path for path in files if path not in driving and path.parent.name == "system"]
+    first = [path for pair in zip_longest(driving, waiting) for path in pair if path is not None]
+    rest = [path for path in files if path not in first]
+    items[:] = [item for path in [*first, *rest] for item in files[path]]

@@ -31,7 +31,7 @@ class MosaicWish:
 
 
 class TellingWatch:
-    """Implements `MosaicWatch`: tells each step on stdout. To be cancelled, its process is ended.
+    """Implements `MakingWatch`: tells each step on stdout. To be cancelled, its process is ended.
 
     `share`: of the work that is over, as steps of different kinds take different times.
     """

@@ -30,14 +30,14 @@ def overview(open_console: OpenConsole, server: Server) -> Console:
     return console
 
 
-def test_pan_tilt_homes_turns_to_a_station_and_by_steps(overview: Console) -> None:
+def test_pan_tilt_homes_and_turns_by_steps_and_to_a_station(overview: Console) -> None:
     side = overview.page.locator(".wizard-side")
     side.get_by_role("button", name="Home").click()
     expect(side).to_contain_text("at rest", timeout=PATIENCE_MS)
-    side.get_by_role("button", name="Turn to the station markers near").click()
-    expect(side.locator(".pose")).to_contain_text("pan −45.00°", timeout=PATIENCE_MS)
     side.get_by_role("button", name="Turn down").click()
     expect(side.locator(".pose")).to_contain_text("tilt +2.00°", timeout=PATIENCE_MS)
+    side.get_by_role("button", name="Turn to the station markers", exact=True).click()
+    expect(side.locator(".pose")).to_contain_text("tilt +0.00°", timeout=PATIENCE_MS)
 
 
 def test_drift_is_looked_for_and_told_with_its_error(overview: Console) -> None:

@@ -55,7 +55,7 @@ def test_a_still_is_looked_at_kept_and_found_in_the_gallery(rig: Running, open_c
     assert (check(folder), len(Dataset.open(folder))) == ([], 1)
     page.get_by_role("button", name="Put in the trash").click()
     expect(page.get_by_text("No still yet.")).to_be_visible()
-    page.get_by_role("button", name="Have it back").click()
+    page.get_by_role("button", name="Undo").click()
     expect(page.get_by_role("link", name="desk", exact=True)).to_be_visible()
     expect(page.locator(".card")).to_contain_text("a desk at noon")
 

@@ -13,6 +13,7 @@ import numpy as np
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.images import Codec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.capture.mosaic.adjust import Adjustment, adjusted, moved
 from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
@@ -26,9 +27,6 @@ from foveacam_pipeline.capture.mosaic.solid import MeshFile, write_solid
 from foveacam_pipeline.capture.mosaic.values import (
     MosaicFigures,
     MosaicSettings,
-    MosaicWatch,
-    Silent,
-    Steps,
 )
 from foveacam_pipeline.capture.mosaic.views import Pictures, View, calibration_of, views_of
 from foveacam_pipeline.capture.mosaic.wide import WideView, wide_of
@@ -36,8 +34,8 @@ from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
 from foveacam_pipeline.models.calibration import Calibration
 
 DEFAULT = MosaicSettings()
-SILENT = Silent()
 OVERVIEW_PX = 2048
+ENDED = "the mosaic was cancelled; what is done stays, start it again to go on"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +63,7 @@ def build_mosaic(
     folder: Path,
     settings: MosaicSettings = DEFAULT,
     *,
-    watch: MosaicWatch = SILENT,
+    watch: MakingWatch = SILENT,
     mesh_file: MeshFile | None = None,
 ) -> Mosaic:
     """Make the mosaic of one scan in `folder`, or go on with it.
@@ -80,7 +78,7 @@ def build_mosaic(
     with disk_errors("the mosaic", folder.parent):
         kept = MosaicFolder.open(folder, scan, settings, chart)
         pyramid = Pyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
-        steps = Steps(watch, 3 * len(views) + pyramid.leaves)
+        steps = Steps(watch, 3 * len(views) + pyramid.leaves, ended=ENDED)
         laid = lay_out(scan, views, chart, settings=settings, steps=steps, kept=kept)
         canvas = canvas_of(laid.views, laid.pictures, chart=chart, filled=laid.depth.filled, wide=laid.wide)
         paint_tiles(

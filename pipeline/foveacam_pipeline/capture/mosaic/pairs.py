@@ -8,10 +8,11 @@ whose gaze crosses its own in front of the rig. What moved between the two contr
 from collections.abc import Sequence
 
 from foveacam_hardware.contract import Role, Sighting, StereoVolts
+from foveacam_pipeline.capture.making import Steps
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, pair_cells
-from foveacam_pipeline.capture.mosaic.values import MosaicSettings, Steps
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import View
 from foveacam_pipeline.models.calibration import Calibration
 

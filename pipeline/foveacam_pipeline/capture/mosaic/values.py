@@ -1,9 +1,8 @@
-"""What a mosaic is asked for, who watches it, and what is told of it."""
+"""What a mosaic is asked for, and what is told of it."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
-from foveacam_hardware.contract import Cancelled, InvalidInput, Role
+from foveacam_hardware.contract import InvalidInput, Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,43 +27,6 @@ class MosaicSettings:
             raise InvalidInput(f"JPEG quality {self.quality}: choose 1 to 100")
         if self.cloud_points < 1:
             raise InvalidInput(f"a cloud of {self.cloud_points} points: at least 1 is needed")
-
-
-class MosaicWatch(Protocol):
-    """Who waits for a mosaic; called on the thread that makes it."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Take note that `done` of `total` steps are over."""
-        ...
-
-    def cancelled(self) -> bool:
-        """Tell whether it shall end; what is done stays, and the same call goes on there."""
-        ...
-
-
-class Silent:
-    """Watches nothing."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Ignore it."""
-
-    def cancelled(self) -> bool:
-        """Go on."""
-        return False
-
-
-class Steps:
-    """Counts the steps of a mosaic for its watcher, and ends it when the watcher has had enough."""
-
-    def __init__(self, watch: MosaicWatch, total: int) -> None:
-        self._watch, self._total, self._done = watch, total, 0
-
-    def step(self, note: str, count: int = 1) -> None:
-        """Take note of steps that are over. Raise Cancelled."""
-        self._done += count
-        self._watch.progress(self._done, total=self._total, note=note)
-        if self._watch.cancelled():
-            raise Cancelled("the mosaic was cancelled; what is done stays, start it again to go on")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,6 @@ from foveacam_pipeline.capture.reference.values import (
     Reference,
     ReferenceFigures,
     ReferenceSettings,
-    ReferenceWatch,
 )
 
 __all__ = [
@@ -15,7 +14,6 @@ __all__ = [
     "Reference",
     "ReferenceFigures",
     "ReferenceSettings",
-    "ReferenceWatch",
     "build_reference",
     "read_rows",
     "write_reference",

@@ -8,6 +8,7 @@ import numpy as np
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset.document import lasting_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
+from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import views_of
 from foveacam_pipeline.capture.reference.adjust import Adjusted, adjusted, longest_m
@@ -39,10 +40,7 @@ from foveacam_pipeline.capture.reference.values import (
     Reference,
     ReferenceFigures,
     ReferenceSettings,
-    ReferenceWatch,
     Row,
-    Silent,
-    Steps,
     StopFigures,
 )
 from foveacam_pipeline.models.calibration import Calibration
@@ -52,6 +50,7 @@ COARSE_SAMPLES = 300
 LEAST_SAMPLES = 6
 FLOOR_PX = 0.05
 COARSE_FLOOR_PX = 0.5
+ENDED = "the reference was cancelled; nothing was written, start it again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +68,7 @@ class _Work:
 
 
 def build_reference(
-    dataset: Dataset, settings: ReferenceSettings | None = None, *, watch: ReferenceWatch | None = None
+    dataset: Dataset, settings: ReferenceSettings | None = None, *, watch: MakingWatch = SILENT
 ) -> Reference:
     """Return the reference of a dataset; nothing is written.
 
@@ -93,7 +92,7 @@ def build_reference(
         judged=judged,
         sights=sights,
         pictures=Pictures(settings.bracket),
-        steps=Steps(watch or Silent(), 3 * len(anchors)),
+        steps=Steps(watch, 3 * len(anchors), ended=ENDED),
     )
     return _made(work, anchors)
 

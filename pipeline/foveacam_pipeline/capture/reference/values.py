@@ -1,13 +1,12 @@
-"""What a reference is asked for, how far the rail is trusted, who watches, and what comes of it."""
+"""What a reference is asked for, how far the rail is trusted, and what comes of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Cancelled, InvalidInput
+from foveacam_hardware.contract import InvalidInput
 
 Floats = NDArray[np.float64]
 
@@ -52,43 +51,6 @@ class ReferenceSettings:
         """Refuse what cannot be measured."""
         if not 2 <= self.across <= 40:
             raise InvalidInput(f"{self.across} samples across a view were asked for; choose 2 to 40")
-
-
-class ReferenceWatch(Protocol):
-    """Who waits for a reference; called on the thread that makes it."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Take note that `done` of `total` steps are over."""
-        ...
-
-    def cancelled(self) -> bool:
-        """Tell whether it shall end; nothing is written then."""
-        ...
-
-
-class Silent:
-    """Watches nothing."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Ignore it."""
-
-    def cancelled(self) -> bool:
-        """Go on."""
-        return False
-
-
-class Steps:
-    """Counts the steps for the watcher, and ends the work when the watcher has had enough."""
-
-    def __init__(self, watch: ReferenceWatch, total: int) -> None:
-        self._watch, self._total, self._done = watch, total, 0
-
-    def step(self, note: str) -> None:
-        """Take note of one step that is over. Raise Cancelled."""
-        self._done += 1
-        self._watch.progress(self._done, total=self._total, note=note)
-        if self._watch.cancelled():
-            raise Cancelled("the reference was cancelled; nothing was written, start it again")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

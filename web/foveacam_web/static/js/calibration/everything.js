@@ -33,8 +33,16 @@ export function makeEverything({ store, orders }) {
   store.on(["pan_tilt"], ({ pan_tilt }) => say(turn, !pan_tilt?.present ? "" : pan_tilt.moves_itself
     ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
     : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept."));
+  /** @type {string | null} */
+  let offered = null;
+  const offer = (/** @type {SessionDocument | null} */ session) => {
+    offered = session?.id ?? null;
+    start.offer(session);
+  };
+  // It may be opened before the page knows what was measured
+  store.on(["session"], ({ session }) => dialog.open && (session?.id ?? null) !== offered && offer(session));
   return () => {
-    start.offer(store.state.session);
+    offer(store.state.session);
     dialog.showModal();
   };
 }

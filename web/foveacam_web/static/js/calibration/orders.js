@@ -122,7 +122,9 @@ export class CalibrationOrders {
   async #settleTime(method, body) {
     const settle_time = await this.#attempt(() => /** @type {Promise<SettleTime>} */ (
       request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })));
-    if (settle_time) this.#store.set({ settle_time });
+    if (!settle_time) return;
+    this.#store.set({ settle_time });
+    await this.#reader.readSettleTime(); // an answer from before the order may still be under way
   }
 
   /** @param {string} id */

@@ -2,6 +2,7 @@
 
 import { Problem, request } from "../api.js";
 import { galleryAddress } from "../gallery/route.js";
+import { Trash } from "../gallery/trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
@@ -13,7 +14,6 @@ import { galleryAddress } from "../gallery/route.js";
  * @typedef {Pick<StillDocument, "id" | "name">} Named
  */
 
-const UNDO_MS = 15_000;
 const CHECK_MS = 120_000;
 
 /**
@@ -33,6 +33,7 @@ export class StillOrders {
   constructor({ commands, changed = () => {} }) {
     this.#commands = commands;
     this.#changed = changed;
+    this.trash = new Trash({ commands, resource: "/stills", changed });
   }
 
   /**
@@ -66,29 +67,6 @@ export class StillOrders {
       tone: "good", title: `“${name}” is kept`, detail: "",
       action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("stills", id)) },
     });
-  }
-
-  /**
-   * @param {Named} still
-   * @param {string} what became of it
-   */
-  async remove({ id, name }, what = "is in the trash") {
-    const gone = await this.#commands.attempt(() => request("DELETE", stillPath(id)).then(() => true));
-    if (gone) this.#commands.say({ tone: "info", title: `“${name}” ${what}`, detail: "", stay_ms: UNDO_MS, action: { label: "Have it back", act: () => this.restore({ id, name }) } });
-    this.#changed();
-    return gone === true;
-  }
-
-  /** @param {Named} still */
-  async restore({ id, name }) {
-    const back = await this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("POST", stillPath(id, "/restore"))));
-    if (back) this.#commands.say({ tone: "info", title: `“${back.name}” is with the stills`, detail: back.name === name ? "" : `There is another “${name}” by now.` });
-    this.#changed();
-  }
-
-  async emptyTrash() {
-    await this.#commands.attempt(() => request("DELETE", "/stills/trash"));
-    this.#changed();
   }
 
   /**

@@ -61,7 +61,7 @@ function aboutOf({ still, waiting }, orders) {
     name.element,
     h("p", { class: "actions" },
       h("button", { type: "button", class: "plain primary", data: { keep: "keep" }, on: { click: () => void keep() } }, icon("check"), "Keep"),
-      h("button", { type: "button", class: "plain", data: { keep: "discard" }, on: { click: () => void orders.remove(still, "is discarded") } }, icon("trash"), "Discard"),
+      h("button", { type: "button", class: "plain", data: { keep: "discard" }, on: { click: () => void orders.trash.remove(still, "is discarded") } }, icon("trash"), "Discard"),
       waiting > 0 && h("span", { class: "why", text: `${count(waiting)} more ${waiting === 1 ? "waits" : "wait"} to be kept or discarded.` })),
   ];
 }

@@ -79,11 +79,11 @@ function wordsOf(dataset) {
  * @param {DatasetOrders} orders
  */
 function toolsOf(dataset, orders) {
-  if (dataset.removed) return [h("button", { type: "button", class: "plain", data: { keep: "tool" }, "aria-label": `Restore ${dataset.name}`, on: { click: () => void orders.restore(dataset) } }, icon("again"), "Restore")];
+  if (dataset.removed) return [h("button", { type: "button", class: "plain", data: { keep: "tool" }, "aria-label": `Restore ${dataset.name}`, on: { click: () => void orders.trash.restore(dataset) } }, icon("again"), "Restore")];
   const live = isLive(dataset);
   return [h("button", {
     type: "button", class: "tool", data: { keep: "tool" }, "aria-label": `Put ${dataset.name} in the trash`,
-    title: live ? "Not while it runs" : "Put it in the trash", disabled: live, on: { click: () => void orders.remove(dataset) },
+    title: live ? "Not while it runs" : "Put it in the trash", disabled: live, on: { click: () => void orders.trash.remove(dataset) },
   }, icon("trash"))];
 }
 

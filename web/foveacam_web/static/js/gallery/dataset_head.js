@@ -45,7 +45,7 @@ function actionsOf(dataset, orders) {
     if (await orders.resume(dataset.id)) location.hash = "#/capture";
   };
   const remove = async () => {
-    if (await orders.remove(dataset)) location.hash = galleryAddress("datasets");
+    if (await orders.trash.remove(dataset)) location.hash = galleryAddress("datasets");
   };
   return [
     live && h("a", { class: "plain primary", href: "#/capture" }, "Watch it"),

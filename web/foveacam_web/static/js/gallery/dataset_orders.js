@@ -1,15 +1,14 @@
-// What the operator can order of datasets: remove, restore, describe, check, go on.
+// What the operator can order of datasets: remove and restore, describe, check, go on.
 
 import { request } from "../api.js";
+import { Trash } from "./trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("./documents.js").CaptureChecked} CaptureChecked
  * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {Pick<DatasetDocument, "id" | "name">} Named
  */
 
-const UNDO_MS = 15_000;
 const CHECK_MS = 1_800_000; // some seconds a gigabyte, from a slow disk
 
 /**
@@ -24,36 +23,11 @@ export function capturePath(id, rest = "") {
 /** The orders of one page. */
 export class DatasetOrders {
   #commands;
-  #changed;
 
   /** @param {{commands: Commands, changed?: () => unknown}} context `changed`: called when an order has changed what there is */
   constructor({ commands, changed = () => {} }) {
     this.#commands = commands;
-    this.#changed = changed;
-  }
-
-  /**
-   * Put a dataset in the trash, with a way back.
-   * @param {Named} dataset
-   * @returns {Promise<boolean>}
-   */
-  async remove({ id, name }) {
-    const gone = await this.#commands.attempt(() => request("DELETE", capturePath(id)).then(() => true));
-    if (gone) this.#commands.say({ tone: "info", title: `“${name}” is in the trash`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.restore({ id, name }) } });
-    this.#changed();
-    return gone === true;
-  }
-
-  /** @param {Named} dataset */
-  async restore({ id, name }) {
-    const back = await this.#commands.attempt(() => /** @type {Promise<DatasetDocument>} */ (request("POST", capturePath(id, "/restore"))));
-    if (back && back.name !== name) this.#commands.say({ tone: "info", title: `Restored as “${back.name}”`, detail: `There is another “${name}” by now.` });
-    this.#changed();
-  }
-
-  async emptyTrash() {
-    await this.#commands.attempt(() => request("DELETE", "/captures/trash"));
-    this.#changed();
+    this.trash = new Trash({ commands, resource: "/captures", changed });
   }
 
   /**

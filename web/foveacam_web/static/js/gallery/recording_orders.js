@@ -1,7 +1,8 @@
-// What the operator can order of recordings: remove, restore, describe, measure depth anew, make a film.
+// What the operator can order of recordings: remove and restore, describe, measure depth anew, make a film.
 
 import { Problem, request } from "../api.js";
 import { recordingPath } from "./recording_words.js";
+import { Trash } from "./trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
@@ -9,11 +10,8 @@ import { recordingPath } from "./recording_words.js";
  * @typedef {import("./recording_documents.js").FilmDocument} FilmDocument
  * @typedef {import("./recording_documents.js").FilmShow} FilmShow
  * @typedef {import("./recording_documents.js").RecordedDepth} RecordedDepth
- * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
- * @typedef {Pick<RecordingDocument, "id" | "name">} Named
  */
 
-const UNDO_MS = 15_000;
 const LOOK_MS = 400;
 const DEPTH_MS = 60_000; // the matcher takes a second, and others may wait for it before us
 
@@ -26,30 +24,7 @@ export class RecordingOrders {
   constructor({ commands, changed = () => {} }) {
     this.#commands = commands;
     this.#changed = changed;
-  }
-
-  /**
-   * Put a recording in the trash, with a way back.
-   * @param {Named} recording
-   * @returns {Promise<boolean>}
-   */
-  async remove({ id, name }) {
-    const gone = await this.#commands.attempt(() => request("DELETE", recordingPath(id)).then(() => true));
-    if (gone) this.#commands.say({ tone: "info", title: `“${name}” is in the trash`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.restore({ id, name }) } });
-    this.#changed();
-    return gone === true;
-  }
-
-  /** @param {Named} recording */
-  async restore({ id, name }) {
-    const back = await this.#commands.attempt(() => /** @type {Promise<RecordingDocument>} */ (request("POST", recordingPath(id, "/restore"))));
-    if (back && back.name !== name) this.#commands.say({ tone: "info", title: `Restored as “${back.name}”`, detail: `There is another “${name}” by now.` });
-    this.#changed();
-  }
-
-  async emptyTrash() {
-    await this.#commands.attempt(() => request("DELETE", "/recordings/trash"));
-    this.#changed();
+    this.trash = new Trash({ commands, resource: "/recordings", changed });
   }
 
   /**

@@ -121,7 +121,7 @@ function nameOf(recording) {
 function actionsOf(recording, orders) {
   const live = isBeingMade(recording);
   const remove = async () => {
-    if (await orders.remove(recording)) location.hash = galleryAddress("recordings");
+    if (await orders.trash.remove(recording)) location.hash = galleryAddress("recordings");
   };
   return [
     !live && recording.state !== "damaged" && h("a", { class: "plain", href: `${recording.url}/download.fcap`, download: recording.file }, icon("down"), "Download the file"),

@@ -6,9 +6,10 @@ import { count, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import { makeDrawn } from "./drawn.js";
+import { KeptReader } from "./kept_reader.js";
+import { cardsIn, makeSearch, makeTrashDoor } from "./list_parts.js";
 import { RecordingOrders } from "./recording_orders.js";
 import { clockWords, isBeingMade, stateWords, tallyWords } from "./recording_words.js";
-import { RecordingsReader } from "./recordings_reader.js";
 import { galleryAddress } from "./route.js";
 
 /**
@@ -17,36 +18,39 @@ import { galleryAddress } from "./route.js";
  * @typedef {{element: HTMLElement, show: (recording: RecordingDocument) => void}} Card
  */
 
-const PAUSE_MS = 200; // while somebody types
 const WIDTH_PX = 320;
 const HEIGHT_PX = 240;
 
 /** @param {GalleryContext} context */
 export function openRecordingList({ store, commands, follow, signal }) {
   let in_trash = false;
-  const reader = new RecordingsReader(() => show());
+  /** @type {KeptReader<RecordingDocument>} */
+  const reader = new KeptReader({
+    resource: "/recordings", changed: () => show(), hear: (list, { kind }) => void (kind.startsWith("recording.") && list.readAll()),
+  });
   const orders = new RecordingOrders({ commands, changed: () => reader.readAll() });
   const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
   const list = h("ul", { class: "cards" });
-  const showCards = cardsIn(list, orders);
+  const showCards = cardsIn(list, { key: (/** @type {RecordingDocument} */ { removed, id }) => `${removed} ${id}`, make: () => makeCard(orders) });
   const showEmpty = changing(empty, (/** @type {string} */ words) => (words === "" ? [] : emptyOf(words)));
-  const search = makeSearch((text) => void reader.search(text), signal);
-  const trash = h("div", { class: "actions trash" });
-  const showTrash = changing(trash, (/** @type {{open: boolean, held: number}} */ now) => trashOf(now, orders, () => {
-    in_trash = !in_trash;
-    show();
-  }));
+  const search = makeSearch({ id: "recording-search", placeholder: "Name, label, id or state", search: (text) => void reader.search(text), signal });
+  const trash = makeTrashDoor({
+    noun: { one: "recording", many: "recordings" }, trash: orders.trash, turn: (open) => {
+      in_trash = open;
+      search.hidden = open;
+      show();
+    },
+  });
   const show = () => {
     const shown = in_trash ? reader.trash : reader.list;
-    search.hidden = in_trash;
-    showTrash({ open: in_trash, held: reader.trash?.length ?? 0 });
+    trash.show(in_trash, reader.trash?.length ?? 0);
     showCards(shown ?? []);
     say(found, shown && shown.length > 0 ? summary(shown) : "");
     showEmpty(shown === null ? "Loading …" : shown.length > 0 ? "" : in_trash ? "The trash is empty." : reader.searched ? `No recording holds “${reader.searched}”.` : "none");
   };
   follow(reader);
-  store.on(["recording"], ({ recording }) => reader.follow(recording), signal);
-  return h("div", { class: "datasets" }, h("div", { class: "gallery-bar" }, search, found, trash), empty, list);
+  store.on(["recording"], ({ recording }) => recording && reader.change(recording.id, () => recording), signal);
+  return h("div", { class: "datasets" }, h("div", { class: "gallery-bar" }, search, found, trash.element), empty, list);
 }
 
 /** @param {RecordingDocument[]} shown */
@@ -59,60 +63,6 @@ function summary(shown) {
 function emptyOf(words) {
   if (words !== "none") return [nothing(words)];
   return [nothing("No recording yet."), h("p", { class: "lead", text: "The round button in the bar at the top records what all three cameras deliver, while you go on working." })];
-}
-
-/**
- * @param {{open: boolean, held: number}} now
- * @param {RecordingOrders} orders
- * @param {() => void} turn
- */
-function trashOf({ open, held }, orders, turn) {
-  const sure = h("button", { type: "button", class: "plain danger", hidden: true, text: "Delete for good", on: { click: () => void orders.emptyTrash() } });
-  const ask = h("button", { type: "button", class: "plain", data: { keep: "empty" }, text: "Empty the trash", on: { click: () => {
-    sure.hidden = false;
-    ask.hidden = true;
-    sure.focus();
-  } } });
-  return [
-    open && held > 0 && ask, open && held > 0 && sure,
-    h("button", { type: "button", class: "plain", "aria-pressed": String(open), data: { keep: "trash" }, on: { click: turn } },
-      icon(open ? "back" : "trash"), open ? "Back to the recordings" : held > 0 ? `Trash (${count(held)})` : "Trash"),
-  ];
-}
-
-/**
- * @param {(text: string) => void} search
- * @param {AbortSignal} signal
- */
-function makeSearch(search, signal) {
-  const input = h("input", { type: "search", id: "recording-search", maxlength: 200, placeholder: "Name, label, id or state", autocomplete: "off" });
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let later;
-  input.addEventListener("input", () => {
-    clearTimeout(later);
-    later = setTimeout(() => search(input.value), PAUSE_MS);
-  });
-  signal.addEventListener("abort", () => clearTimeout(later));
-  return h("div", { class: "search" }, h("label", { for: "recording-search", text: "Search" }), input);
-}
-
-/**
- * Cards in a list: those that stay keep their elements, so that nothing is lost under a pointer.
- * @param {HTMLElement} list
- * @param {RecordingOrders} orders
- */
-function cardsIn(list, orders) {
-  /** @type {Map<string, Card>} */
-  let cards = new Map();
-  return (/** @type {RecordingDocument[]} */ recordings) => {
-    const known = cards;
-    cards = new Map(recordings.map(({ id, removed }) => [`${removed} ${id}`, known.get(`${removed} ${id}`) ?? makeCard(orders)]));
-    for (const recording of recordings) cards.get(`${recording.removed} ${recording.id}`)?.show(recording);
-    if ([...known.keys()].join("\n") === [...cards.keys()].join("\n")) return;
-    const focused = document.activeElement;
-    fill(list, ...[...cards.values()].map(({ element }) => element));
-    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
-  };
 }
 
 /**
@@ -167,9 +117,9 @@ function wordsOf(recording) {
  * @param {RecordingOrders} orders
  */
 function toolsOf(now, orders) {
-  if (now.removed) return [h("button", { type: "button", class: "plain", data: { keep: "tool" }, "aria-label": `Restore ${now.name}`, on: { click: () => void orders.restore(now) } }, icon("again"), "Restore")];
+  if (now.removed) return [h("button", { type: "button", class: "plain", data: { keep: "tool" }, "aria-label": `Restore ${now.name}`, on: { click: () => void orders.trash.restore(now) } }, icon("again"), "Restore")];
   return [h("button", {
     type: "button", class: "tool", data: { keep: "tool" }, "aria-label": `Put ${now.name} in the trash`,
-    title: now.live ? "Not while it is being made" : "Put it in the trash", disabled: now.live, on: { click: () => void orders.remove(now) },
+    title: now.live ? "Not while it is being made" : "Put it in the trash", disabled: now.live, on: { click: () => void orders.trash.remove(now) },
   }, icon("trash"))];
 }

@@ -46,6 +46,6 @@ function coverOf({ state, trouble, url }) {
  */
 function toolOf(still, orders) {
   const { id, name, state } = still;
-  if (state === "removed") return h("button", { type: "button", class: "plain", data: { keep: `tool ${id}` }, "aria-label": `Restore ${name}`, on: { click: () => void orders.restore(still) } }, icon("again"), "Restore");
-  return h("button", { type: "button", class: "tool", data: { keep: `tool ${id}` }, "aria-label": `Put ${name} in the trash`, title: "Put it in the trash", on: { click: () => void orders.remove(still) } }, icon("trash"));
+  if (state === "removed") return h("button", { type: "button", class: "plain", data: { keep: `tool ${id}` }, "aria-label": `Restore ${name}`, on: { click: () => void orders.trash.restore(still) } }, icon("again"), "Restore");
+  return h("button", { type: "button", class: "tool", data: { keep: `tool ${id}` }, "aria-label": `Put ${name} in the trash`, title: "Put it in the trash", on: { click: () => void orders.trash.remove(still) } }, icon("trash"));
 }

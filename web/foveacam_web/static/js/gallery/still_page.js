@@ -69,7 +69,7 @@ function makePage(orders, reader) {
 function headOf(still, orders) {
   const back = galleryAddress("stills");
   const remove = async () => {
-    if (await orders.remove(still)) location.hash = back;
+    if (await orders.trash.remove(still)) location.hash = back;
   };
   const readable = still.trouble === "";
   const wrong = readable ? missingWords(still) : [sentence(still.trouble)];

@@ -6,6 +6,7 @@ import { changing, h, say } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords } from "./dataset_words.js";
+import { makeSearch, makeTrashDoor } from "./list_parts.js";
 import { stillCard } from "./still_card.js";
 import { StillsReader } from "./stills_reader.js";
 
@@ -14,35 +15,33 @@ import { StillsReader } from "./stills_reader.js";
  * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
  */
 
-const PAUSE_MS = 200; // while somebody types
-
 /** @param {GalleryContext} context */
 export function openStillsList({ commands, follow, signal }) {
   let in_trash = false;
-  let asked = false;
   const reader = new StillsReader(() => show());
   const orders = new StillOrders({ commands, changed: () => reader.readAll() });
-  const [found, empty, trash] = [h("p", { class: "why found", role: "status" }), h("div", {}), h("div", { class: "actions trash" })];
+  const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
   const list = h("ul", { class: "cards" });
-  const search = makeSearch((text) => void reader.search(text), signal);
+  const search = makeSearch({ id: "still-search", placeholder: "Name, label or id", search: (text) => void reader.search(text), signal });
   const showCards = changing(list, cardsOf(orders));
   const showEmpty = changing(empty, emptyOf);
-  const turn = (/** @type {{open?: boolean, ask?: boolean}} */ { open = in_trash, ask = false }) => {
-    [in_trash, asked] = [open, ask];
-    show();
-  };
-  const showTrash = changing(trash, (/** @type {{open: boolean, held: number, asked: boolean}} */ now) => trashOf(now, orders, turn));
+  const trash = makeTrashDoor({
+    noun: { one: "still", many: "stills" }, trash: orders.trash, turn: (open) => {
+      in_trash = open;
+      search.hidden = open;
+      show();
+    },
+  });
   const show = () => {
     const shown = in_trash ? reader.trash : reader.list;
-    search.hidden = in_trash;
-    showTrash({ open: in_trash, held: reader.trash?.length ?? 0, asked });
+    trash.show(in_trash, reader.trash?.length ?? 0);
     showCards(shown ?? []);
     say(found, shown && shown.length > 0 ? summary(shown) : "");
     const words = shown === null ? "Loading …" : shown.length > 0 ? "" : in_trash ? "The trash is empty." : reader.searched ? `No still holds “${reader.searched}”.` : "none";
     showEmpty({ words, waiting: in_trash ? 0 : reader.waiting });
   };
   follow(reader);
-  return h("div", { class: "datasets stills" }, h("div", { class: "gallery-bar" }, search, found, trash), empty, list);
+  return h("div", { class: "datasets stills" }, h("div", { class: "gallery-bar" }, search, found, trash.element), empty, list);
 }
 
 /**
@@ -74,44 +73,5 @@ function emptyOf({ words, waiting }) {
     waiting > 0 && h("p", { class: "strip warn" }, icon("info"), h("span", {}, `${count(waiting)} ${waiting === 1 ? "still was" : "stills were"} taken and neither kept nor discarded. `, there, ".")),
     words !== "" && nothing(words === "none" ? "No still yet." : words),
     words === "none" && h("p", { class: "lead" }, "A still is a stack of pictures of every camera, taken where the mirrors stand. ", h("a", { href: "#/capture", text: "Take one" }), "."),
-  ];
-}
-
-/**
- * @param {(text: string) => void} search
- * @param {AbortSignal} signal
- */
-function makeSearch(search, signal) {
-  const input = h("input", { type: "search", id: "still-search", maxlength: 200, placeholder: "Name, label or id", autocomplete: "off" });
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let later;
-  input.addEventListener("input", () => {
-    clearTimeout(later);
-    later = setTimeout(() => search(input.value), PAUSE_MS);
-  });
-  signal.addEventListener("abort", () => clearTimeout(later));
-  return h("div", { class: "search" }, h("label", { for: "still-search", text: "Search" }), input);
-}
-
-/**
- * The door to the trash, and the button that empties it, which asks first.
- * @param {{open: boolean, held: number, asked: boolean}} now
- * @param {StillOrders} orders
- * @param {(to: {open?: boolean, ask?: boolean}) => void} turn
- */
-function trashOf({ open, held, asked }, orders, turn) {
-  const button = (/** @type {string} */ keep, /** @type {string} */ text, /** @type {() => void} */ act, danger = false) =>
-    h("button", { type: "button", class: danger ? "plain danger" : "plain", data: { keep }, on: { click: act } }, text);
-  const sure = () => {
-    turn({});
-    void orders.emptyTrash();
-  };
-  return [
-    open && held > 0 && asked && h("span", { class: "why", role: "alert", text: `Delete ${held === 1 ? "this still" : `these ${count(held)} stills`} for good?` }),
-    open && held > 0 && asked && button("empty", "Delete for good", sure, true),
-    open && held > 0 && asked && button("keep", "Keep", () => turn({})),
-    open && held > 0 && !asked && button("empty", "Empty the trash", () => turn({ ask: true })),
-    h("button", { type: "button", class: "plain", "aria-pressed": String(open), data: { keep: "trash" }, on: { click: () => turn({ open: !open }) } },
-      icon(open ? "back" : "trash"), open ? "Back to the stills" : held > 0 ? `Trash (${count(held)})` : "Trash"),
   ];
 }

@@ -1,0 +1,87 @@
+// Keeps a list and its trash equal to the server's while they are shown.
+
+import { request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+
+/** @typedef {import("../types.js").RigEvent} RigEvent */
+
+/**
+ * Reads for one list.
+ * @template {{id: string}} T
+ */
+export class KeptReader {
+  #resource;
+  #changed;
+  #hear;
+  #reads = new QuietReads();
+  #text = "";
+  /** @type {T[] | null} */
+  list = null;
+  /** @type {T[] | null} */
+  trash = null;
+  /** What the list was searched for when it was read. */
+  searched = "";
+
+  /**
+   * @param {{resource: string, changed: () => void, hear: (reader: KeptReader<T>, event: RigEvent) => void}} context
+   *   `resource`: its path below /api/v1; `hear`: what an event is to it
+   */
+  constructor({ resource, changed, hear }) {
+    this.#resource = resource;
+    this.#changed = changed;
+    this.#hear = hear;
+  }
+
+  readAll() {
+    return Promise.all([this.readList(), this.#readTrash()]);
+  }
+
+  /**
+   * Show those that hold every word.
+   * @param {string} text
+   */
+  search(text) {
+    this.#text = text;
+    return this.readList();
+  }
+
+  /**
+   * Show what became of one, without reading all.
+   * @param {string} id
+   * @param {(known: T) => T} change
+   */
+  change(id, change) {
+    if (!this.list?.some((each) => each.id === id)) return;
+    this.list = this.list.map((each) => (each.id === id ? change(each) : each));
+    this.#changed();
+  }
+
+  readList() {
+    return this.#reads.read("list", async () => {
+      const text = this.#text;
+      this.list = await this.#read(`text=${encodeURIComponent(text)}`);
+      this.searched = text.trim();
+      this.#changed();
+    });
+  }
+
+  #readTrash() {
+    return this.#reads.read("trash", async () => {
+      this.trash = await this.#read("removed=true");
+      this.#changed();
+    });
+  }
+
+  /**
+   * @param {string} query
+   * @returns {Promise<T[]>}
+   */
+  #read(query) {
+    return request("GET", `${this.#resource}?${query}`);
+  }
+
+  /** @param {RigEvent} event */
+  hear(event) {
+    this.#hear(this, event);
+  }
+}
