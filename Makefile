@@ -10,7 +10,7 @@ WORKERS ?= 2
 PORT ?= 8000
 NAME ?= render
 
-.PHONY: setup packages run test lint bench clean
+.PHONY: setup packages renderer run test lint bench clean
 
 setup: $(DEV)
 
@@ -35,6 +35,9 @@ packages:
 	@sh tests/system/install-chromium.sh
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
+
+renderer: $(DEV)
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -c "from foveacam_hardware.sim.render import warm_up; warm_up()"
 
 test: $(DEV) packages
 	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder

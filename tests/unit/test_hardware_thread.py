@@ -80,6 +80,19 @@ def never() -> bool:
     return False
 
 
+def test_a_rig_counts_as_open_only_when_its_cameras_are_known(setup: Setup) -> None:
+    known: list[tuple[RigState, int]] = []
+
+    class Opened(threading.Event):
+        def set(self) -> None:
+            known.append((setup.hardware.status.state, len(setup.hardware.status.cameras)))
+            super().set()
+
+    setup.hardware._opened = Opened()
+    setup.start()
+    assert known == [(RigState.OPENING, 3)]
+
+
 def test_views_live_while_nobody_works(setup: Setup) -> None:
     setup.start()
     for view in ("wide", "left", "right"):

@@ -201,6 +201,7 @@ class HardwareThread:
             return None
         self._watch.connect(rig)
         self._rig = rig
+        self.refresh(rig)  # what is open is known
         self._opened.set()
         self.refresh(rig)
         return rig

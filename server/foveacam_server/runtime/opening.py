@@ -46,24 +46,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     sights = open_sights(ground, lore, loop=loop)
     hardware = _hardware(ground, lore, sights)
     jobs = JobRunner(ground.store, events=ground.events, clock=ground.clock)
-    equipment = Equipment(
-        hardware=hardware,
-        calibration=lore.calibration,
-        jobs=jobs,
-        sink=sights.tap,
-        events=ground.events,
-        clock=ground.clock,
-        settling=lore.settling,
-    )
-    sessions = SessionShelf(lore.folder / "sessions")
-    desk, drift = CalibrationDesk(sessions, equipment), DriftChecks(lore.folder / "drift", equipment)
-    trigger_tests = TriggerTests(
-        lore.cameras_folder / "self_tests",
-        cameras=lore.cameras,
-        hardware=hardware,
-        jobs=jobs,
-        events=ground.events,
-    )
+    calibrating = _open_calibrating(ground, lore, sights, hardware=hardware, jobs=jobs)
+    trigger_tests = _trigger_tests(ground, lore, hardware=hardware, jobs=jobs)
     collected = open_collected(ground, lore, sights, hardware=hardware, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
@@ -87,11 +71,9 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         stop=stop,
         stopping=stopping,
         calibration=lore.calibration,
-        records=CalibrationRecords(
-            lore.calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=lore.health
-        ),
-        sessions=desk,
-        drift=drift,
+        records=calibrating.records,
+        sessions=calibrating.desk,
+        drift=calibrating.drift,
         overlay=sights.overlay,
         jobs=jobs,
         clouds=study.clouds,
@@ -102,6 +84,39 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         fixations=study.fixations,
         viewer=sights.viewer,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Calibrating:
+    """What measures calibrations, and what keeps them."""
+
+    desk: CalibrationDesk
+    drift: DriftChecks
+    records: CalibrationRecords
+
+
+def _open_calibrating(
+    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, jobs: JobRunner
+) -> _Calibrating:
+    equipment = Equipment(
+        hardware=hardware,
+        calibration=lore.calibration,
+        jobs=jobs,
+        sink=sights.tap,
+        events=ground.events,
+        clock=ground.clock,
+        settling=lore.settling,
+    )
+    sessions, drift = SessionShelf(lore.folder / "sessions"), DriftChecks(lore.folder / "drift", equipment)
+    records = CalibrationRecords(
+        lore.calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=lore.health
+    )
+    return _Calibrating(desk=CalibrationDesk(sessions, equipment), drift=drift, records=records)
+
+
+def _trigger_tests(ground: Ground, lore: Lore, *, hardware: HardwareThread, jobs: JobRunner) -> TriggerTests:
+    folder = lore.cameras_folder / "self_tests"
+    return TriggerTests(folder, cameras=lore.cameras, hardware=hardware, jobs=jobs, events=ground.events)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -81,23 +81,14 @@ def rig_sweep(
     """
     check_sweeps(sweeps, wide, rig_id=drawing.rig_id)
     placed, left_out, base = placed_targets(sweeps, wide, distance=distance)
-    size = sweeps[0].header.fovea_size
-    centre_px = np.array([(size[0] - 1) / 2.0, (size[1] - 1) / 2.0])
+    centre_px = (np.array(sweeps[0].header.fovea_size) - 1) / 2.0
     seen = {role: eye_rows(placed, role, drawing, distance, centre_px=centre_px) for role in EYES}
     group = dict(zip(((p.sweep, p.pose.index) for p in placed), same_node(placed), strict=True))
-    max_v = max(sweep.header.max_v for sweep in sweeps)
-    nodes = {role: [row for row in seen[role] if not row.visit] for role in EYES}
-    for role in EYES:
-        volts, angles = (
-            volts_of(nodes[role]),
-            np.array([row.angles_rad for row in nodes[role]]).reshape(-1, 2),
-        )
-        check_axes(volts, angles, role=role, max_v=max_v)
-        check_eye_seen(sweeps, role, accepted=len(nodes[role]))
-        check_spread(volts, role=role)
+    _check_nodes(sweeps, seen)
     straight, drift = without_drift(seen, group, f_px=drawing.fovea_f_px) if take_out_drift else (seen, None)
     rows = {role: [row for row in straight[role] if not row.visit] for role in EYES}
     one_depth = distance is Distance.UNKNOWN
+    header = sweeps[0].header
     rig = RigSweep(
         rig_id=drawing.rig_id,
         created_utc=max(sweep.header.created_utc for sweep in sweeps),
@@ -108,25 +99,42 @@ def rig_sweep(
         right=_swept(rows, Role.RIGHT, group, drift, one_depth=one_depth),
         baseline_m=drawing.baseline_m,
         fovea_f_px=drawing.fovea_f_px,
-        fovea_width=size[0],
-        fovea_height=size[1],
+        fovea_width=header.fovea_size[0],
+        fovea_height=header.fovea_size[1],
         pupil_m=drawing.pupil_m,
     )
     return Measured(
         rig=rig,
-        parallax=tuple(
-            parallax_of(
-                sweep.header.station,
-                [one.target for one in placed if one.sweep == k],
-                baseline_m=drawing.baseline_m,
-                corrected=distance is not Distance.UNKNOWN,
-            )
-            for k, sweep in enumerate(sweeps)
-        ),
+        parallax=_parallax(sweeps, placed, drawing, distance),
         base=base,
         nodes={role: np.array([row.node for row in rows[role]], dtype=np.int64) for role in EYES},
         left_out=left_out,
         drift=drift,
+    )
+
+
+def _check_nodes(sweeps: Sequence[Sweep], seen: dict[Role, list[Row]]) -> None:
+    """Refuse an eye that was not seen, an axis that does not answer and poses on a line, by name."""
+    max_v = max(sweep.header.max_v for sweep in sweeps)
+    for role in EYES:
+        nodes = [row for row in seen[role] if not row.visit]
+        volts, angles = volts_of(nodes), np.array([row.angles_rad for row in nodes]).reshape(-1, 2)
+        check_axes(volts, angles, role=role, max_v=max_v)
+        check_eye_seen(sweeps, role, accepted=len(nodes))
+        check_spread(volts, role=role)
+
+
+def _parallax(
+    sweeps: Sequence[Sweep], placed: Sequence[Placed], drawing: RigDrawing, distance: Distance
+) -> tuple[Parallax, ...]:
+    return tuple(
+        parallax_of(
+            sweep.header.station,
+            [one.target for one in placed if one.sweep == k],
+            baseline_m=drawing.baseline_m,
+            corrected=distance is not Distance.UNKNOWN,
+        )
+        for k, sweep in enumerate(sweeps)
     )
 
 
