@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from .browsing import ARGUMENTS, CHROMIUM, DESKTOP, Console, OpenConsole, Tabs
+from foveacam_server.bench.console import CHROMIUM, CHROMIUM_ARGUMENTS
+
+from .browsing import DESKTOP, Console, OpenConsole, Tabs
 from .own_server import Server, StartServer, servers
 
 
@@ -24,7 +26,7 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="module")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    found = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+    found = playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_ARGUMENTS)
     yield found
     found.close()
 

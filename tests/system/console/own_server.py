@@ -1,7 +1,6 @@
 """`foveacam serve` in a process of its own."""
 
 import re
-import socket
 import subprocess
 import sys
 import time
@@ -93,9 +92,3 @@ def servers(data: Path) -> Iterator[StartServer]:
             return server
 
         yield start
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -5,8 +5,10 @@ import time
 import pytest
 from playwright.sync_api import Browser, Page
 
+from foveacam_server.bench.server_process import free_port
+
 from .browsing import DESKTOP, OpenConsole, contexts, watched
-from .own_server import Server, StartServer, free_port
+from .own_server import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Playwright, expect
 
-from .browsing import ARGUMENTS, CHROMIUM, PHONE, TOUCH, Console, OpenConsole, contexts, watched
+from foveacam_server.bench.console import CHROMIUM, CHROMIUM_ARGUMENTS
+
+from .browsing import PHONE, TOUCH, Console, OpenConsole, contexts, watched
 from .own_server import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -172,7 +174,9 @@ def test_page_without_webgl_says_so_and_works(
     playwright: Playwright, server: Server, browser: Browser
 ) -> None:
     server.be_idle()
-    plain = playwright.chromium.launch(executable_path=CHROMIUM, args=[*ARGUMENTS, "--disable-3d-apis"])
+    plain = playwright.chromium.launch(
+        executable_path=CHROMIUM, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
+    )
     try:
         with contexts(plain, {"scene": True}, {}) as context:
             console = watched(context.new_page())
