@@ -48,7 +48,7 @@ def bessel_polynomial(order: int) -> NDArray[np.float64]:
     """Return the denominator of a Bessel low-pass with -3 dB at 1 rad/s, (order + 1,), the constant first.
 
     The reverse Bessel polynomial (Thomson 1949), its frequency scaled. Written out because scipy.signal takes
-    two seconds to load, and every start of a server would wait for it.
+    1.5 s to load, and every start of a server would wait for it.
     """
     powers = np.arange(order + 1)
     delay = np.array(
