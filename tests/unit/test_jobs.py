@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import Busy, DeviceFault, InvalidInput, MonotonicClock, VirtualClock
+from foveacam_hardware.contract import Busy, DeviceFault, InvalidInput, MonotonicClock, Stopped, VirtualClock
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.job_table import Job, JobState, JobTable
@@ -129,6 +129,15 @@ def test_cancel_all_names_its_reason(bench: Bench) -> None:
     problem = bench.end(job).problem
     assert problem is not None
     assert "the stop was engaged" in problem["detail"]
+
+
+def test_refused_by_the_stop_before_it_has_cancelled_the_job_it_counts_as_cancelled(bench: Bench) -> None:
+    bench.failure = Stopped("asked to move: no", found="the stop is engaged")
+    bench.go.set()
+    ended = bench.end(bench.jobs.submit("wait", {}))
+    assert ended.state is JobState.CANCELLED
+    assert ended.problem is not None
+    assert "the stop is engaged" in ended.problem["detail"]
 
 
 def test_too_many_waiting_jobs_are_refused(bench: Bench) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, Stopped
+from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Codec
 from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
@@ -179,8 +179,6 @@ class CaptureService:
                     writer = begin(access, folder, wish, tools.calibration.require(), watch=watch)
                 with writer:
                     run_capture(access, writer, watch=watch)
-        except Stopped as error:  # it may come before the stop has cancelled the job
-            raise Cancelled("the stop was engaged") from error
         finally:
             with self._lock:
                 self._live = None

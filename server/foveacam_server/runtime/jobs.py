@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput
+from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
 from foveacam_server.errors import problem_of
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.job_table import Job, JobState, JobTable
@@ -232,9 +232,9 @@ class JobRunner:
             job.result_url = self._handlers[job.kind](JobContext(self, job, clock=self._clock))
             job.state = JobState.SUCCEEDED
         except Cancelled as error:
-            job.state = JobState.CANCELLED
-            reason = self._cancelled.get(job.id, str(error))
-            job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
+            self._ended_early(job, str(error))
+        except Stopped as error:  # the mirrors refuse before the stop has come round to cancel the job
+            self._ended_early(job, error.found or str(error))
         except FoveaError as error:
             self._failed(job, error)
         except Exception as error:  # noqa: BLE001 - a job's outermost frame: the worker lives on
@@ -265,6 +265,11 @@ class JobRunner:
             job.started_utc = utc_now()
         self._table.save(job)
         self._tell(job)
+
+    def _ended_early(self, job: Job, otherwise: str) -> None:
+        job.state = JobState.CANCELLED
+        reason = self._cancelled.get(job.id, otherwise)
+        job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
 
     def _failed(self, job: Job, error: Exception) -> None:
         job.state = JobState.FAILED

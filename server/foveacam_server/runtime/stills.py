@@ -4,7 +4,7 @@ import shutil
 import threading
 from pathlib import Path
 
-from foveacam_hardware.contract import Cancelled, Frame, Role, Stopped
+from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.dataset import Codec, describe
 from foveacam_pipeline.capture.still import (
     StillKeep,
@@ -122,12 +122,9 @@ class StillService:
         tools, request = self._tools, context.job.request
         still_id = ID_PREFIX + context.job.id.partition("-")[2]
         folder, plan = self.shelf.new_folder(request["name"], waits=not request["save"]), plan_of(request)
-        try:
-            with tools.hardware.session("a still", cancelled=context.cancelled) as head:
-                access = StandingAccess(tools.hardware, head, clock=tools.clock)
-                still = take_still(access, plan, watch=StillWatch(context, tools))
-        except Stopped as error:  # it may come before the stop has cancelled the job
-            raise Cancelled("the stop was engaged") from error
+        with tools.hardware.session("a still", cancelled=context.cancelled) as head:
+            access = StandingAccess(tools.hardware, head, clock=tools.clock)
+            still = take_still(access, plan, watch=StillWatch(context, tools))
         labels = StillLabels(
             label=request["label"],
             licence=request["licence"],
