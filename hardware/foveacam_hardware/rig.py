@@ -47,10 +47,11 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Why a device is not usable, in words for the operator."""
+    """Why a device is not usable, in words for the operator; what to do about it, where the device knows."""
 
     device: str
     detail: str
+    remedy: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,18 +149,18 @@ class Rig:
         try:
             self.mirrors.connect()
         except FoveaError as error:
-            problems.append(Problem(device="mirrors", detail=str(error)))
+            problems.append(Problem(device="mirrors", detail=str(error), remedy=error.remedy))
         for camera in self.cameras:
             try:
                 camera.connect()
                 camera.start()
             except FoveaError as error:
-                problems.append(Problem(device=str(camera.role), detail=str(error)))
+                problems.append(Problem(device=str(camera.role), detail=str(error), remedy=error.remedy))
         for name, device in self._base:
             try:
                 device.connect()
             except FoveaError as error:
-                problems.append(Problem(device=name, detail=str(error)))
+                problems.append(Problem(device=name, detail=str(error), remedy=error.remedy))
         self.problems = tuple(problems)
         return self.problems
 

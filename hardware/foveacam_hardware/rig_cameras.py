@@ -46,7 +46,11 @@ def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
         case OpenCvCameraConfig():
             return _supervised(role, given, lambda: _opencv(given, clock), clock=clock)
         case _:
-            return AbsentCamera(role, reason='the rig file names none; give it a kind, such as "aravis"')
+            return AbsentCamera(
+                role,
+                reason="the rig file names none",
+                remedy='give it a kind there, such as "aravis", and start the server again',
+            )
 
 
 def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig) -> CameraPlan:

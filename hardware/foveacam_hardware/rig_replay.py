@@ -49,7 +49,7 @@ def replay_rig(recorded: RecordedRig, *, playback: Playback | None = None, clock
 def _camera(role: Role, playing: dict[Role, ReplayCamera]) -> Camera:
     if role in playing:
         return playing[role]
-    return AbsentCamera(role, reason="the recording has no frames of it; choose one that has")
+    return AbsentCamera(role, reason="the recording has no frames of it", remedy="choose one that has")
 
 
 def _tape(recorded: RecordedRig, playback: Playback, clock: Clock) -> Tape:

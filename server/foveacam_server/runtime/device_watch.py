@@ -96,10 +96,10 @@ class DeviceWatch:
         rig.connect()
         if self._keeper is not None:
             self._keeper.restore(rig)
-        failed = {problem.device: problem.detail for problem in rig.problems}
-        for device, detail in failed.items():
-            self.fault(device, detail=detail)
-        self._probation |= self._problems.keys() - failed.keys() - {MIRRORS}
+        failed = {problem.device for problem in rig.problems}
+        for problem in rig.problems:
+            self.fault(problem.device, detail=problem.detail, remedy=problem.remedy or RETRIED)
+        self._probation |= self._problems.keys() - failed - {MIRRORS}
         parked = MIRRORS not in failed and mirrors_were_lost and self._ready_mirrors(rig)
         if parked and self._exposures_fail:
             self._probation.add(MIRRORS)

@@ -25,6 +25,11 @@ class RigProblem(Protocol):
         """What was asked and what was found."""
         ...
 
+    @property
+    def remedy(self) -> str | None:
+        """What to do about it, where the device knows."""
+        ...
+
 
 class Rig(CaptureRig, Protocol):
     """An assembled rig, with more than a capture needs of it.

@@ -20,9 +20,10 @@ from foveacam_hardware.contract import (
 class AbsentCamera:
     """A camera that is not there; all it can do is say why."""
 
-    def __init__(self, role: Role, *, reason: str) -> None:
+    def __init__(self, role: Role, *, reason: str, remedy: str) -> None:
         self._role = role
         self._reason = reason
+        self._remedy = remedy
 
     @property
     def role(self) -> Role:
@@ -96,4 +97,6 @@ class AbsentCamera:
         self._refuse()
 
     def _refuse(self) -> NoReturn:
-        raise NotConnected(f"camera {self._role}: {self._reason}")
+        raise NotConnected(
+            f"camera {self._role}: {self._reason}; {self._remedy}", found=self._reason, remedy=self._remedy
+        )

@@ -128,6 +128,15 @@ export const ENDS = Object.freeze(
 );
 
 /**
+ * What to do about a problem, as a sentence; empty when its detail has said it.
+ * @param {{detail?: string | null, remedy?: string | null} | null | undefined} problem
+ */
+export function remedyOf(problem) {
+  const remedy = problem?.remedy ?? "";
+  return problem?.detail?.includes(remedy) ? "" : sentence(remedy);
+}
+
+/**
  * The server's words as a sentence: a capital in front, a full stop behind.
  * @param {string | null | undefined} text
  */

@@ -1,7 +1,7 @@
 // Short messages at the corner: what happened, why, and what to do. Equal ones are counted, not piled up.
 
 import { fill, h } from "./dom.js";
-import { sentence } from "./format.js";
+import { remedyOf, sentence } from "./format.js";
 import { icon } from "./icons.js";
 
 /**
@@ -31,8 +31,7 @@ export class Toasts {
    */
   problem(problem, action = null) {
     const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
-    const said = problem.remedy && problem.detail.includes(problem.remedy);
-    this.show({ tone, title: problem.title, detail: problem.detail, remedy: said ? undefined : problem.remedy, action, stay_ms: 2 * STAY_MS });
+    this.show({ tone, title: problem.title, detail: problem.detail, remedy: remedyOf(problem), action, stay_ms: 2 * STAY_MS });
   }
 
   /** @param {Message} message */

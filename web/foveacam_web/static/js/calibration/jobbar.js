@@ -1,7 +1,7 @@
 // What runs now: which step, how far, how long still, cancel. When it has ended: how, why, and what to do.
 
 import { fill, h, say } from "../dom.js";
-import { pixels, sentence } from "../format.js";
+import { pixels, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { bar } from "./parts.js";
 import { isRunning, placeOf } from "./work.js";
@@ -111,7 +111,7 @@ function endedWords(work, found) {
     h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), `${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}`),
     work.state === "succeeded" && work.step === "all" && h("p", { class: "lead", text: resultOf(found) }),
     work.state === "failed" && h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
-    work.state === "failed" && problem?.remedy && !problem.detail.includes(problem.remedy) && h("p", { class: "remedy", text: sentence(problem.remedy) }),
+    work.state === "failed" && remedyOf(problem) && h("p", { class: "remedy", text: remedyOf(problem) }),
     kept && h("p", { class: "lead", text: kept }),
   ];
 }

@@ -2,7 +2,7 @@
 
 import { bar, panel } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
-import { count, sentence } from "../format.js";
+import { count, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { makeStillForm } from "./still_form.js";
 import { StillOrders } from "./still_orders.js";
@@ -60,6 +60,5 @@ function toldOf({ press, problem }) {
     return [bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }), h("p", { class: "why", text: words })];
   }
   if (!problem) return [];
-  const said = !problem.remedy || problem.detail.includes(problem.remedy);
-  return [h("p", { class: "refused", role: "alert" }, sentence(problem.detail), said ? null : ` ${sentence(problem.remedy ?? "")}`)];
+  return [h("p", { class: "refused", role: "alert" }, sentence(problem.detail), ` ${remedyOf(problem)}`)];
 }

@@ -1,6 +1,6 @@
 // Sizes, shares and phases in the words that the operator reads. Nothing here touches the page.
 
-import { count, MISSING, number, sentence, span } from "../format.js";
+import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
 
 /**
  * @typedef {import("./documents.js").CaptureEnd} CaptureEnd
@@ -65,6 +65,6 @@ export function endWords({ name, end }) {
   const reason = sentence(problem && !cancelled ? problem.detail : why || problem?.detail);
   const told = reason.includes(`${taken} of ${planned}`);
   const kept = state === null ? "Nothing was taken yet." : told ? "" : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
-  const remedy = cancelled || !problem?.remedy || problem.detail.includes(problem.remedy) ? "" : sentence(problem.remedy);
+  const remedy = cancelled ? "" : remedyOf(problem);
   return { tone: cancelled ? "warn" : "bad", head, why: [reason, kept].filter(Boolean).join(" "), remedy };
 }

@@ -1,7 +1,7 @@
 // The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
 
 import { fill, h, say } from "../dom.js";
-import { angle, distance, distanceText, ENDS, millis, MISSING, number, sentence } from "../format.js";
+import { angle, distance, distanceText, ENDS, millis, MISSING, number, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { drawSteps } from "./stepplot.js";
 
@@ -77,10 +77,11 @@ function running(current, commands) {
 
 /** @param {CurrentFixation} current */
 function failed({ problem }) {
+  const remedy = remedyOf(problem);
   return [
     title("bad", problem?.title ?? "Failed"),
     h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
-    problem?.remedy ? h("p", { class: "remedy", text: sentence(problem.remedy) }) : null,
+    remedy && h("p", { class: "remedy", text: remedy }),
   ];
 }
 

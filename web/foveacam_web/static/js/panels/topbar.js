@@ -8,7 +8,7 @@ import { CAPTURE_ADDRESS } from "../capture/route.js";
 import { shareOf } from "../capture/runs.js";
 import { farWords, stateWords } from "../capture/words.js";
 import { fill, h, say } from "../dom.js";
-import { baseline, clockTime, sentence } from "../format.js";
+import { baseline, clockTime, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
@@ -159,7 +159,7 @@ export function mountProblems(strip, store) {
     strip.hidden = problems.length === 0 && !stale;
     fill(strip, icon("warn"), h("ul", {}, problems.map((problem) =>
       h("li", {}, problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
-        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: sentence(problem.remedy) }))),
+        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: remedyOf(problem) }))),
       stale && h("li", {}, h("b", { text: "calibration " }), `${healthReason(stale)} `, h("a", { href: addressOf("overview"), text: "Check its drift, or calibrate again." }))));
   });
 }

@@ -1,7 +1,7 @@
 // One view in its frame: the canvas, how fresh it is, and what to read when there is no picture.
 
 import { fill, h, say } from "../dom.js";
-import { clockTime, millis, sentence, span } from "../format.js";
+import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
 import { isRunning } from "../calibration/work.js";
 import { isCapturing } from "../capture/reader.js";
 import { icon } from "../icons.js";
@@ -186,7 +186,7 @@ export class Pane {
 function missingCamera(state, roles) {
   const problem = state.rig?.problems.find(({ device }) => roles.some((role) => device.includes(role)));
   const reason = sentence(reasonOf(state, roles)) || "See the rig's status.";
-  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : reason;
+  const detail = problem ? `${sentence(problem.detail)} ${remedyOf(problem)}` : reason;
   return { title: `No ${roles.join(" and ")} camera`, detail };
 }
 
@@ -206,6 +206,6 @@ function reasonOf({ rig }, roles) {
 /** @param {ConsoleState} state */
 function missingMirrors(state) {
   const problem = state.rig?.problems.find(({ device }) => /mirror|controller/.test(device));
-  const detail = problem ? `${sentence(problem.detail)} ${sentence(problem.remedy)}` : "See the rig's status.";
+  const detail = problem ? `${sentence(problem.detail)} ${remedyOf(problem)}` : "See the rig's status.";
   return { title: "No trigger: the mirror controller is missing", detail };
 }
