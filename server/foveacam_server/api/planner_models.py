@@ -1,0 +1,192 @@
+"""What the planner is asked, and what it answers: metres, and GeoJSON in a plane."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from foveacam_server.api.models import Asked, Told
+
+Length = Annotated[float, Field(ge=0.0, le=1e6)]
+Place = Annotated[list[Annotated[float, Field(ge=-1e7, le=1e7)]], Field(min_length=2, max_length=2)]
+"""A point of the map: x, y, m."""
+MOST_TARGETS = 50
+MOST_POINTS = 1000
+MOST_BASE64 = 24_000_000
+"""A picture of 18 MB."""
+
+
+class RingAsked(Asked):
+    """What is looked at and how, and how near is too near (Eqs. 6-9)."""
+
+    feature_m: Annotated[float, Field(ge=1e-6, le=1000.0)] = 0.02
+    """Size of the feature that shall be resolved."""
+    px_per_deg: Annotated[float, Field(ge=1e-3, le=1e5)] = 502.0
+    """Angular resolution: some 502 of a fovea, 55 of the wide camera (Table 2)."""
+    pixels: Annotated[float, Field(ge=0.01, le=1e5)] = 1.0
+    """How many pixels the feature must fill."""
+    small_angle: bool = False
+    """Whether D_max is the approximation S / theta instead of the exact S / (2 tan(theta / 2))."""
+    d_min_m: Length = 0.0
+    """Nearer than this the observer is noticed."""
+    near_error_m: Length = 0.0
+    """The observer's own depth error at D_min."""
+    bound: Literal["inflated", "plain", "as_printed"] = "inflated"
+    """What that error does to D_min: added, nothing, or subtracted as Eq. 9 is printed."""
+
+
+class ClutterAsked(Asked):
+    """Random obstacles (Eqs. 10-13)."""
+
+    occupancy: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    """p: the probability that an obstacle's centre lies in a square metre."""
+    radius_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.5
+
+
+class StandoffAsked(Asked):
+    """Where to stand about one target among random obstacles."""
+
+    ring: RingAsked = RingAsked()
+    clutter: ClutterAsked = ClutterAsked()
+    domain_m2: Annotated[float, Field(gt=0.0, le=1e30)] | None = None
+    """The area that the observer is anywhere in; without it, the disc twice as wide as the ring."""
+
+
+class RingDocument(Told):
+    """Where an observer may stand about a target; `empty_because`: in words, why nowhere."""
+
+    resolution_mrad: float
+    """The angle that the feature must fill."""
+    d_max_m: float
+    inner_m: float
+    outer_m: float
+    empty: bool
+    empty_because: str | None
+    area_m2: float
+    """Without obstacles: pi (outer² - inner²)."""
+
+
+class CurveDocument(Told):
+    """Probability of success against D_max, over the same domain; rows belong together."""
+
+    d_max_m: list[float]
+    success: list[float]
+    clear: list[float]
+    """That nothing stands in a line of sight of this length."""
+
+
+class StandoffDocument(Told):
+    """The ring, and how likely an observer anywhere in the domain sees the target unnoticed."""
+
+    ring: RingDocument
+    domain_m2: float
+    corridor_m2: float
+    """Area in which an obstacle's centre blocks a line of sight of length D_max (Eq. 10)."""
+    clear_at_inner: float
+    clear_at_outer: float
+    """That nothing stands in the line of sight (Eq. 11)."""
+    success: float
+    """Eq. 12."""
+    success_slope_per_m: float
+    """What a metre of D_max adds (Eq. 13); 0 where the ring is empty."""
+    expected_area_m2: float
+    """The part of the ring from which the target is seen, on average: success times domain."""
+    curve: CurveDocument
+
+
+class RandomMapAsked(Asked):
+    """A map by lot: the same seed and settings give the same map."""
+
+    kind: Literal["random"]
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
+    size_m: Annotated[float, Field(ge=1.0, le=10_000.0)] = 60.0
+    obstacles: Annotated[int, Field(ge=0, le=400)] = 40
+    targets: Annotated[int, Field(ge=1, le=MOST_TARGETS)] = 5
+    smallest_radius_m: Annotated[float, Field(gt=0.0, le=1000.0)] = 0.6
+    largest_radius_m: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.8
+    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
+
+
+class GeojsonMapAsked(Asked):
+    """A map of one's own: polygons are obstacles, points whose property `kind` is "target" are targets."""
+
+    kind: Literal["geojson"]
+    document: dict[str, Any]  # Any: GeoJSON, checked where it is read
+    m_per_unit: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+    """Metres for one unit of its coordinates."""
+
+
+class PictureMapAsked(Asked):
+    """A picture seen from above, dark where something stands: PNG or JPEG."""
+
+    kind: Literal["picture"]
+    picture_base64: Annotated[str, Field(max_length=MOST_BASE64)]
+    m_per_px: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    """Its scale; a picture without one is refused."""
+
+
+MapAsked = Annotated[RandomMapAsked | GeojsonMapAsked | PictureMapAsked, Field(discriminator="kind")]
+
+
+class MapDocument(Told):
+    """A map as GeoJSON in metres; what `regions` takes."""
+
+    map: dict[str, Any]  # Any: GeoJSON
+    bounds_m: list[float]
+    """x0, y0, x1, y1."""
+    targets_m: list[list[float]]
+    obstacles: int
+    obstacle_m2: float
+    """Area that the obstacles cover."""
+    vertices: int
+
+
+class RegionsAsked(Asked):
+    """Where one can stand about the targets of a map."""
+
+    map: dict[str, Any]  # Any: GeoJSON, checked where it is read
+    targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
+    """In place of the map's own targets."""
+    ring: RingAsked = RingAsked()
+    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
+    points_m: list[Place] = Field(default_factory=list, max_length=MOST_POINTS)
+    """Places at which to count the targets in sight."""
+
+
+class RegionDocument(Told):
+    """The region of one target."""
+
+    target: int
+    x_m: float
+    y_m: float
+    area_m2: float
+    ring_share: float | None
+    """Part of the ring's own area that is left; null where the ring is empty."""
+
+
+class AreasDocument(Told):
+    """How much room there is. `multi`: union over targets; `single`: mean of the targets' own regions."""
+
+    multi_m2: float
+    single_m2: float
+    weighted_m2: float
+    """By the number of targets in sight."""
+
+
+class PointDocument(Told):
+    """A place, and the targets that are seen from it unnoticed."""
+
+    x_m: float
+    y_m: float
+    targets: list[int]
+
+
+class RegionsDocument(Told):
+    """The regions, and all of it as one GeoJSON document: map, rings, regions, union."""
+
+    ring: RingDocument
+    areas: AreasDocument
+    regions: list[RegionDocument]
+    empty_because: str | None
+    points: list[PointDocument]
+    geojson: dict[str, Any]  # Any: GeoJSON
+    duration_ms: float
