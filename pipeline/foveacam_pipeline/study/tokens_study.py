@@ -1,0 +1,173 @@
+"""The findings of Sec. 4.3: attention's quadratic cost, and what backdrop and streams save of it (Eq. 5)."""
+
+from foveacam_pipeline.study.findings import Row, Study, Value
+from foveacam_pipeline.study.tokens import (
+    BACKDROP_SHARE,
+    STREAMS,
+    TokenTimes,
+    cost_ratio,
+    eq5_error,
+    exponent,
+    token_count,
+)
+from foveacam_pipeline.study.tokens_pictures import ratio_picture, time_picture
+
+MODEL_TOTAL = 4096
+SAVING_STREAMS = 4
+"""`layer_saving` is told for a backdrop and so many streams."""
+NO_TORCH = "timing attention needs torch; pip install 'foveacam-duo[learn]'"
+
+
+def tokens_study(
+    *, quick: bool = False, measured: TokenTimes | None = None, not_measured: str = NO_TORCH
+) -> Study:
+    """Return the findings of Sec. 4.3.
+
+    `measured`: what `learn.attention.measure` took; without it the model is told alone, and `not_measured`
+    says why. `quick`: the times are of fewer tokens, which is said.
+    """
+    pictures = [ratio_picture(measured)]
+    if measured is not None:
+        pictures.insert(0, time_picture(measured))
+    return Study(
+        name="tokens",
+        section="4.3",
+        title="Token reduction",
+        values={**_model_values(measured), **_measured_values(measured)},
+        rows=(*_model_rows(), *_measured_rows(measured, not_measured)),
+        pictures=tuple(pictures),
+        definitions=_definitions(measured),
+        deviations=_deviations(measured, quick=quick, not_measured=not_measured),
+    )
+
+
+def _total(measured: TokenTimes | None) -> int:
+    return MODEL_TOTAL if measured is None else measured.split_total
+
+
+def _model_values(measured: TokenTimes | None) -> dict[str, Value]:
+    total = _total(measured)
+    ratios: dict[str, Value] = {str(k): cost_ratio(total, streams=k) for k in STREAMS}
+    return {"split_tokens": total, "backdrop_share": BACKDROP_SHARE, "eq5_ratio_by_streams": ratios}
+
+
+def _measured_values(measured: TokenTimes | None) -> dict[str, Value]:
+    if measured is None:
+        names = (
+            "attention_exponent",
+            "layer_exponent",
+            "eq5_max_rel_error",
+            "layer_saving",
+            "attention_ratio_by_streams",
+            "layer_ratio_by_streams",
+        )
+        return dict.fromkeys(names)
+    layer: dict[str, Value] = {str(split.streams): split.layer_ratio for split in measured.splits}
+    attention: dict[str, Value] = {str(split.streams): split.attention_ratio for split in measured.splits}
+    return {
+        "attention_exponent": exponent(measured.tokens, measured.attention_s),
+        "layer_exponent": exponent(measured.tokens, measured.layer_s),
+        "eq5_max_rel_error": eq5_error(measured),
+        "layer_saving": layer_saving(measured),
+        "attention_ratio_by_streams": attention,
+        "layer_ratio_by_streams": layer,
+        "tokens": list(measured.tokens),
+        "attention_ms": [1e3 * time_s for time_s in measured.attention_s],
+        "layer_ms": [1e3 * time_s for time_s in measured.layer_s],
+        "measured_on": measured.device,
+    }
+
+
+def layer_saving(measured: TokenTimes) -> float | None:
+    """Return the share of a layer's time that a backdrop and four streams save; None if not measured."""
+    found = [1.0 - split.layer_ratio for split in measured.splits if split.streams == SAVING_STREAMS]
+    return found[0] if found else None
+
+
+def _model_rows() -> tuple[Row, ...]:
+    ratios = ", ".join(f"{cost_ratio(MODEL_TOTAL, streams=k):.3f}" for k in STREAMS)
+    return (
+        Row(
+            quantity="tokens of an image, N = H W / P²",
+            paper="N = HW/P²",
+            ours=f"{token_count(1246, 378, patch_px=14)} for 1246 x 378 px, P = 14 px",
+            note="the size of Sec. 4.2's images, padded to whole patches",
+        ),
+        Row(
+            quantity="Eq. 5: C_FOV / C_MR at equal tokens, "
+            f"{BACKDROP_SHARE:.0%} backdrop and k = {_counts()} streams",
+            paper="< 1, no number given",
+            ours=ratios,
+            note=f"never below {BACKDROP_SHARE**2:.4g}, the backdrop's own attention",
+        ),
+    )
+
+
+def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[Row, ...]:
+    slope = "latency against tokens, exponent of attention"
+    law = f"measured attention, backdrop and k = {_counts(measured)} streams over all tokens at once"
+    layer = "the same for a whole transformer layer"
+    if measured is None:
+        missing = f"not measured: {not_measured}"
+        return (
+            Row(quantity=slope, paper="2 (Fig. 5b: quadratic)", ours=missing),
+            Row(quantity=law, paper="Eq. 5", ours=missing),
+            Row(quantity=layer, paper="not told", ours=missing),
+        )
+    found, saved = measured.splits, layer_saving(measured)
+    return (
+        Row(
+            quantity=slope,
+            paper="2 (Fig. 5b: quadratic)",
+            ours=f"{exponent(measured.tokens, measured.attention_s):.2f}",
+            note=f"{measured.tokens[0]} to {measured.tokens[-1]} tokens; a whole layer: "
+            f"{exponent(measured.tokens, measured.layer_s):.2f}; {measured.device}",
+        ),
+        Row(
+            quantity=law,
+            paper="Eq. 5",
+            ours=", ".join(f"{split.attention_ratio:.3f}" for split in found),
+            note=f"off Eq. 5 by at most {eq5_error(measured):.1%} for k of 2 and more",
+        ),
+        Row(
+            quantity=layer,
+            paper="not told",
+            ours=", ".join(f"{split.layer_ratio:.3f}" for split in found),
+            note="" if saved is None else f"a layer saves {saved:.0%} with {SAVING_STREAMS} streams",
+        ),
+    )
+
+
+def _counts(measured: TokenTimes | None = None) -> str:
+    streams = STREAMS if measured is None else tuple(split.streams for split in measured.splits)
+    return ", ".join(str(k) for k in streams)
+
+
+def _definitions(measured: TokenTimes | None) -> tuple[str, ...]:
+    said = [
+        "Attention: scaled dot products among all tokens of a stream. Streams do not see one another.",
+        f"Equal tokens: backdrop and streams have together the {_total(measured)} tokens that the uniform "
+        f"image has; the backdrop has {BACKDROP_SHARE:.0%} of them, the streams share the rest evenly.",
+    ]
+    if measured is not None:
+        said.append(
+            f"Layer: normalisation, projections, attention of {measured.heads} heads and a perceptron, "
+            f"{measured.width} wide. Times are processor time of one thread."
+        )
+    return tuple(said)
+
+
+def _deviations(measured: TokenTimes | None, *, quick: bool, not_measured: str) -> tuple[str, ...]:
+    said = [
+        "Eq. 5 bounds attention alone. Projections and perceptron cost the same per token however the tokens "
+        "are split, so a whole layer saves less: both are shown.",
+    ]
+    if measured is None:
+        return (*said, f"Latency was not measured: {not_measured}.")
+    said.append(
+        "The paper times the whole of Depth-Anything-V2; here one layer of a small vision transformer's size "
+        "is timed on a processor, with weights drawn at random: time does not depend on them."
+    )
+    if quick:
+        said.append(f"Quick: {measured.tokens[-1]} tokens at most, fewer than a full run's.")
+    return tuple(said)
