@@ -19,7 +19,7 @@ from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.finished import finish
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS
+from foveacam_server.calibrating.wide_documents import RESULT, views_id
 
 from .calibration_room import true_wide
 
@@ -55,9 +55,8 @@ def store_session(
     session = shelf.create(label=label, rig_id=RIG, baseline_m=0.2)
     lens = plain(true_wide())
     WideSamples(Charuco()).save(session.folder)
-    views_ns = (session.folder / VIEWS).stat().st_mtime_ns
     stage = {"board": BOARD, "model": None, "lens": lens, "wide": {**NO_VIEWS}}
-    session.write(RESULT, {"views_ns": views_ns, **stage})
+    session.write(RESULT, {"views_id": views_id(session.folder), **stage})
     finish(session, "wide", {"views": 40})
     for station in stations:
         store_sweep(session, station, side=side, field_deg=field_deg, poses=poses)

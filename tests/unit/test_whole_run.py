@@ -34,7 +34,7 @@ from foveacam_server.calibrating.sessions import CalibrationSession, SessionShel
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.whole_run import KNOWN, run_all
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS
+from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, views_id
 from foveacam_server.calibrating.workplace import Hands, Workplace
 from foveacam_server.runtime.calibrations import SHIPPED
 
@@ -133,12 +133,11 @@ SWEEPS = [swept(SEED, distance_m, side=3) for distance_m in (FAR, NEAR)]
 def desk(tmp_path: Path) -> Desk:
     """A session in which every step came to its end."""
     session = SessionShelf(tmp_path).create(label="spring", rig_id=RIG, baseline_m=0.2)
-    views = session.folder / VIEWS
     WideSamples(Charuco()).save(session.folder)
     session.write(
         RESULT,
         {
-            "views_ns": views.stat().st_mtime_ns,
+            "views_id": views_id(session.folder),
             "board": CHARUCO,
             "model": None,
             "lens": plain(LENS),
@@ -166,6 +165,13 @@ def test_nothing_of_a_complete_session_is_measured_again_and_its_results_come_in
     assert {path: path.read_bytes() for path in desk.session.folder.rglob("*") if path.is_file()} == before
 
 
+def test_session_that_was_copied_elsewhere_is_as_complete_as_it_was(desk: Desk) -> None:
+    for path in desk.session.folder.rglob("*"):
+        os.utime(path, ns=(0, path.stat().st_mtime_ns + 1_000_000_000))
+    desk.run()
+    assert all(note.endswith(KNOWN) for note in desk.heard.notes)
+
+
 def forget(desk: Desk, step: str) -> None:
     known = desk.session.read(FILE)
     assert known is not None
@@ -174,7 +180,7 @@ def forget(desk: Desk, step: str) -> None:
 
 def take_another_view(desk: Desk) -> None:
     views = desk.session.folder / VIEWS
-    os.utime(views, ns=(0, views.stat().st_mtime_ns + 1))
+    views.write_text(views.read_text() + "\n")
 
 
 def lose_a_pose(desk: Desk) -> None:

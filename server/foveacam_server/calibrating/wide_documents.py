@@ -1,5 +1,6 @@
 """Stage 1 of a session as a document, and the lens that it found, as they were kept."""
 
+import hashlib
 import re
 from functools import lru_cache
 from pathlib import Path
@@ -22,9 +23,10 @@ def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document |
     While views are being taken the newest are shown without a fit.
     """
     found = session.read(RESULT)
-    views = session.folder / VIEWS
-    if views.is_file() and (found is None or found["views_ns"] != views.stat().st_mtime_ns):
-        found = _unfitted(session.folder, views.stat().st_mtime_ns)
+    if (session.folder / VIEWS).is_file():
+        views = views_id(session.folder)
+        if found is None or found.get("views_id") != views:
+            found = _unfitted(session.folder, views)
     if found is None:
         return None, None
     stage = dict(found["wide"])
@@ -34,11 +36,16 @@ def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document |
     return found["board"], stage
 
 
+def views_id(folder: Path) -> str:
+    """Return what tells these views from others, wherever and whenever the folder is copied."""
+    return hashlib.sha256((folder / VIEWS).read_bytes()).hexdigest()[:16]
+
+
 @lru_cache(maxsize=4)
-def _unfitted(folder: Path, views_ns: int) -> Document:
+def _unfitted(folder: Path, views: str) -> Document:
     from foveacam_server.calibrating.wide_results import unfitted  # finding boards loads for a while
 
-    return unfitted(folder, views_ns)
+    return unfitted(folder, views)
 
 
 def lens_of(session: CalibrationSession) -> Intrinsics:

@@ -13,15 +13,15 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSample
 from foveacam_pipeline.models.content import plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.sessions import CalibrationSession
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, no_view
+from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, no_view, views_id
 from foveacam_server.runtime.store import Document
 
 Model = Literal["five", "rational"]
 
 
-def unfitted(folder: Path, views_ns: int) -> Document:
-    """Return what is known while views are still being taken."""
-    return _result(WideSamples.load(folder), views_ns, model=None, fits=[], reason="views are being taken")
+def unfitted(folder: Path, views: str) -> Document:
+    """Return what is known of views that no lens was fitted to, as while they are being taken."""
+    return _result(WideSamples.load(folder), views, model=None, fits=[], reason="no lens fits them yet")
 
 
 def samples_of(session: CalibrationSession) -> WideSamples | None:
@@ -49,19 +49,19 @@ def write_result(session: CalibrationSession, samples: WideSamples, *, model: Mo
         fits, reason = _fitted(samples, model)
     except InvalidInput as error:
         fits, reason = [], str(error)
-    views_ns = (session.folder / VIEWS).stat().st_mtime_ns
-    session.write(RESULT, _result(samples, views_ns, model=model, fits=fits, reason=reason))
+    views = views_id(session.folder)
+    session.write(RESULT, _result(samples, views, model=model, fits=fits, reason=reason))
     return fits
 
 
 def _result(
-    samples: WideSamples, views_ns: int, *, model: Model | None, fits: list[WideFit], reason: str
+    samples: WideSamples, views: str, *, model: Model | None, fits: list[WideFit], reason: str
 ) -> Document:
     rms_px = {view.id: view.rms_px for view in fits[0].views} if fits else {}
     lens = fits[0].intrinsics if fits else None
     coverage = coverage_of((sample.view for sample in samples), lens)
     return {
-        "views_ns": views_ns,
+        "views_id": views,
         "board": _board(samples.board),
         "model": model,
         "lens": None if lens is None else plain(lens),

@@ -16,7 +16,7 @@ from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.turning import turn_to_station
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS
+from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, views_id
 from foveacam_server.calibrating.wide_results import samples_of, write_result
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 
@@ -55,7 +55,7 @@ def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
     how, found, views = finished(session, STEP), session.read(RESULT), session.folder / VIEWS
     if how is None or found is None or found["lens"] is None or not views.is_file():
         return False
-    if found["views_ns"] != views.stat().st_mtime_ns or (options.views or 0) > how.get("views", 0):
+    if found.get("views_id") != views_id(session.folder) or (options.views or 0) > how.get("views", 0):
         return False
     if options.board is not None and board_of(options.board) != board_of(BoardOption(**found["board"])):
         return False
