@@ -1,10 +1,31 @@
 """The planner: where to stand, how likely it is to see unnoticed, and where on a map. Needs no rig."""
 
 from fastapi import APIRouter
+from fastapi.responses import JSONResponse
 
+from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
 from foveacam_pipeline.study.obstacles import Clutter
-from foveacam_server.api.planner_models import RingAsked, StandoffAsked, StandoffDocument
+from foveacam_server.api.planner_models import (
+    GeojsonMapAsked,
+    MapAsked,
+    MapDocument,
+    OpenMapAsked,
+    PictureMapAsked,
+    RegionsAsked,
+    RegionsDocument,
+    RingAsked,
+    StandoffAsked,
+    StandoffDocument,
+)
 from foveacam_server.runtime.planner import RingWish, standoff_document
+from foveacam_server.runtime.planner_maps import (
+    field_of,
+    field_of_picture,
+    map_by_lot,
+    map_document,
+    open_map,
+    regions_document,
+)
 from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/planner", tags=["planner"])
@@ -17,6 +38,43 @@ def standoff(request: StandoffAsked) -> Document:
     return standoff_document(wish_of(request.ring), clutter, domain_m2=request.domain_m2)
 
 
+@router.post("/map", summary="A map by lot, of GeoJSON or of a picture", response_model=MapDocument)
+def make_map(request: MapAsked) -> JSONResponse:
+    """Return a map in metres: drawn by lot, open ground, or what was sent, checked."""
+    return JSONResponse(map_document(_field(request)))
+
+
+@router.post("/regions", summary="Where to stand on a map", response_model=RegionsDocument)
+def regions(request: RegionsAsked) -> JSONResponse:
+    """Return the ground from which each target is seen unnoticed: in its ring, in sight, free to stand on."""
+    targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]
+    field = field_of(request.map, targets_m=targets_m)
+    points_m = [(x, y) for x, y in request.points_m]
+    wish = wish_of(request.ring)
+    found = regions_document(field, wish, agent_radius_m=request.agent_radius_m, points_m=points_m)
+    return JSONResponse(found)
+
+
 def wish_of(asked: RingAsked) -> RingWish:
     """Return what REST asks a ring by as the runtime's value."""
-    return RingWish(**asked.model_dump())
+    rest = asked.model_dump(exclude={"feature_mm"})
+    return RingWish(feature_m=asked.feature_mm / 1000.0, **rest)
+
+
+def _field(asked: MapAsked) -> FieldMap:
+    match asked:
+        case OpenMapAsked():
+            return open_map(asked.size_m)
+        case GeojsonMapAsked():
+            return field_of(asked.document, m_per_unit=asked.m_per_unit)
+        case PictureMapAsked():
+            return field_of_picture(asked.picture_base64, m_per_px=asked.m_per_px)
+    settings = RandomMap(
+        size_m=(asked.size_m, asked.size_m),
+        target_count=asked.targets,
+        obstacle_count=asked.obstacles,
+        radii_m=(asked.smallest_radius_m, asked.largest_radius_m),
+        agent_radius_m=asked.agent_radius_m,
+        edge_m=0.0,
+    )
+    return random_map(map_by_lot(settings), seed=asked.seed)

@@ -18,7 +18,7 @@ MOST_BASE64 = 24_000_000
 class RingAsked(Asked):
     """What is looked at and how, and how near is too near (Eqs. 6-9)."""
 
-    feature_m: Annotated[float, Field(ge=1e-6, le=1000.0)] = 0.02
+    feature_mm: Annotated[float, Field(ge=1e-3, le=1e6)] = 20.0
     """Size of the feature that shall be resolved."""
     px_per_deg: Annotated[float, Field(ge=1e-3, le=1e5)] = 502.0
     """Angular resolution: some 502 of a fovea, 55 of the wide camera (Table 2)."""
@@ -124,7 +124,16 @@ class PictureMapAsked(Asked):
     """Its scale; a picture without one is refused."""
 
 
-MapAsked = Annotated[RandomMapAsked | GeojsonMapAsked | PictureMapAsked, Field(discriminator="kind")]
+class OpenMapAsked(Asked):
+    """A square of open ground with one target in its middle."""
+
+    kind: Literal["open"]
+    size_m: Annotated[float, Field(ge=1.0, le=1e6)] = 60.0
+
+
+MapAsked = Annotated[
+    OpenMapAsked | RandomMapAsked | GeojsonMapAsked | PictureMapAsked, Field(discriminator="kind")
+]
 
 
 class MapDocument(Told):
