@@ -26,6 +26,8 @@ import { mountRigStatus } from "./panels/rigstatus.js";
 import { Scene } from "./panels/scene.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
+import { mountPlannerPage } from "./planner/page.js";
+import { followPlannerAddress, PLANNER_ADDRESS } from "./planner/route.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
@@ -91,10 +93,12 @@ mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
 mountCapturePage(need("capture-page"), { store, views, capture_orders: captureOrders, capture_reader: captureReader });
 need("still-capture").append(stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
+mountPlannerPage(need("planner"), { store });
 followAddress(store);
 followRigAddress(store);
 followCaptureAddress(store);
 followGalleryAddress(store);
+followPlannerAddress(store);
 mountTools();
 mountTabs();
 store.on(["settings"], ({ settings: { theme } }) => {
@@ -119,8 +123,8 @@ function escape() {
 
 /** Whether another page is over the console. */
 function elsewhere() {
-  const { wizard, rig_page, capture_page, gallery } = store.state;
-  return Boolean(wizard || rig_page || capture_page || gallery);
+  const { wizard, rig_page, capture_page, gallery, planner_page } = store.state;
+  return Boolean(wizard || rig_page || capture_page || gallery || planner_page);
 }
 
 /**
@@ -144,7 +148,7 @@ function mountTools() {
   const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
     h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
   fill(need("tools"), makeRecordButton({ store, live: recording }), link("Capture: raster datasets", "raster", CAPTURE_ADDRESS), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
-    link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
+    link("Planner: where to stand", "map", PLANNER_ADDRESS), link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
     tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
     tool("Help (?)", "help", () => help.showModal()));
 }

@@ -126,6 +126,7 @@ export function createStore() {
     recording: null,
     gallery: null,
     capture_page: false,
+    planner_page: false,
     captures: null,
     capturing: null,
     estimate: { stale: false, document: null, problem: null },

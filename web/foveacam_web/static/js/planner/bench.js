@@ -1,0 +1,167 @@
+// The plan that is worked on: what was set, which map, where the targets are; and the server's newest answers about it.
+
+import { Problem, request } from "../api.js";
+import { blamed, unfilled } from "./blame.js";
+import { keepMap, keepPlan, keptMap, keptPlan } from "./kept.js";
+import { Newest } from "./newest.js";
+import { tellPlan, toldPlan } from "./route.js";
+import { NAMES, readPlan, written } from "./settings.js";
+
+/**
+ * @typedef {import("./documents.js").GivenMap} GivenMap
+ * @typedef {import("./documents.js").MapDocument} MapDocument
+ * @typedef {import("./documents.js").MapWish} MapWish
+ * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("./documents.js").PlanSettings} PlanSettings
+ * @typedef {import("./documents.js").RegionsDocument} RegionsDocument
+ * @typedef {import("./documents.js").StandoffDocument} StandoffDocument
+ * @typedef {import("./source.js").Given} Given
+ */
+
+const RING = /** @type {const} */ (["feature_mm", "px_per_deg", "pixels", "d_min_m", "near_error_m"]);
+const PATIENCE_MS = 60_000;
+
+/** The one plan of the page. */
+export class Bench {
+  plan = readPlan("");
+  whole = false;
+  /** @type {GivenMap | null} */
+  #given = null;
+  #told;
+  #open = false;
+  /** @type {Newest<MapDocument>} */
+  #drawn;
+  /** @type {Newest<StandoffDocument>} */
+  #standoff;
+  /** @type {Newest<RegionsDocument>} */
+  #regions;
+
+  /** @param {() => void} told when anything is another */
+  constructor(told) {
+    this.#told = told;
+    this.#drawn = new Newest("/planner/map", () => this.#again());
+    this.#standoff = new Newest("/planner/standoff", told);
+    this.#regions = new Newest("/planner/regions", told);
+  }
+
+  get standoff() {
+    return this.#standoff.answer;
+  }
+
+  get regions() {
+    return this.#regions.answer;
+  }
+
+  /** @returns {MapDocument | null} */
+  get map() {
+    return this.#own ? (this.#given?.document ?? null) : this.#drawn.answer.document;
+  }
+
+  get picture() {
+    return this.plan.map.kind === "picture" ? (this.#given?.picture ?? null) : null;
+  }
+
+  get givenName() {
+    return this.#given && this.#own ? this.#given.name : "";
+  }
+
+  /** @returns {Place[]} */
+  get targets_m() {
+    return this.plan.targets_m ?? /** @type {Place[]} */ (this.map?.targets_m ?? []);
+  }
+
+  get #own() {
+    return this.plan.map.kind === "geojson" || this.plan.map.kind === "picture";
+  }
+
+  /** What is wrong now, each with its place on the page. */
+  get troubles() {
+    const asked = [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
+    const map = this.#own ? null : this.#drawn.answer.problem;
+    const found = [...unfilled(this.plan.settings), ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
+    const lost = this.#own && !this.#given ? [{ place: "map", words: "The map of this plan is not in this browser: load its file again, or draw a map by lot" }] : [];
+    return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
+  }
+
+  /** The page is opened, or its address is another. */
+  open() {
+    const told = toldPlan();
+    if (told === null) return;
+    if (!this.#open) this.#given = keptMap();
+    if (told !== "") this.plan = readPlan(told);
+    else if (!this.#open) this.plan = readPlan(keptPlan());
+    this.#open = true;
+    this.#again();
+  }
+
+  /** Ask once more what the server could not be asked. */
+  reconnected() {
+    for (const each of [this.#drawn, this.#standoff, this.#regions]) each.again();
+  }
+
+  /** @param {Partial<PlanSettings>} part */
+  set(part) {
+    this.plan.settings = { ...this.plan.settings, ...part };
+    this.#again();
+  }
+
+  /** @param {Partial<MapWish>} part */
+  setMap(part) {
+    this.plan.map = { ...this.plan.map, ...part };
+    this.plan.targets_m = null;
+    this.#again();
+  }
+
+  /** @param {Place[] | null} targets_m null: the map's own */
+  setTargets(targets_m) {
+    this.plan.targets_m = targets_m;
+    this.#again();
+  }
+
+  /** @param {boolean} whole */
+  seeWhole(whole) {
+    this.whole = whole;
+    this.#told();
+  }
+
+  /**
+   * Take a map of the user's own.
+   * @param {Given} given
+   * @returns {Promise<string | null>} why not
+   */
+  async give({ body, name, picture, kind }) {
+    try {
+      const document = /** @type {MapDocument} */ (await request("POST", "/planner/map", { body, patience_ms: PATIENCE_MS }));
+      this.#given = { document, name, picture };
+      keepMap(this.#given);
+      this.setMap({ kind });
+      return null;
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      return error.message;
+    }
+  }
+
+  #again() {
+    if (!this.#open) return;
+    const words = written(this.plan);
+    tellPlan(words);
+    keepPlan(words);
+    this.#ask();
+    this.#told();
+  }
+
+  #ask() {
+    const { settings, map } = this.plan;
+    const numbers = [map.seed, map.size_m, map.obstacles, map.targets];
+    if (map.kind === "open" && Number.isFinite(map.size_m)) this.#drawn.want({ kind: "open", size_m: map.size_m });
+    else if (map.kind === "random" && numbers.every(Number.isFinite)) this.#drawn.want({ ...map });
+    if (NAMES.some((name) => !Number.isFinite(settings[name]) && (name !== "domain_m2" || settings.own_domain))) return;
+    const ring = { ...Object.fromEntries(RING.map((name) => [name, settings[name]])), bound: settings.bound };
+    const clutter = { occupancy: settings.occupancy, radius_m: settings.radius_m };
+    this.#standoff.want({ ring, clutter, domain_m2: settings.own_domain ? settings.domain_m2 : null });
+    const ground = this.map;
+    const asked = ground && this.targets_m.length > 0;
+    this.#regions.want(asked ? { map: ground.map, targets_m: this.targets_m, ring, agent_radius_m: settings.agent_radius_m } : null);
+  }
+}

@@ -1,0 +1,49 @@
+// Which field of the planner a refusal is about, and what of the server's words is read there. Nothing here touches the page.
+
+import { NAMES, NUMBERS } from "./settings.js";
+
+/**
+ * @typedef {import("../capture/documents.js").Trouble} Trouble
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("./documents.js").PlanSettings} PlanSettings
+ */
+
+/** @type {[RegExp, string][]} the first that fits tells the place */
+const PLACES = [
+  [/^ring\.(\w+) is/, "$1"],
+  [/^clutter\.(\w+) is/, "$1"],
+  [/^(domain_m2|agent_radius_m) is/, "$1"],
+  [/^a domain of/, "domain_m2"],
+  [/are an angle of/, "pixels"],
+  [/^D_min of/, "d_min_m"],
+  [/^the depth error of/, "near_error_m"],
+  [/^an agent of radius/, "agent_radius_m"],
+  [/target/, "targets"],
+];
+const ANOTHER = /(?<=\.) (?=[\w.]+ is .*; needed is )/;
+const ASKED = /^[\w.]+ is (.+); needed is (.+)$/s;
+
+/**
+ * What a refused request is refused for, each with its place on the page.
+ * @param {ProblemDocument | null} problem
+ * @returns {Trouble[]}
+ */
+export function blamed(problem) {
+  if (!problem) return [];
+  return problem.detail.split(ANOTHER).map((words) => {
+    const [pattern, place] = PLACES.find(([each]) => each.test(words)) ?? [null, null];
+    const found = pattern && place?.startsWith("$") ? (pattern.exec(words)?.[1] ?? null) : place;
+    const [, given, needed] = ASKED.exec(words) ?? [];
+    return { place: found, words: given && needed ? `${given} was given; needed is ${needed}` : words };
+  });
+}
+
+/**
+ * Fields that hold no number.
+ * @param {PlanSettings} settings
+ * @returns {Trouble[]}
+ */
+export function unfilled(settings) {
+  return NAMES.filter((name) => !Number.isFinite(settings[name]) && (name !== "domain_m2" || settings.own_domain))
+    .map((name) => ({ place: name, words: `${NUMBERS[name].label} is empty: type in a number` }));
+}

@@ -1,0 +1,110 @@
+// Places on a plan and on its drawing: y is up on the ground and down on the page. Nothing here touches the page.
+
+/**
+ * @typedef {import("./documents.js").Feature} Feature
+ * @typedef {import("./documents.js").Geojson} Geojson
+ * @typedef {import("./documents.js").Geometry} Geometry
+ * @typedef {import("./documents.js").Outlines} Outlines
+ * @typedef {import("./documents.js").Place} Place
+ * @typedef {{x0: number, y0: number, x1: number, y1: number}} Box
+ */
+
+const NICE = [1, 2, 5, 10];
+
+/** The way between metres of the ground and units of a drawing. */
+export class Sheet {
+  /**
+   * @param {Box} box what shall be seen, m
+   * @param {{width: number, height: number}} size of the drawing
+   */
+  constructor(box, { width, height }) {
+    const [across, up] = [Math.max(1e-9, box.x1 - box.x0), Math.max(1e-9, box.y1 - box.y0)];
+    this.scale = Math.min(width / across, height / up);
+    this.left = (width - across * this.scale) / 2 - box.x0 * this.scale;
+    this.top = (height - up * this.scale) / 2 + box.y1 * this.scale;
+  }
+
+  /** @param {Place} place */
+  toDrawing([x, y]) {
+    return { x: this.left + x * this.scale, y: this.top - y * this.scale };
+  }
+
+  /**
+   * @param {{x: number, y: number}} at
+   * @returns {Place}
+   */
+  toGround({ x, y }) {
+    return [(x - this.left) / this.scale, (this.top - y) / this.scale];
+  }
+
+  /** @param {Outlines} outlines */
+  path(outlines) {
+    return outlines.map((outline) => {
+      const corners = outline.map((place) => {
+        const { x, y } = this.toDrawing(place);
+        return `${x.toFixed(2)} ${y.toFixed(2)}`;
+      });
+      return corners.length > 0 ? `M${corners.join("L")}Z` : "";
+    }).join("");
+  }
+}
+
+/**
+ * All outlines of a surface, whatever it is made of.
+ * @param {Geometry | null | undefined} geometry
+ * @returns {Outlines}
+ */
+export function outlinesOf(geometry) {
+  if (!geometry) return [];
+  if (geometry.type === "Polygon") return /** @type {Outlines} */ (geometry.coordinates);
+  if (geometry.type === "MultiPolygon") return /** @type {Outlines[]} */ (geometry.coordinates).flat();
+  if (geometry.type === "GeometryCollection") return (geometry.geometries ?? []).flatMap(outlinesOf);
+  return [];
+}
+
+/**
+ * The features of one kind.
+ * @param {Geojson | null | undefined} document
+ * @param {string} kind
+ * @returns {Feature[]}
+ */
+export function featuresOf(document, kind) {
+  return (document?.features ?? []).filter(({ properties }) => properties?.["kind"] === kind);
+}
+
+/**
+ * Whether a surface holds a place: an odd number of outlines goes around it.
+ * @param {Outlines} outlines
+ * @param {Place} place
+ */
+export function holds(outlines, [x, y]) {
+  let inside = false;
+  for (const outline of outlines) {
+    let [bx, by] = outline[outline.length - 1] ?? [0, 0];
+    for (const [ax, ay] of outline) {
+      if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) inside = !inside;
+      [bx, by] = [ax, ay];
+    }
+  }
+  return inside;
+}
+
+/**
+ * The longest length of 1, 2 or 5 times a power of ten that is no longer than this.
+ * @param {number} length
+ */
+export function niceLength(length) {
+  const power = 10 ** Math.floor(Math.log10(length));
+  const best = NICE.filter((each) => each * power <= length * (1 + 1e-9)).pop() ?? 1;
+  return Number((best * power).toPrecision(3));
+}
+
+/**
+ * Round ticks from 0 to a value, some four of them.
+ * @param {number} last
+ */
+export function ticksTo(last) {
+  if (!(last > 0)) return [0];
+  const step = niceLength(last / 3);
+  return Array.from({ length: Math.floor(last / step + 1e-9) + 1 }, (_, index) => Number((index * step).toPrecision(6)));
+}

@@ -1,0 +1,94 @@
+// Asks the server while something is changed: one question at a time, and of those that come meanwhile only the newest.
+
+import { Problem, request } from "../api.js";
+
+/**
+ * @template T
+ * @typedef {import("./documents.js").Answered<T>} Answered
+ */
+
+const PATIENCE_MS = 60_000;
+
+/**
+ * One question that is asked again and again.
+ * @template T
+ */
+export class Newest {
+  #path;
+  #told;
+  /** @type {unknown} */
+  #due = null;
+  #asking = false;
+  /** @type {string} */
+  #asked = "";
+  /** @type {Answered<T>} */
+  #answer = { stale: false, document: null, problem: null };
+
+  /**
+   * @param {string} path below /api/v1
+   * @param {() => void} told when there is another answer
+   */
+  constructor(path, told) {
+    this.#path = path;
+    this.#told = told;
+  }
+
+  get answer() {
+    return this.#answer;
+  }
+
+  /**
+   * Ask this, unless it was asked last; null: nothing can be asked, and the last answer no longer counts.
+   * @param {object | null} body
+   */
+  want(body) {
+    const text = JSON.stringify(body);
+    if (text === this.#asked) return;
+    this.#asked = text;
+    this.#due = body;
+    if (body !== null) this.#tell({ ...this.#answer, stale: true });
+    else this.#tell({ stale: false, document: null, problem: null });
+    if (!this.#asking) void this.#ask();
+  }
+
+  /** Ask the same once more, as the server was away. */
+  again() {
+    if (this.#answer.problem?.status !== 0) return;
+    const body = JSON.parse(this.#asked);
+    this.#asked = "";
+    this.want(body);
+  }
+
+  async #ask() {
+    this.#asking = true;
+    try {
+      while (this.#due !== null) {
+        const body = this.#due;
+        this.#due = null;
+        const found = await this.#send(body);
+        if (this.#asked !== "null") this.#tell({ stale: this.#due !== null, ...found });
+      }
+    } finally {
+      this.#asking = false;
+    }
+  }
+
+  /**
+   * @param {unknown} body
+   * @returns {Promise<Pick<Answered<T>, "document" | "problem">>} after a refusal, what was answered before it
+   */
+  async #send(body) {
+    try {
+      return { document: /** @type {T} */ (await request("POST", this.#path, { body, patience_ms: PATIENCE_MS })), problem: null };
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      return { document: this.#answer.document, problem: error.document };
+    }
+  }
+
+  /** @param {Answered<T>} answer */
+  #tell(answer) {
+    this.#answer = answer;
+    this.#told();
+  }
+}

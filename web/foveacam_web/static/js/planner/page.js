@@ -1,0 +1,114 @@
+// The planner: where to stand so that a feature is resolved and nobody is noticed, on a map. Needs no rig.
+
+import { addressOf } from "../calibration/route.js";
+import { panel } from "../calibration/parts.js";
+import { segments, Troubles } from "../capture/parts.js";
+import { fill, focusOn, h, need } from "../dom.js";
+import { sentence } from "../format.js";
+import { icon } from "../icons.js";
+import { Bench } from "./bench.js";
+import { makeControls } from "./controls.js";
+import { hand, pngOf, svgText } from "./exports.js";
+import { makeChances, makeRoom } from "./figures.js";
+import { makeSource } from "./source.js";
+import { makeTargets } from "./targets.js";
+import { PlanView } from "./view.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("./documents.js").Place} Place
+ */
+
+/**
+ * @param {HTMLElement} place
+ * @param {{store: Store}} context
+ */
+export function mountPlannerPage(place, { store }) {
+  const bench = new Bench(() => show());
+  const troubles = new Troubles();
+  const above = h("div", { class: "above" });
+  const controls = makeControls({ troubles, changed: (part) => bench.set(part) });
+  const source = makeSource({ place: troubles.place("map"), changed: (part) => bench.setMap(part), give: (given) => bench.give(given) });
+  const orders = targetOrders(bench);
+  const targets = makeTargets(orders);
+  const view = new PlanView(orders);
+  const [chances, room] = [makeChances(), makeRoom()];
+  const show = () => {
+    const { map, targets_m, standoff, regions, plan } = bench;
+    controls.show(plan.settings);
+    source.show(plan.map, bench.givenName);
+    targets.show(targets_m, plan.targets_m === null);
+    chances.show(standoff);
+    room.show(regions, map);
+    const homeless = troubles.tell(bench.troubles);
+    fill(above, ...homeless.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
+    view.element.hidden = map === null;
+    const stale = regions.stale || regions.problem !== null;
+    if (map) view.show({ map, picture: bench.picture, targets_m, ring: standoff.document?.ring ?? regions.document?.ring ?? null, regions: regions.document, stale, whole: bench.whole });
+  };
+  fill(place, head(), above, h("div", { class: "planner-body" }, controls.element,
+    h("div", { class: "column planner-plan" }, panel("Plan", toolbar(bench, view), view.element), panel("Targets", targets.element, troubles.place("targets"))),
+    h("div", { class: "column planner-figures" }, panel("Map", source.element), panel("Room on the map", room.element), panel("Ring and chances", chances.element))));
+  window.addEventListener("hashchange", () => bench.open());
+  store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());
+  store.on(["planner_page"], ({ planner_page }) => {
+    if (planner_page) bench.open();
+    turnPage(place, planner_page);
+  });
+}
+
+/**
+ * What hands and the list do to targets.
+ * @param {Bench} bench
+ */
+function targetOrders(bench) {
+  const middle = () => {
+    const [x0 = 0, y0 = 0, x1 = 0, y1 = 0] = bench.map?.bounds_m ?? [];
+    return /** @type {Place} */ ([(x0 + x1) / 2, (y0 + y1) / 2]);
+  };
+  const add = (/** @type {Place} */ place = middle()) => bench.setTargets([...bench.targets_m, place]);
+  return {
+    add,
+    move: (/** @type {number} */ index, /** @type {Place} */ place) => bench.setTargets(bench.targets_m.map((each, other) => (other === index ? place : each))),
+    remove: (/** @type {number} */ index) => bench.setTargets(bench.targets_m.filter((_, other) => other !== index)),
+    reset: () => bench.setTargets(null),
+  };
+}
+
+/**
+ * What is seen of the plan, and the plan as files.
+ * @param {Bench} bench
+ * @param {PlanView} view
+ */
+function toolbar(bench, view) {
+  const seen = segments("What is seen", [["map", "Map"], ["rings", "Rings whole"]]);
+  seen.element.addEventListener("change", () => bench.seeWhole(seen.value() === "rings"));
+  const button = (/** @type {string} */ text, /** @type {() => unknown} */ act) =>
+    h("button", { type: "button", class: "plain", "aria-label": `Save the plan as ${text}`, on: { click: () => void act() } }, icon("down"), text);
+  const geojson = () => bench.regions.document?.geojson ?? bench.map?.map;
+  return h("div", { class: "plan-tools" }, seen.element, h("span", { class: "actions" },
+    button("PNG", async () => hand(await pngOf(view.drawing), "plan.png")),
+    button("SVG", () => hand(new Blob([svgText(view.drawing)], { type: "image/svg+xml" }), "plan.svg")),
+    button("GeoJSON", () => hand(new Blob([JSON.stringify(geojson(), null, 1)], { type: "application/geo+json" }), "plan.geojson"))));
+}
+
+function head() {
+  return h("div", { class: "wizard-head" },
+    h("h2", { id: "planner-title", tabindex: "-1", text: "Where to stand" }),
+    h("p", { class: "lead", text: "Near enough to resolve a feature, too far to be noticed. Needs no rig." }),
+    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+}
+
+/**
+ * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * @param {HTMLElement} place
+ * @param {boolean} open
+ */
+function turnPage(place, open) {
+  if (open === !place.hidden) return;
+  place.hidden = !open;
+  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page has opened already
+  need("console").hidden = open || other;
+  if (open) window.scrollTo(0, 0);
+  if (open || !other) focusOn(need(open ? "planner-title" : "console"));
+}

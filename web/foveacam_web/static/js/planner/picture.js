@@ -1,0 +1,94 @@
+// A picture as a map needs its scale: typed in, or by a line along something whose length is known.
+
+import { numberField } from "../calibration/parts.js";
+import { fill, h, s, say } from "../dom.js";
+import { sentence } from "../format.js";
+import { sheet } from "../panels/dialogs.js";
+import { plainly } from "../rig/scale.js";
+
+/**
+ * @typedef {{x: number, y: number}} Point
+ * @typedef {{name: string, url: string, width: number, height: number}} Picture `url`: a data URL
+ */
+
+/**
+ * The sheet that asks for the scale.
+ * @param {(picture: Picture, m_per_px: number | null) => Promise<string | null>} take gives why not, null when it is taken
+ */
+export function makePictureSheet(take) {
+  /** @type {Picture | null} */
+  let picture = null;
+  /** @type {Point[]} */
+  let ends = [];
+  const drawing = s("svg", { class: "scale-drawing", role: "img", "aria-label": "The picture; press two points whose distance you know" });
+  const length = numberField("Its length", { min: 0, step: "any", unit: "m" });
+  const scale = numberField("Metres a pixel", { min: 0, step: "any", unit: "m/px" });
+  const line = h("p", { class: "why", role: "status" });
+  const refused = h("p", { class: "refused", role: "alert" });
+  const long_px = () => {
+    const [one, other] = ends;
+    return one && other ? Math.hypot(other.x - one.x, other.y - one.y) : 0;
+  };
+  const draw = () => {
+    if (!picture) return;
+    const { width, height, url } = picture;
+    const unit = Math.max(width, height) / 400;
+    drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    const [one, other] = ends;
+    fill(drawing, s("image", { href: url, width, height }),
+      one && other ? s("line", { x1: one.x, y1: one.y, x2: other.x, y2: other.y, "stroke-width": 2 * unit }) : null,
+      ends.map(({ x, y }) => s("circle", { cx: x, cy: y, r: 4 * unit, "stroke-width": 1.5 * unit })));
+    say(line, ends.length < 2 ? "Press the two ends of something whose length you know, or type in the scale." : `The line is ${plainly(long_px())} px long.`);
+    const known_m = length.value();
+    if (ends.length === 2 && known_m && long_px() > 0) scale.input.value = String(Number((known_m / long_px()).toPrecision(5)));
+  };
+  drawing.addEventListener("click", (event) => {
+    if (!picture) return;
+    const box = drawing.getBoundingClientRect();
+    const at = { x: ((event.clientX - box.left) * picture.width) / box.width, y: ((event.clientY - box.top) * picture.height) / box.height };
+    ends = ends.length === 2 ? [at] : [...ends, at];
+    draw();
+  });
+  length.input.addEventListener("input", draw);
+  const form = h("form", { class: "run", novalidate: true, on: { submit: (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (picture) void give(picture);
+  } } }, drawing, line, h("div", { class: "fields" }, length.element, scale.element), refused,
+  h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")));
+  const give = async (/** @type {Picture} */ given) => {
+    const why = await take(given, scale.value());
+    say(refused, sentence(why));
+    if (why === null) dialog.close();
+  };
+  const dialog = sheet("How large is it?", h("p", { class: "lead", text: "Seen from above; dark is where something stands." }), form);
+  dialog.classList.add("picture-sheet");
+  return (/** @type {Picture} */ found) => {
+    [picture, ends] = [found, []];
+    length.input.value = scale.input.value = "";
+    say(refused, "");
+    draw();
+    dialog.showModal();
+  };
+}
+
+/**
+ * A file as a picture; null: the browser cannot read it as one.
+ * @param {File} file
+ * @returns {Promise<Picture | null>}
+ */
+export async function pictureOf(file) {
+  const url = await new Promise((/** @type {(value: string) => void} */ resolve) => {
+    const reader = new FileReader();
+    reader.addEventListener("load", () => resolve(String(reader.result)));
+    reader.addEventListener("error", () => resolve(""));
+    reader.readAsDataURL(file);
+  });
+  const image = new Image();
+  image.src = url;
+  try {
+    await image.decode();
+  } catch {
+    return null; // no picture, or of a kind that this browser does not know
+  }
+  return { name: file.name, url, width: image.naturalWidth, height: image.naturalHeight };
+}
