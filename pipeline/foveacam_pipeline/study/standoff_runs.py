@@ -3,9 +3,11 @@
 Every map is drawn from its own seed, so that results do not depend on who computes them, nor in what order.
 """
 
+import socket
 from collections.abc import Generator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from urllib.parse import urlsplit
 
 import joblib
 import shapely
@@ -21,10 +23,21 @@ REDRAWS = 20
 """Maps drawn for one seed before it is given up, where no loop leads around the targets."""
 
 BATCH = 20
-"""Maps that one worker computes at a time."""
+"""Maps that one worker computes at a time, at most."""
+
+PARTS = 8
+"""Batches that the work is cut into, at least, where there are maps enough: every worker has some."""
+
+AHEAD = 2
+"""Batches per worker between two looks at whether the study was cancelled."""
 
 CONNECT_S = 10.0
 """How long a scheduler may take to answer."""
+
+START_ONE = (
+    "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
+    "its address, tcp://HOST:8786"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,10 +137,14 @@ def _results(
         for seed in seeds:
             yield [run_map(sweep, seed)]
         return
-    batches = [seeds[start : start + BATCH] for start in range(0, len(seeds), BATCH)]
-    tasks = (joblib.delayed(_run_batch)(sweep, batch) for batch in batches)
-    with closing(joblib.Parallel(n_jobs=n_jobs, return_as="generator")(tasks)) as results:
-        yield from results
+    size = min(BATCH, -(-len(seeds) // PARTS))
+    batches = [seeds[start : start + size] for start in range(0, len(seeds), size)]
+    with joblib.Parallel(n_jobs=n_jobs) as workers:
+        # in portions, so that it can be cancelled between them
+        at_once = AHEAD * max(1, joblib.effective_n_jobs(n_jobs))
+        for start in range(0, len(batches), at_once):
+            tasks = [joblib.delayed(_run_batch)(sweep, batch) for batch in batches[start : start + at_once]]
+            yield from workers(tasks)
 
 
 def _run_batch(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> list[MapRun]:
@@ -147,14 +164,27 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
             f"the cluster {cluster} was asked for, and Dask is not installed; "
             "pip install 'foveacam-duo[cluster]'"
         ) from error
+    _probe(cluster)
     try:
         client = Client(  # type: ignore[no-untyped-call]  # Dask ships no types
             cluster, timeout=CONNECT_S, set_as_default=False
         )
-    except (OSError, ValueError, TypeError) as error:
-        raise NotConnected(
-            f"no Dask scheduler answers at {cluster}; start one with `dask scheduler` and workers with "
-            "`dask worker ADDRESS`, and give its address, tcp://HOST:8786"
-        ) from error
+    except (OSError, ValueError) as error:
+        raise NotConnected(f"what answers at {cluster} is no Dask scheduler; {START_ONE}") from error
     with client, joblib.parallel_config("dask", client=client):
         yield
+
+
+def _probe(cluster: str) -> None:
+    """Raise where nothing listens, before a client of Dask is made that would try again and again."""
+    found = urlsplit(cluster)
+    try:
+        host, port = found.hostname, found.port
+    except ValueError:
+        host, port = None, None
+    if found.scheme not in ("tcp", "tls") or host is None or port is None:
+        raise InvalidInput(f"{cluster!r} is no address of a Dask scheduler; {START_ONE}")
+    try:
+        socket.create_connection((host, port), timeout=CONNECT_S).close()
+    except OSError as error:
+        raise NotConnected(f"no Dask scheduler answers at {cluster}; {START_ONE}") from error
