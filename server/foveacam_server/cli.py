@@ -1,4 +1,4 @@
-"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, bench, doctor.
+"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, study, bench, doctor.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -24,6 +24,7 @@ from foveacam_server.recording_command.commands import app as recording_app
 from foveacam_server.recording_command.commands import record
 from foveacam_server.settings import checked_settings
 from foveacam_server.still_command.commands import still
+from foveacam_server.study_command.commands import study
 
 app = typer.Typer(
     name="foveacam",
@@ -41,6 +42,7 @@ app.add_typer(recording_app)
 app.command()(record)
 app.command()(capture)
 app.command()(still)
+app.command()(study)
 
 _USAGE_ERROR = 2
 _FAILURE = 1

@@ -1,0 +1,45 @@
+"""What is typed: `foveacam study standoff|depth|tradeoff|tokens|fig8|all`."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Which(StrEnum):
+    """The studies by name."""
+
+    DEPTH = "depth"
+    TRADEOFF = "tradeoff"
+    TOKENS = "tokens"
+    STANDOFF = "standoff"
+    FIG8 = "fig8"
+    ALL = "all"
+
+
+def study(
+    name: Annotated[Which, typer.Argument(help="which analysis of the paper's Section 4; all of them")],
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and places")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="folder for report and pictures; usually foveacam-study, none with --json"),
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="processes for random maps; -1: one a core", min=-1)] = 1,
+    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler that takes them")] = None,
+    maps: Annotated[
+        int | None, typer.Option(help="random maps for Figs. 9 and 10; usually 10", min=1)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="seed of all that is drawn by lot", min=0)] = None,
+    vkitti: Annotated[Path | None, typer.Option(help="folder of Virtual KITTI 2, for the trade-off")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="compute anew what was kept")] = False,
+) -> None:
+    """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
+    from foveacam_server.study_command.recipes import StudyOrder, recipes
+    from foveacam_server.study_command.run import Wanted, run_studies
+
+    names = [each.value for each in Which if each is not Which.ALL] if name is Which.ALL else [name.value]
+    order = StudyOrder(quick=quick, jobs=jobs, cluster=cluster, maps=maps, seed=seed, vkitti=vkitti)
+    wanted = Wanted(as_json=as_json, out=out, fresh=fresh, every=name is Which.ALL)
+    run_studies(recipes(order, names), wanted)

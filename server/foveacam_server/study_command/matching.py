@@ -1,0 +1,28 @@
+"""How well the simulated rig matches its two foveae: the error that the curves of Sec. 4.1 are drawn with."""
+
+from statistics import median
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_server.bench.verge import fixations
+from foveacam_server.bench.verge_truth import Kind
+
+SCENE = "bench"
+
+
+def verge_residual_px(clicks: int, *, watch: MakingWatch) -> float:
+    """Return the median true left-right residual of verged foveae, fovea px, over clicks on texture.
+
+    Raise Cancelled when the watcher asks, InvalidInput where no click verged.
+    """
+    steps = Steps(watch, clicks, ended="the clicks were not all made; run it again")
+    found: list[float] = []
+    for result in fixations(SCENE, {Kind.TEXTURED: clicks, Kind.PLAIN: 0, Kind.AWKWARD: 0}):
+        steps.step("the rig verges on what it sees")
+        if result.verged:
+            found.append(result.residual_px)
+    if not found:
+        raise InvalidInput(
+            f"none of {clicks} clicks verged, so that no matching error is known; allow more clicks"
+        )
+    return median(found)

@@ -1,0 +1,71 @@
+"""What comes out of studies: a table, one JSON object, drawings and the report in a folder."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.study.report import Told, report_html, value_text
+from foveacam_server.study_command.recipes import versions
+from foveacam_server.whole_file import write_document, write_whole
+
+REPORT = "report.html"
+
+
+def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ()) -> Path:
+    """Write drawings (SVG), findings (JSON) and the report; return the report's path. Raise DeviceFault."""
+    with disk_errors("the report of the studies", folder):
+        for one in told:
+            for picture in one.study.pictures:
+                write_whole(folder / f"{one.study.name}-{picture.name}.svg", picture.svg)
+            write_document(folder / f"{one.study.name}.json", _findings(one))
+        write_whole(folder / REPORT, report_html(told, versions=versions(), failed=failed))
+    return folder / REPORT
+
+
+def as_document(told: Sequence[Told], *, every: bool, report: Path | None) -> dict[str, object]:
+    """Return what `--json` prints: the values of the one study, or of each by its name."""
+    values: dict[str, object] = (
+        {one.study.name: _findings(one) for one in told}
+        if every
+        else dict(_findings(told[0]))
+        if told
+        else {}
+    )
+    return values if report is None else {**values, "report": str(report)}
+
+
+def show(told: Sequence[Told], console: Console, *, folder: Path | None, report: Path | None) -> None:
+    """Print a table a study, and where the drawings lie."""
+    for one in told:
+        console.print(_table(one))
+    if folder is not None and report is not None:
+        pictures = sum(len(one.study.pictures) for one in told)
+        console.print(f"{pictures} pictures (SVG) in {folder}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _findings(told: Told) -> Mapping[str, object]:
+    return {
+        **told.study.values,
+        "seeds": dict(told.study.seeds),
+        "took_s": round(told.kept.took_s, 3),
+        "made_utc": told.kept.made_utc,
+        "kept": not told.fresh,
+    }
+
+
+def _table(told: Told) -> Table:
+    study = told.study
+    table = Table(title=f"{study.section} {study.title}", title_justify="left")
+    for heading in ("quantity", "paper", "ours", "remarks"):
+        table.add_column(heading, overflow="fold")
+    for row in study.rows:
+        table.add_row(*(Text(text) for text in (row.quantity, row.paper, row.ours, row.note)))
+    if not study.rows:
+        for key, value in study.values.items():
+            table.add_row(Text(key), "", Text(value_text(value)), "")
+    return table

@@ -1,0 +1,39 @@
+"""The simulated rig, put anywhere in the toy scene: on virtual time, with the calibration that ships."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.study.observed import Observer
+from foveacam_pipeline.study.toy_scene import SCENE, Place
+from foveacam_server.study_command.recipes import CERTIFICATE
+
+
+@contextmanager
+def placed_rig(scene: str = SCENE) -> Iterator[Observer]:
+    """Open the rig in a scene and yield it with what puts it at a place; the truth is moved, not read."""
+    with open_simulated(scene, inline=True) as rig:
+        if rig.truth is None:
+            raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
+        stage = rig.truth.world.stage
+
+        def stand(place: Place) -> None:
+            rig_from_world = rig_from_scene(place)
+            stage.bearing = lambda _t_s: rig_from_world
+
+        yield Observer(head=rig.head, calibration=load_calibration(CERTIFICATE), clock=rig.clock, stand=stand)
+
+
+def rig_from_scene(place: Place) -> NDArray[np.float64]:
+    """Return (4, 4) float64, scene to rig, metres, for a place of the plan; the eyes are at y = 0."""
+    c, s = math.cos(place.heading_rad), math.sin(place.heading_rad)
+    rig_from_world = np.eye(4)
+    rig_from_world[:3, :3] = [[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]
+    rig_from_world[:3, 3] = -rig_from_world[:3, :3] @ [place.x_m, 0.0, place.y_m]
+    return rig_from_world

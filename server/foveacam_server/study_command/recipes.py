@@ -1,0 +1,157 @@
+"""How each study is computed: its settings, the files it depends on, and the function."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import foveacam_hardware
+import foveacam_pipeline
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.making import MakingWatch
+from foveacam_pipeline.study.cache import sources
+from foveacam_pipeline.study.findings import Study
+from foveacam_server.runtime.calibrations import SHIPPED
+
+CERTIFICATE = SHIPPED / "sim-rig120.json"
+LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "matplotlib", "torch")
+SCENES, QUICK_SCENES = 12, 4
+"""Simulated scenes of the trade-off."""
+CLICKS, QUICK_CLICKS = 30, 8
+"""Fixations whose true residual says how well the rig matches."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyOrder:
+    """What was asked for; None: as the study has it."""
+
+    quick: bool = False
+    jobs: int = 1
+    cluster: str | None = None
+    maps: int | None = None
+    seed: int | None = None
+    vkitti: Path | None = None
+
+    @property
+    def seeded(self) -> dict[str, int]:
+        """The seed as an argument, if one was given."""
+        return {} if self.seed is None else {"seed": self.seed}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """One study. `settings` and `files` are all that its result depends on, its libraries included."""
+
+    name: str
+    settings: dict[str, object]
+    files: tuple[Path, ...]
+    compute: Callable[[MakingWatch], Study]
+
+
+def recipes(order: StudyOrder, names: Sequence[str]) -> list[Recipe]:
+    """Return the recipes of some studies by name. Raise InvalidInput for what none of them can take."""
+    if order.vkitti is not None and "tradeoff" not in names:
+        raise InvalidInput(f"--vkitti {order.vkitti}: only the study tradeoff uses it; leave it out")
+    if (order.cluster is not None or order.maps is not None) and "standoff" not in names:
+        raise InvalidInput("--cluster and --maps are for the study standoff; leave them out")
+    return [_KNOWN[name](order) for name in names]
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the program and of the libraries that compute; a missing one says so."""
+    return {name: _version(name) for name in ("foveacam-duo", *LIBRARIES)}
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _recipe(
+    name: str,
+    order: StudyOrder,
+    compute: Callable[[MakingWatch], Study],
+    *,
+    extra: dict[str, object] | None = None,
+    rig: bool = False,
+) -> Recipe:
+    """Return a recipe; `rig`: it looks through the simulated rig, whose sources and scenes count then."""
+    files = sources(Path(foveacam_pipeline.__file__).parent)
+    if rig:
+        hardware = Path(foveacam_hardware.__file__).parent
+        files += (*sources(hardware), *sorted(hardware.rglob("*.toml")), *sources(Path(__file__).parent))
+        files += (CERTIFICATE,)
+    settings: dict[str, object] = {"quick": order.quick, "seed": order.seed, "libraries": versions()}
+    return Recipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
+
+
+def _depth(order: StudyOrder) -> Recipe:
+    def compute(watch: MakingWatch) -> Study:
+        from foveacam_pipeline.study.depth_error import depth_error_study
+        from foveacam_server.study_command.matching import verge_residual_px
+
+        clicks = QUICK_CLICKS if order.quick else CLICKS
+        return depth_error_study(verge_residual_px=verge_residual_px(clicks, watch=watch))
+
+    return _recipe("depth", order, compute, rig=True)
+
+
+def _tradeoff(order: StudyOrder) -> Recipe:
+    def compute(watch: MakingWatch) -> Study:
+        from foveacam_pipeline.study.tradeoff_study import tradeoff_study
+
+        scenes = QUICK_SCENES if order.quick else SCENES
+        return tradeoff_study(
+            scenes=scenes, quick=order.quick, vkitti=order.vkitti, watch=watch, **order.seeded
+        )
+
+    return _recipe("tradeoff", order, compute, extra={"vkitti": str(order.vkitti)})
+
+
+def _tokens(order: StudyOrder) -> Recipe:
+    def compute(watch: MakingWatch) -> Study:
+        from foveacam_pipeline.learn import attention
+        from foveacam_pipeline.study.tokens_study import tokens_study
+
+        timing = attention.QUICK if order.quick else attention.FULL
+        try:
+            measured = attention.measure(timing, watch=watch)
+        except InvalidInput as error:  # torch is an extra; the model is told without it
+            return tokens_study(quick=order.quick, not_measured=str(error))
+        return tokens_study(quick=order.quick, measured=measured)
+
+    return _recipe("tokens", order, compute)
+
+
+def _standoff(order: StudyOrder) -> Recipe:
+    def compute(watch: MakingWatch) -> Study:
+        from foveacam_pipeline.study.standoff_study import standoff_study
+
+        given = order.seeded | ({} if order.maps is None else {"maps": order.maps})
+        return standoff_study(
+            quick=order.quick, n_jobs=order.jobs, cluster=order.cluster, watch=watch, **given
+        )
+
+    return _recipe("standoff", order, compute, extra={"maps": order.maps})
+
+
+def _fig8(order: StudyOrder) -> Recipe:
+    def compute(watch: MakingWatch) -> Study:
+        from foveacam_pipeline.study.observed_study import observed_study
+        from foveacam_server.study_command.placed_rig import placed_rig
+
+        with placed_rig() as observer:
+            return observed_study(observer, quick=order.quick, watch=watch)
+
+    return _recipe("fig8", order, compute, rig=True)
+
+
+_KNOWN: dict[str, Callable[[StudyOrder], Recipe]] = {
+    "depth": _depth,
+    "tradeoff": _tradeoff,
+    "tokens": _tokens,
+    "standoff": _standoff,
+    "fig8": _fig8,
+}

@@ -1,0 +1,99 @@
+"""The report: every figure inline, ids that do not clash, nothing loaded, all text escaped."""
+
+import re
+
+import pytest
+from matplotlib.figure import Figure
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.study.cache import Kept
+from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
+from foveacam_pipeline.study.report import Told, report_html, value_text
+from foveacam_pipeline.study.report_svg import inline_svg
+
+
+def drawn() -> str:
+    figure = Figure(figsize=(3.0, 2.0))
+    axes = figure.subplots()
+    axes.plot([1.0, 2.0, 3.0], [1.0, 4.0, 9.0], "o-", label="area, m²")
+    axes.legend()
+    return svg_of(figure)
+
+
+def told(name: str, section: str, *, fresh: bool = True) -> Told:
+    study = Study(
+        name=name,
+        section=section,
+        title=f"About {name} & <more>",
+        values={"fig8_agreement": 0.973, "gaps": [1.0, 2.5], "missing": None},
+        rows=(Row(quantity="R²", paper="not given", ours="0.9991", note="ten <maps>"),),
+        pictures=(Picture(name="area", title="Area", caption="a < b", svg=drawn(), figure="Fig. 9"),),
+        definitions=("multi: union over targets",),
+        deviations=("Eq. 9: the sign",),
+        seeds={"maps": 7},
+    )
+    return Told(kept=Kept(study=study, took_s=2.0, made_utc="2026-01-02T03:04:05+00:00"), fresh=fresh)
+
+
+def page() -> str:
+    return report_html(
+        [told("tokens", "4.3"), told("depth", "4.1", fresh=False)],
+        versions={"foveacam-duo": "1.2"},
+        failed=["fig8: the <rig> was lost"],
+    )
+
+
+def test_ids_of_two_pictures_never_clash_and_every_reference_is_met() -> None:
+    html = page()
+    ids = re.findall(r'\bid="([^"]+)"', html)
+    assert len(ids) == len(set(ids))
+    used = set(re.findall(r'href="#([^"]+)"', html)) | set(re.findall(r"url\(#([^)]+)\)", html))
+    assert any(name.startswith("depth-area-") for name in used)
+    assert used <= set(ids)
+
+
+def test_it_loads_nothing_and_runs_nothing() -> None:
+    html = page()
+    assert "default-src 'none'" in html
+    assert "<script" not in html
+    assert "<style type" not in html, "a rule of one drawing would reach the whole page"
+    addresses = set(re.findall(r'https?://[^"\s<]+', html))
+    assert addresses == {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+
+
+def test_it_tells_all_that_a_study_says_in_the_order_of_the_sections() -> None:
+    html = page()
+    assert html.index("4.1 About depth") < html.index("4.3 About tokens")
+    for words in (
+        "About depth &amp; &lt;more&gt;",
+        "ten &lt;maps&gt;",
+        "a &lt; b",
+        "the &lt;rig&gt; was lost",
+        "multi: union over targets",
+        "Eq. 9: the sign",
+        "97.3%",
+        "seeds: maps 7",
+        "kept since",
+        "foveacam-duo 1.2",
+        "4 s",
+        "Fig. 9: Area",
+    ):
+        assert words in html, words
+
+
+@pytest.mark.parametrize(
+    ("svg", "name"),
+    [
+        ("<p>no drawing</p>", "area"),
+        ('<svg viewBox="0 0 1 1"><script>1</script></svg>', "area"),
+        ('<svg viewBox="0 0 1 1"><g onload="x()"/></svg>', "area"),
+        ('<svg viewBox="0 0 1 1"></svg>', 'a"b'),
+    ],
+)
+def test_what_is_no_drawing_or_acts_is_refused(svg: str, name: str) -> None:
+    with pytest.raises(InvalidInput, match="picture"):
+        inline_svg(svg, name=name, label="")
+
+
+def test_values_are_told_in_words() -> None:
+    assert value_text({"a": [1, 2.34567], "b": None, "c": True}) == "a: 1, 2.346; b: –; c: yes"
