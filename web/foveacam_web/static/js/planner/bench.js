@@ -20,6 +20,7 @@ import { NAMES, readPlan, written } from "./settings.js";
 
 const RING = /** @type {const} */ (["feature_mm", "px_per_deg", "pixels", "d_min_m", "near_error_m"]);
 const PATIENCE_MS = 60_000;
+const REST_MS = 300;
 
 /** The one plan of the page. */
 export class Bench {
@@ -29,6 +30,8 @@ export class Bench {
   #given = null;
   #told;
   #open = false;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #timer;
   /** @type {Newest<MapDocument>} */
   #drawn;
   /** @type {Newest<StandoffDocument>} */
@@ -76,9 +79,10 @@ export class Bench {
 
   /** What is wrong now, each with its place on the page. */
   get troubles() {
-    const asked = [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
+    const empty = unfilled(this.plan.settings);
+    const asked = empty.length > 0 ? [] : [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
     const map = this.#own ? null : this.#drawn.answer.problem;
-    const found = [...unfilled(this.plan.settings), ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
+    const found = [...empty, ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
     const lost = this.#own && !this.#given ? [{ place: "map", words: "The map of this plan is not in this browser: load its file again, or draw a map by lot" }] : [];
     return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
   }
@@ -144,11 +148,19 @@ export class Bench {
 
   #again() {
     if (!this.#open) return;
-    const words = written(this.plan);
-    tellPlan(words);
-    keepPlan(words);
+    this.#noteSoon();
     this.#ask();
     this.#told();
+  }
+
+  /** Let address and browser know the plan once it rests: browsers refuse an address that changes all the time. */
+  #noteSoon() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      const words = written(this.plan);
+      tellPlan(words);
+      keepPlan(words);
+    }, REST_MS);
   }
 
   #ask() {

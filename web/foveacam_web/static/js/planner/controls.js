@@ -26,7 +26,7 @@ export function makeControls({ troubles, changed }) {
   const of = (/** @type {NumberName[]} */ ...names) => names.map((name) => slides.get(name)?.element ?? null);
   const element = h("div", { class: "column planner-controls" },
     panel("What is looked at", ...of("feature_mm", "px_per_deg", "pixels")),
-    panel("Unnoticed", ...of("d_min_m", "near_error_m"), bound.element, ...of("agent_radius_m")),
+    panel("The observer", ...of("d_min_m", "near_error_m"), bound.element, ...of("agent_radius_m")),
     panel("Random obstacles", ...of("occupancy", "radius_m", "domain_m2")));
   return { element, show: (/** @type {PlanSettings} */ settings) => {
     for (const [name, slide] of slides) slide.show(settings[name]);

@@ -17,7 +17,7 @@ const BOX = Object.freeze({ left: 50, top: 14, right: WIDTH - 12, bottom: HEIGHT
 export function makeCurve() {
   const svg = s("svg", { class: "success-curve", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
   const element = h("div", { class: "curve" }, svg, h("p", { class: "legend" },
-    h("span", { class: "key success", text: "P_succ (Eq. 12)" }), h("span", { class: "key clear", text: "line of sight clear (Eq. 11)" }),
+    h("span", { class: "key success", text: "P_succ (Eq. 12)" }),
     h("span", { class: "key slope", text: "slope at D_max (Eq. 13)" })));
   return { element, show: (document, stale) => {
     element.classList.toggle("stale", stale);
@@ -38,10 +38,9 @@ function draw({ curve, ring, success, success_slope_per_m: slope }) {
     s("defs", {}, s("clipPath", { id: "curve-frame" }, s("rect", { x: BOX.left, y: BOX.top, width: BOX.right - BOX.left, height: BOX.bottom - BOX.top }))),
     ...axes(last_m, top, x, y),
     s("g", { "clip-path": "url(#curve-frame)" },
-      s("path", { class: "clear", d: line(curve.clear) }),
       s("line", { class: "near", x1: x(ring.inner_m), x2: x(ring.inner_m), y1: BOX.top, y2: BOX.bottom }),
       s("path", { class: "success", d: line(curve.success) }),
-      shown && s("line", { class: "slope", ...tangent({ at_m: ring.d_max_m, success, slope, reach_m: 0.22 * last_m }, x, y) })),
+      shown && !ring.empty && s("line", { class: "slope", ...tangent({ at_m: ring.d_max_m, success, slope, reach_m: 0.22 * last_m }, x, y) })),
     ring.inner_m < 0.92 * last_m && s("text", { class: "name", x: x(ring.inner_m) + 4, y: BOX.top + 10, text: "nearest" }),
     shown && s("circle", { class: "now", cx: x(ring.d_max_m), cy: y(success), r: 5 }),
   ].filter((each) => each !== false);

@@ -27,15 +27,15 @@ const LETTER = 6.1; // of the legend's type, on average
 const EDGE = 12;
 
 /**
- * How a scene is laid out in so much width.
+ * How a scene is laid out in so much width, its plan no taller than that.
  * @param {Scene} scene
- * @param {number} width
+ * @param {{width: number, tallest: number}} room
  * @returns {Layout}
  */
-export function layOut(scene, width) {
+export function layOut(scene, { width, tallest }) {
   const box = boxOf(scene);
   const ratio = (box.y1 - box.y0) / Math.max(1e-9, box.x1 - box.x0);
-  const plan = Math.round(Math.min(Math.max(width * ratio, 0.5 * width), 1.05 * width));
+  const plan = Math.round(Math.min(Math.max(width * ratio, 0.4 * width), 1.2 * width, tallest));
   const inner = new Sheet(box, { width: width - 2 * EDGE, height: plan - 2 * EDGE });
   inner.left += EDGE;
   inner.top += EDGE;
@@ -99,8 +99,8 @@ function surfaces({ map, regions }, sheet) {
   const surface = (/** @type {Outlines} */ outlines, /** @type {string} */ name) => s("path", { class: name, "fill-rule": "evenodd", d: sheet.path(outlines) });
   const own = featuresOf(regions?.geojson, "region").map((feature, index) => surface(outlinesOf(feature.geometry), `region hue-${index % HUES}`));
   const union = featuresOf(regions?.geojson, "union").map((feature) => surface(outlinesOf(feature.geometry), "union"));
-  const obstacles = surface(featuresOf(map.map, "obstacle").flatMap((feature) => outlinesOf(feature.geometry)), "obstacle");
-  return [...own, ...union, obstacles];
+  const obstacles = featuresOf(map.map, "obstacle").map((feature) => surface(outlinesOf(feature.geometry), "obstacle"));
+  return [...own, ...union, ...obstacles];
 }
 
 /**

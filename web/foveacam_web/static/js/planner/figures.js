@@ -1,7 +1,7 @@
 // What the plan comes to, in figures: the ring, the chances, the room on the map; and in words where there is none.
 
 import { figures, show } from "../calibration/parts.js";
-import { h, say } from "../dom.js";
+import { h } from "../dom.js";
 import { number } from "../format.js";
 import { plainly } from "../rig/scale.js";
 import { makeCurve } from "./curve.js";
@@ -20,18 +20,16 @@ import { area, chance, length } from "./words.js";
 export function makeChances() {
   const curve = makeCurve();
   const [ring, chances] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
-  const empty = h("p", { class: "nowhere", role: "status" });
-  const element = h("div", { class: "stack" }, empty, ring, curve.element, chances);
+  const element = h("div", { class: "stack" }, ring, curve.element, chances);
   return { element, show: (/** @type {Answered<StandoffDocument>} */ { document, stale, problem }) => {
     element.hidden = document === null;
     element.classList.toggle("stale", stale || problem !== null);
     if (!document) return;
-    say(empty, document.ring.empty_because ?? "");
     show(ring, figures(ringRows(document.ring)));
     curve.show(document, stale || problem !== null);
     show(chances, figures([
       ["P_succ over the domain", chance(document.success)],
-      ["one metre of D_max adds", `${plainly(document.success_slope_per_m)} a m`],
+      ["a metre more of D_max adds", chance(document.success_slope_per_m)],
       ["line clear at D_max", chance(document.clear_at_outer)],
       ["line clear at the nearest", chance(document.clear_at_inner)],
       ["seen part of the ring, on average", area(document.expected_area_m2)],
@@ -54,24 +52,23 @@ function ringRows({ resolution_mrad, d_max_m, inner_m, area_m2 }) {
 /** The room on the map. */
 export function makeRoom() {
   const [table, each] = [h("div", { class: "stack" }), h("div", { class: "scroll-x" })];
-  const empty = h("p", { class: "nowhere", role: "status" });
-  const element = h("div", { class: "stack" }, empty, table, each);
+  const element = h("div", { class: "stack" }, table, each,
+    h("p", { class: "why", text: "A region is where its own target is in sight and does not notice; what other targets notice there is not part of it." }));
   return { element, show: (/** @type {Answered<RegionsDocument>} */ { document, stale, problem }, /** @type {MapDocument | null} */ map) => {
     element.hidden = document === null || map === null;
     element.classList.toggle("stale", stale || problem !== null);
     if (!document || !map) return;
-    say(empty, document.empty_because ?? "");
     const [x0 = 0, y0 = 0, x1 = 0, y1 = 0] = map.bounds_m;
     const ground_m2 = (x1 - x0) * (y1 - y0);
     const { multi_m2, single_m2, weighted_m2 } = document.areas;
+    const several = document.regions.length > 1;
     show(table, figures([
-      ["multi: any target in sight", area(multi_m2)],
-      ["single: mean of the targets’ own", area(single_m2)],
-      ["weighted by the number in sight", area(weighted_m2)],
-      ["multi, of the map", `${number((100 * multi_m2) / ground_m2, 1)} %`],
+      [several ? "multi: any target in sight" : "the target is in sight", area(multi_m2)],
+      ...(several ? /** @type {[string, string][]} */ ([["single: mean of the targets’ own", area(single_m2)], ["weighted by the number in sight", area(weighted_m2)]]) : []),
+      ["of the map", `${number((100 * multi_m2) / ground_m2, 1)} %`],
       ["worked out in", `${number(document.duration_ms, 0)} ms`],
     ]));
-    show(each, document.regions.length > 1 && h("table", { class: "compare" },
+    show(each, several && multi_m2 > 0 && h("table", { class: "compare" },
       h("thead", {}, h("tr", {}, ["target", "area", "of its ring"].map((text) => h("th", { text })))),
       h("tbody", {}, document.regions.map(({ target, area_m2, ring_share }) => h("tr", {},
         h("th", { scope: "row" }, String(target)), h("td", { text: area(area_m2) }),

@@ -3,7 +3,7 @@
 import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
 import { segments, Troubles } from "../capture/parts.js";
-import { fill, focusOn, h, need } from "../dom.js";
+import { fill, focusOn, h, need, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { Bench } from "./bench.js";
@@ -32,22 +32,24 @@ export function mountPlannerPage(place, { store }) {
   const orders = targetOrders(bench);
   const targets = makeTargets(orders);
   const view = new PlanView(orders);
+  const nowhere = h("p", { class: "nowhere", role: "status" });
   const [chances, room] = [makeChances(), makeRoom()];
   const show = () => {
     const { map, targets_m, standoff, regions, plan } = bench;
     controls.show(plan.settings);
     source.show(plan.map, bench.givenName);
-    targets.show(targets_m, plan.targets_m === null);
+    targets.show(targets_m, plan.targets_m === null || map?.targets_m.length === 0);
     chances.show(standoff);
     room.show(regions, map);
+    say(nowhere, regions.document?.empty_because ?? standoff.document?.ring.empty_because ?? "");
     const homeless = troubles.tell(bench.troubles);
     fill(above, ...homeless.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
     view.element.hidden = map === null;
     const stale = regions.stale || regions.problem !== null;
-    if (map) view.show({ map, picture: bench.picture, targets_m, ring: standoff.document?.ring ?? regions.document?.ring ?? null, regions: regions.document, stale, whole: bench.whole });
+    if (map) view.show({ map, picture: bench.picture, targets_m, ring: ringOf(bench), regions: regions.document, stale, whole: bench.whole });
   };
   fill(place, head(), above, h("div", { class: "planner-body" }, controls.element,
-    h("div", { class: "column planner-plan" }, panel("Plan", toolbar(bench, view), view.element), panel("Targets", targets.element, troubles.place("targets"))),
+    h("div", { class: "column planner-plan" }, panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets"))),
     h("div", { class: "column planner-figures" }, panel("Map", source.element), panel("Room on the map", room.element), panel("Ring and chances", chances.element))));
   window.addEventListener("hashchange", () => bench.open());
   store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());
@@ -55,6 +57,15 @@ export function mountPlannerPage(place, { store }) {
     if (planner_page) bench.open();
     turnPage(place, planner_page);
   });
+}
+
+/**
+ * The newest ring that was answered.
+ * @param {Bench} bench
+ */
+function ringOf({ standoff, regions }) {
+  const [first, second] = standoff.problem === null ? [standoff, regions] : [regions, standoff];
+  return first.document?.ring ?? second.document?.ring ?? null;
 }
 
 /**

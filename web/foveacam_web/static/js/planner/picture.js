@@ -55,6 +55,7 @@ export function makePictureSheet(take) {
     if (picture) void give(picture);
   } } }, drawing, line, h("div", { class: "fields" }, length.element, scale.element), refused,
   h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")));
+  form.addEventListener("input", () => say(refused, ""));
   const give = async (/** @type {Picture} */ given) => {
     const why = await take(given, scale.value());
     say(refused, sentence(why));

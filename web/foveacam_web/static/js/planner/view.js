@@ -16,6 +16,8 @@ import { sightWords } from "./words.js";
 const GRIP_PX = 16;
 const CLICK_PX = 5;
 const KEY_PX = 8;
+const LEAST_PX = 320; // of the plan's height
+const AROUND_PX = 300; // what stands above and below it in the window
 const STEPS = Object.freeze(/** @type {Record<string, [number, number]>} */ ({
   ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
 }));
@@ -71,7 +73,7 @@ export class PlanView {
 
   #draw() {
     if (!this.#scene || this.#width === 0) return;
-    const layout = layOut(this.#scene, this.#width);
+    const layout = layOut(this.#scene, { width: this.#width, tallest: Math.max(LEAST_PX, innerHeight - AROUND_PX) });
     this.#layout = layout;
     for (const [name, value] of Object.entries({ viewBox: `0 0 ${layout.width} ${layout.height}`, width: layout.width, height: layout.height })) {
       this.#svg.setAttribute(name, String(value));
