@@ -31,7 +31,8 @@ figure svg.plot { max-width:820px; max-height:none; margin:0 auto; background:#f
 .beside td, .beside td.n, .beside th.n { overflow-wrap:anywhere; text-align:left; white-space:normal; }
 ul { margin:.4rem 0; padding-left:1.2rem; max-width:80ch; } li { margin:.25rem 0; }
 details { margin:.8rem 0; } summary { cursor:pointer; color:var(--accent); }
-@media (max-width:640px) { .beside table { min-width:0; } .beside thead { display:none; }
+@media (max-width:640px) { figure svg.plot { min-width:34rem; }
+  .beside table { min-width:0; } .beside thead { display:none; }
   .beside tr { display:grid; grid-template-columns:1fr 1fr;
     border-bottom:1px solid var(--line); padding:.3rem 0; }
   .beside td { border:0; padding:.1rem .5rem; } .beside td:empty { display:none; }
@@ -124,7 +125,7 @@ def _pictures(study: Study) -> str:
 def _picture(study: Study, picture: Picture) -> str:
     title = f"{picture.figure}: {picture.title}" if picture.figure else picture.title
     svg = inline_svg(picture.svg, name=f"{study.name}-{picture.name}", label=title)
-    return drawing(f"<h3>{escape(title)}</h3>{svg}", picture.caption)
+    return drawing(f'<h3>{escape(title)}</h3><div class="scroll">{svg}</div>', picture.caption)
 
 
 def _list(title: str, lines: Sequence[str]) -> str:

@@ -1,0 +1,167 @@
+"""`foveacam study`: what it prints and writes, what it keeps, what Ctrl-C leaves, what it refuses."""
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import typer
+from matplotlib.figure import Figure
+
+from foveacam_hardware.contract import DeviceFault, InvalidInput
+from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
+from foveacam_server import cli
+from foveacam_server.study_command.recipes import Recipe, StudyOrder, recipes
+from foveacam_server.study_command.run import Wanted, run_studies
+
+
+@pytest.fixture(autouse=True)
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "cache" / "foveacam" / "studies"
+
+
+def drawn() -> str:
+    figure = Figure(figsize=(2.0, 1.0))
+    figure.subplots().plot([1.0, 2.0])
+    return svg_of(figure)
+
+
+def recipe(name: str, work: Callable[[MakingWatch], None] = lambda _watch: None) -> tuple[Recipe, list[str]]:
+    computed: list[str] = []
+
+    def compute(watch: MakingWatch) -> Study:
+        computed.append(name)
+        work(watch)
+        return Study(
+            name=name,
+            section="4.1",
+            title=f"About {name}",
+            values={"ratio": 9.1},
+            rows=(Row(quantity="ratio [m]", paper="about 9", ours="9.1"),),
+            pictures=(Picture(name="curve", title="Curve", caption="", svg=drawn()),),
+            seeds={"noise": 3},
+        )
+
+    return Recipe(name=name, settings={"quick": True}, files=(Path(__file__),), compute=compute), computed
+
+
+def ctrl_c(watch: MakingWatch) -> None:
+    signal.raise_signal(signal.SIGINT)
+    Steps(watch, 2, ended="cancelled").step("half")
+
+
+def broken(_watch: MakingWatch) -> None:
+    raise DeviceFault("the rig was lost; connect it")
+
+
+def test_a_table_the_drawings_and_the_report(capsys: pytest.CaptureFixture[str]) -> None:
+    run_studies([recipe("one")[0]], Wanted(out=Path("told")))
+    printed = capsys.readouterr().out
+    for words in ("paper", "ours", "about 9", "ratio [m]", "told/report.html"):
+        assert words in printed
+    assert sorted(path.name for path in Path("told").iterdir()) == [
+        "one-curve.svg",
+        "one.json",
+        "report.html",
+    ]
+    assert "<svg" in Path("told/one-curve.svg").read_text()
+    assert "About one" in Path("told/report.html").read_text()
+    assert json.loads(Path("told/one.json").read_text())["ratio"] == 9.1
+
+
+def test_what_is_kept_is_not_computed_again_unless_asked(
+    capsys: pytest.CaptureFixture[str], kept: Path
+) -> None:
+    one, computed = recipe("one")
+    for fresh in (False, False, True):
+        run_studies([one], Wanted(as_json=True, fresh=fresh))
+    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [document["kept"] for document in told] == [False, True, False]
+    assert told[0]["ratio"] == told[1]["ratio"] == 9.1
+    assert told[0]["seeds"] == {"noise": 3}
+    assert len(computed) == 2
+    (file,) = kept.iterdir()
+    file.write_bytes(file.read_bytes()[:-40])
+    run_studies([one], Wanted(as_json=True))
+    said = capsys.readouterr()
+    assert "not as it was written" in said.err
+    assert file.name in said.err
+    assert json.loads(said.out)["kept"] is False
+    assert len(computed) == 3
+
+
+def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(capsys: pytest.CaptureFixture[str]) -> None:
+    (first, _), (second, _), (third, never) = recipe("one"), recipe("two", ctrl_c), recipe("three")
+    with pytest.raises(typer.Exit) as ended:
+        run_studies([first, second, third], Wanted(out=Path("told"), every=True))
+    assert ended.value.exit_code == 130
+    assert not never
+    assert "two: ended before it was finished" in capsys.readouterr().err
+    page = Path("told/report.html").read_text()
+    assert "About one" in page
+    assert "two: ended before" in page
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_one_study_that_fails_stops_no_other_when_all_are_asked_for(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (bad, _), (good, _) = recipe("bad", broken), recipe("good")
+    with pytest.raises(typer.Exit) as ended:
+        run_studies([bad, good], Wanted(as_json=True, every=True))
+    assert ended.value.exit_code == 1
+    said = capsys.readouterr()
+    assert list(json.loads(said.out)) == ["good"]
+    assert "bad: the rig was lost" in said.err
+    with pytest.raises(DeviceFault, match="connect it"):
+        run_studies([bad], Wanted(as_json=True))
+
+
+def test_the_program_tells_a_study_as_one_json_object(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["foveacam", "study", "tokens", "--quick", "--json", "--out", "told"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {"attention_exponent", "eq5_max_rel_error", "layer_saving", "seeds", "took_s"} <= set(told)
+    assert told["report"] == "told/report.html"
+    assert Path(told["report"]).exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "remedy"),
+    [
+        (["tokens", "--vkitti", "somewhere"], "leave it out"),
+        (["depth", "--maps", "3"], "leave them out"),
+        (["fig8", "--cluster", "127.0.0.1:1"], "leave them out"),
+        (["tradeoff", "--vkitti", "nowhere", "--quick"], "nowhere"),
+    ],
+)
+def test_what_a_study_cannot_take_is_refused_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: list[str], remedy: str
+) -> None:
+    monkeypatch.setattr("sys.argv", ["foveacam", "study", "--json", *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert line.startswith("foveacam: ")
+    assert remedy in line
+
+
+def test_every_study_has_a_recipe_whose_files_are_there() -> None:
+    for made in recipes(StudyOrder(quick=True), ["depth", "tradeoff", "tokens", "standoff", "fig8"]):
+        assert made.files
+        assert all(path.is_file() for path in made.files)
+        json.dumps(made.settings, allow_nan=False)
+
+
+def test_vkitti_and_clusters_are_for_their_own_studies() -> None:
+    with pytest.raises(InvalidInput, match="tradeoff"):
+        recipes(StudyOrder(vkitti=Path("x")), ["depth"])
