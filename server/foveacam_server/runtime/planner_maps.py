@@ -28,6 +28,8 @@ MOST_PIXELS = 4_000_000
 FARTHEST_M = 1e7
 EDGE_M, GAP_M = 10.0, 4.0
 """Of random maps: between targets and the map's edge, between targets; less on small maps."""
+UNREADABLE = (GEOSException, ArithmeticError, AttributeError, TypeError, ValueError)
+"""What outlines that are none make of the way to a map."""
 OWN_KINDS = ("ring", "union")
 """Features that the planner adds to a map: read back, they are no obstacles."""
 
@@ -65,7 +67,13 @@ def field_of(
         kept = [feature for feature in features if _kind(feature) not in left_out]
         document = {**document, "features": kept}
         _check_coordinates(kept)
-    field = _checked(map_from_geojson(document, m_per_unit=m_per_unit))
+    try:
+        field = _checked(map_from_geojson(document, m_per_unit=m_per_unit))
+    except UNREADABLE as error:
+        raise InvalidInput(
+            "the map cannot be read as GeoJSON: one of its geometries is of another form than its type says;"
+            " write it as in RFC 7946"
+        ) from error
     if targets_m is None:
         return field
     return FieldMap(bounds_m=field.bounds_m, obstacles=field.obstacles, targets_m=tuple(targets_m))
