@@ -1,0 +1,68 @@
+"""What estimates depth in Sec. 4.2: any `DepthEstimator`; by default the project's semi-global matcher."""
+
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.stereo.match import MatchSettings, match
+from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.study.patches import Disparity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StereoView:
+    """A rectified pair as an estimator gets it.
+
+    `left`, `right`: (h, w, 3) uint8 RGB. `offset_px`: how much farther left the right image's window lies;
+    total disparity = estimate + offset. `near_m`, `far_m`: where to look, `far_m` None for infinity.
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    f_px: float
+    baseline_m: float
+    offset_px: float = 0.0
+    near_m: float
+    far_m: float | None = None
+
+
+class DepthEstimator(Protocol):
+    """Finds disparity; `name` is told in the findings."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
+
+    def disparity_px(self, view: StereoView) -> Disparity:
+        """Return (h, w) float32 disparity between the two windows, px, NaN where none is found."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SemiGlobal:
+    """The matcher of live depth (`stereo.match`), with speckles small enough for small pictures."""
+
+    name: str = "SGBM with sub-pixel refinement"
+    settings: MatchSettings = field(default_factory=lambda: MatchSettings(speckle_px=40))
+
+    def disparity_px(self, view: StereoView) -> Disparity:
+        """Return the disparity map; unknown where its own error is too large."""
+        everywhere = np.ones(view.left.shape[:2], dtype=np.bool_)
+        pair = RectifiedPair(
+            left=view.left,
+            right=view.right,
+            valid_left=everywhere,
+            valid_right=everywhere,
+            f_px=view.f_px,
+            baseline_m=view.baseline_m,
+            u0_left_px=view.offset_px,
+            u0_right_px=0.0,
+            v0_px=0.0,
+            pose_sigma_px=0.0,
+            t_ns=0,
+        )
+        settings = replace(self.settings, near_m=view.near_m, far_m=view.far_m)
+        return match(pair, settings).residual_px
