@@ -5,15 +5,23 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 import typer
 from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput
+from foveacam_hardware.sim.render import warm_up
+from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
+from foveacam_pipeline.study.toy_scene import SCENE, Place
 from foveacam_server import cli
-from foveacam_server.study_command.recipes import Recipe, StudyOrder, recipes
+from foveacam_server.bench.tradeoff_truth import wide_pair
+from foveacam_server.study_command.placed_rig import stands_on
+from foveacam_server.study_command.recipes import CERTIFICATE, Recipe, StudyOrder, recipes
 from foveacam_server.study_command.run import Wanted, run_studies
 
 
@@ -165,3 +173,30 @@ def test_every_study_has_a_recipe_whose_files_are_there() -> None:
 def test_vkitti_and_clusters_are_for_their_own_studies() -> None:
     with pytest.raises(InvalidInput, match="tradeoff"):
         recipes(StudyOrder(vkitti=Path("x")), ["depth"])
+
+
+def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
+    warm_up()
+    calibration = load_calibration(CERTIFICATE)
+    with open_simulated(SCENE, inline=True) as rig:
+        assert rig.truth is not None
+        stand = stands_on(rig.truth.world.stage)
+
+        def aside(x_m: float) -> None:
+            stand(Place(x_m=x_m, y_m=0.0))
+            rig.clock.sleep_until_ns(rig.clock.now_ns() + 300_000_000)
+
+        pair = wide_pair(rig, calibration, aside, name="here")
+    left, right = (image.astype(np.float32) for image in (pair.left, pair.right))
+    y, x = np.mgrid[: left.shape[0], : left.shape[1]].astype(np.float32)
+    disparity_px = np.nan_to_num(pair.f_px * pair.baseline_m / pair.truth_z_m).astype(np.float32)
+    counted = pair.seen & np.isfinite(pair.truth_z_m)
+    assert 0.6 < counted.mean() < 1.0
+
+    def differ(off_x_px: float, off_y_px: float) -> float:
+        moved = cv2.remap(right, x - disparity_px + off_x_px, y + off_y_px, cv2.INTER_LINEAR)
+        return float(np.abs(moved - left)[counted].mean())
+
+    there = differ(0.0, 0.0)
+    for off in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+        assert there < 0.7 * differ(*off)

@@ -1,7 +1,7 @@
 """The simulated rig, put anywhere in the toy scene: on virtual time, with the calibration that ships."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.stage import Stage
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.observed import Observer
 from foveacam_pipeline.study.toy_scene import SCENE, Place
@@ -21,13 +22,19 @@ def placed_rig(scene: str = SCENE) -> Iterator[Observer]:
     with open_simulated(scene, inline=True) as rig:
         if rig.truth is None:
             raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
-        stage = rig.truth.world.stage
+        stand = stands_on(rig.truth.world.stage)
+        calibration = load_calibration(CERTIFICATE)
+        yield Observer(head=rig.head, calibration=calibration, clock=rig.clock, stand=stand)
 
-        def stand(place: Place) -> None:
-            rig_from_world = rig_from_scene(place)
-            stage.bearing = lambda _t_s: rig_from_world
 
-        yield Observer(head=rig.head, calibration=load_calibration(CERTIFICATE), clock=rig.clock, stand=stand)
+def stands_on(stage: Stage) -> Callable[[Place], None]:
+    """Return what puts the rig at a place of a stage, from the next picture on."""
+
+    def stand(place: Place) -> None:
+        rig_from_world = rig_from_scene(place)
+        stage.bearing = lambda _t_s: rig_from_world
+
+    return stand
 
 
 def rig_from_scene(place: Place) -> NDArray[np.float64]:

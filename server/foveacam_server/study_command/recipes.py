@@ -15,8 +15,6 @@ from foveacam_server.runtime.calibrations import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "matplotlib", "torch")
-SCENES, QUICK_SCENES = 12, 4
-"""Simulated scenes of the trade-off."""
 CLICKS, QUICK_CLICKS = 30, 8
 """Fixations whose true residual says how well the rig matches."""
 
@@ -101,13 +99,28 @@ def _depth(order: StudyOrder) -> Recipe:
 def _tradeoff(order: StudyOrder) -> Recipe:
     def compute(watch: MakingWatch) -> Study:
         from foveacam_pipeline.study.tradeoff_study import tradeoff_study
+        from foveacam_pipeline.study.vkitti import vkitti_frames
+        from foveacam_server.study_command.rig_pairs import rig_pair
 
-        scenes = QUICK_SCENES if order.quick else SCENES
+        if order.vkitti is not None:
+            vkitti_frames(order.vkitti, count=1)  # what is missing is said before the rig looks
         return tradeoff_study(
-            scenes=scenes, quick=order.quick, vkitti=order.vkitti, watch=watch, **order.seeded
+            quick=order.quick,
+            vkitti=order.vkitti,
+            rig_pairs=(rig_pair(quick=order.quick, watch=watch),),
+            seed=order.seed or 0,
+            watch=watch,
         )
 
-    return _recipe("tradeoff", order, compute, extra={"vkitti": str(order.vkitti)})
+    return _recipe("tradeoff", order, compute, extra={"vkitti": _state_of(order.vkitti)}, rig=True)
+
+
+def _state_of(folder: Path | None) -> str | None:
+    """Return a folder with the time of its last change, so that another one is another setting."""
+    if folder is None:
+        return None
+    changed_ns = folder.stat().st_mtime_ns if folder.exists() else 0
+    return f"{folder.resolve()} {changed_ns}"
 
 
 def _tokens(order: StudyOrder) -> Recipe:
