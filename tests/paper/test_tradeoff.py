@@ -223,7 +223,7 @@ def test_gains_are_told_with_their_errors_over_scenes() -> None:
     np.testing.assert_allclose(point.gains(Metric.ABSREL), [-0.01, 0.04])
     np.testing.assert_allclose(point.gain_errors(Metric.ABSREL), [0.0, 0.02 / 3**0.5], atol=1e-12)
     low, high = point.interval(Metric.ABSREL, seed=1)
-    assert 2.0 <= low.mean < point.ratio(Metric.ABSREL).mean < high.mean <= 6.0
+    assert 1.9 < low.mean < point.ratio(Metric.ABSREL).mean < high.mean < 6.1
 
 
 class Watching:
