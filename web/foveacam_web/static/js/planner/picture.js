@@ -44,8 +44,10 @@ export function makePictureSheet(take) {
   };
   drawing.addEventListener("click", (event) => {
     if (!picture) return;
-    const box = drawing.getBoundingClientRect();
-    const at = { x: ((event.clientX - box.left) * picture.width) / box.width, y: ((event.clientY - box.top) * picture.height) / box.height };
+    const way = drawing.getScreenCTM();
+    if (!way) return;
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(way.inverse());
+    const at = { x: Math.min(picture.width, Math.max(0, x)), y: Math.min(picture.height, Math.max(0, y)) };
     ends = ends.length === 2 ? [at] : [...ends, at];
     draw();
   });
