@@ -6,6 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -23,7 +24,7 @@ from foveacam_pipeline.study.near_far_scenes import CAMERA, FARTHEST_M, StereoSc
 from foveacam_pipeline.study.patches import Choice, Size, budget
 from foveacam_pipeline.study.tradeoff import Outcome, outcomes
 from foveacam_pipeline.study.tradeoff_rig import RigPairScene, rig_outcome
-from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal
+from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal, StereoView
 from foveacam_pipeline.study.tradeoff_study import tradeoff_study
 from foveacam_pipeline.study.tradeoff_sweep import Point, crossings
 
@@ -262,6 +263,20 @@ def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper() -> Non
     assert study.values["rig_pairs"] == 1
     assert any("Virtual KITTI 2 was not given" in said for said in study.deviations)
     assert Study.of(study.document()) == study
+
+
+class Cropping:
+    """Loses the last column."""
+
+    name = "cropping"
+
+    def disparity_px(self, view: StereoView) -> NDArray[np.float32]:
+        return np.ones(view.left.shape[:2], dtype=np.float32)[:, :-1]
+
+
+def test_an_estimator_that_does_not_keep_the_size_is_named(scene: StereoScene) -> None:
+    with pytest.raises(InvalidInput, match="the estimator 'cropping' gave disparities of shape"):
+        outcomes(scene, budget(NATIVE, 0.25, patches=4), Cropping())
 
 
 def test_the_study_ends_when_it_is_cancelled() -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.study.tradeoff_study import tradeoff_study
 from foveacam_pipeline.study.vkitti import load_vkitti, vkitti_frames
 
 DISPARITY_PX = 20
@@ -51,6 +52,17 @@ def test_a_frame_has_depth_in_metres_and_no_sky(tmp_path: Path) -> None:
     assert not scene.seen[200, : DISPARITY_PX - 1].any()  # beyond the right image's edge
     assert scene.seen[200, DISPARITY_PX + 1 :].all()
     assert scene.left[..., 0].mean() > scene.left[..., 2].mean() + 20  # RGB, not BGR
+
+
+def test_a_data_set_is_told_beside_the_streets(tmp_path: Path) -> None:
+    study = tradeoff_study(scenes=1, quick=True, vkitti=planted(tmp_path, frames=1))
+    assert study.values["vkitti_scenes"] == 1
+    coverage = study.values["vkitti_coverage_by_bin"]
+    assert isinstance(coverage, list)
+    assert coverage[:9] == [None] * 9  # a single wall is all in one bin
+    assert sum("Virtual KITTI 2" in row.quantity for row in study.rows) == 13
+    assert not any("was not given" in said for said in study.deviations)
+    assert "vkitti-tradeoff-bins" in [picture.name for picture in study.pictures]
 
 
 def test_few_frames_are_spread_over_all(tmp_path: Path) -> None:

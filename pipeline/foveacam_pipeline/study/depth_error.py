@@ -215,6 +215,7 @@ def _dress(figure: Figure, axes: Axes, errors: Sequence[MatchingError]) -> None:
     axes.set_xticks([2.0, 3.0, *RAIL_M, 20.0, 30.0, 40.0])
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.grid(visible=True, axis="y", alpha=0.3)
     axes.set_title(f"|dZ| = Z² / (B f) · |dd|, B = {BASELINE_M:g} m", fontsize=11)

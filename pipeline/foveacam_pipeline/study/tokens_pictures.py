@@ -2,7 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from foveacam_pipeline.study.findings import Picture, svg_of
 from foveacam_pipeline.study.tokens import (
@@ -47,6 +47,7 @@ def time_drawing(measured: TokenTimes) -> Figure:
     axes.xaxis.set_minor_locator(NullLocator())
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("tokens N")
     axes.set_ylabel("processor time, ms")
     axes.grid(visible=True, alpha=0.3)

@@ -24,7 +24,7 @@ from foveacam_pipeline.study.patches import (
     filled,
     resized,
 )
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView
+from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView, estimated_disparity
 
 WINDOW_PERCENTILES = (2.0, 98.0)
 """A patch is searched about the backdrop's disparities there, but for the few that are most likely wrong."""
@@ -99,7 +99,7 @@ def uniform(scene: StereoScene, size: Size, estimator: DepthEstimator) -> Dispar
         baseline_m=scene.baseline_m,
         near_m=scene.near_m,
     )
-    return estimator.disparity_px(view)
+    return estimated_disparity(estimator, view)
 
 
 def estimated_depth(found: Disparity, scene: StereoScene, native: Size) -> Floats:
@@ -127,7 +127,7 @@ def with_patches(
     for place in places:
         window = place.window(sizes.patch)
         view, offset_px = patch_view(scene, backdrop[window], place, sizes.patch, margin_px=margin_px)
-        total = estimator.disparity_px(view) + np.float32(offset_px)
+        total = estimated_disparity(estimator, view) + np.float32(offset_px)
         fused[window] = np.where(np.isfinite(total), total, fused[window])
     return fused
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from foveacam_pipeline.study.depth_metrics import Metric
 from foveacam_pipeline.study.findings import Picture, svg_of
@@ -156,6 +156,7 @@ def _scaled(axes: Axes, found: Sweep) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="x", labelsize=8)
     axes.set_xlabel("q, share of native pixels")
     axes.grid(visible=True, alpha=0.3)

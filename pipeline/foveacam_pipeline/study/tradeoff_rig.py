@@ -31,7 +31,7 @@ from foveacam_pipeline.study.tradeoff import (
     depth_of,
     uniform,
 )
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView
+from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView, estimated_disparity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ def _foveated(
         near_m=f_b / (most + margin_px),
         far_m=f_b / max(least - margin_px, 1e-3),
     )
-    total = (estimator.disparity_px(view) + np.float32(view.offset_px)) * np.float32(
+    total = (estimated_disparity(estimator, view) + np.float32(view.offset_px)) * np.float32(
         scene.wide.f_px / view.f_px
     )
     valid = cv2.resize(pair.valid_left.view(np.uint8), (size.width, size.height)) > 0

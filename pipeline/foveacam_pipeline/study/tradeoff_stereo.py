@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.match import MatchSettings, match
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.study.patches import Disparity
@@ -39,6 +40,17 @@ class DepthEstimator(Protocol):
     def disparity_px(self, view: StereoView) -> Disparity:
         """Return (h, w) float32 disparity between the two windows, px, NaN where none is found."""
         ...
+
+
+def estimated_disparity(estimator: DepthEstimator, view: StereoView) -> Disparity:
+    """Return what the estimator finds; raise InvalidInput where that is no map of the left image's size."""
+    found = estimator.disparity_px(view)
+    if found.shape != view.left.shape[:2]:
+        raise InvalidInput(
+            f"the estimator '{estimator.name}' gave disparities of shape {found.shape} for a left image of "
+            f"{view.left.shape[:2]}; it must give one for every pixel"
+        )
+    return np.asarray(found, dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
