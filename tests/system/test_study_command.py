@@ -147,6 +147,7 @@ def test_the_program_tells_a_study_as_one_json_object(
     [
         (["tokens", "--vkitti", "somewhere"], "leave it out"),
         (["depth", "--maps", "3"], "leave them out"),
+        (["standoff", "--jobs", "0"], "-1"),
         (["fig8", "--cluster", "127.0.0.1:1"], "leave them out"),
         (["tradeoff", "--vkitti", "nowhere", "--quick"], "nowhere"),
     ],

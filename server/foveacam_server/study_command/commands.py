@@ -19,7 +19,7 @@ class Which(StrEnum):
 
 
 def study(
-    name: Annotated[Which, typer.Argument(help="which analysis of the paper's Section 4; all of them")],
+    name: Annotated[Which, typer.Argument(help="which analysis of the paper's Section 4, or all")],
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and places")] = False,
     out: Annotated[

@@ -44,7 +44,8 @@ def show(told: Sequence[Told], console: Console, *, folder: Path | None, report:
         console.print(_table(one))
     if folder is not None and report is not None:
         pictures = sum(len(one.study.pictures) for one in told)
-        console.print(f"{pictures} pictures (SVG) in {folder}", markup=False, highlight=False, soft_wrap=True)
+        drawings = "1 picture" if pictures == 1 else f"{pictures} pictures"
+        console.print(f"{drawings} (SVG) in {folder}", markup=False, highlight=False, soft_wrap=True)
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
 
 

@@ -52,6 +52,8 @@ def recipes(order: StudyOrder, names: Sequence[str]) -> list[Recipe]:
         raise InvalidInput(f"--vkitti {order.vkitti}: only the study tradeoff uses it; leave it out")
     if (order.cluster is not None or order.maps is not None) and "standoff" not in names:
         raise InvalidInput("--cluster and --maps are for the study standoff; leave them out")
+    if order.jobs == 0:
+        raise InvalidInput("--jobs 0: no process is too few; give 1 or more, or -1 for one a core")
     return [_KNOWN[name](order) for name in names]
 
 
@@ -81,8 +83,15 @@ def _recipe(
         hardware = Path(foveacam_hardware.__file__).parent
         files += (*sources(hardware), *sorted(hardware.rglob("*.toml")), *sources(Path(__file__).parent))
         files += (CERTIFICATE,)
-    settings: dict[str, object] = {"quick": order.quick, "seed": order.seed, "libraries": versions()}
+    settings: dict[str, object] = {"quick": order.quick, "libraries": versions()}
     return Recipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
+
+
+def _prepare(watch: MakingWatch) -> None:
+    """Compile the renderer of the simulated rig, which takes a minute the first time."""
+    from foveacam_hardware.sim.render import warm_up
+
+    warm_up(lambda done, total, _: watch.progress(done, total=total, note="preparing the simulated rig"))
 
 
 def _depth(order: StudyOrder) -> Recipe:
@@ -90,6 +99,7 @@ def _depth(order: StudyOrder) -> Recipe:
         from foveacam_pipeline.study.depth_error import depth_error_study
         from foveacam_server.study_command.matching import verge_residual_px
 
+        _prepare(watch)
         clicks = QUICK_CLICKS if order.quick else CLICKS
         return depth_error_study(verge_residual_px=verge_residual_px(clicks, watch=watch))
 
@@ -104,6 +114,7 @@ def _tradeoff(order: StudyOrder) -> Recipe:
 
         if order.vkitti is not None:
             vkitti_frames(order.vkitti, count=1)  # what is missing is said before the rig looks
+        _prepare(watch)
         return tradeoff_study(
             quick=order.quick,
             vkitti=order.vkitti,
@@ -112,7 +123,9 @@ def _tradeoff(order: StudyOrder) -> Recipe:
             watch=watch,
         )
 
-    return _recipe("tradeoff", order, compute, extra={"vkitti": _state_of(order.vkitti)}, rig=True)
+    return _recipe(
+        "tradeoff", order, compute, extra={"vkitti": _state_of(order.vkitti), "seed": order.seed}, rig=True
+    )
 
 
 def _state_of(folder: Path | None) -> str | None:
@@ -147,7 +160,7 @@ def _standoff(order: StudyOrder) -> Recipe:
             quick=order.quick, n_jobs=order.jobs, cluster=order.cluster, watch=watch, **given
         )
 
-    return _recipe("standoff", order, compute, extra={"maps": order.maps})
+    return _recipe("standoff", order, compute, extra={"maps": order.maps, "seed": order.seed})
 
 
 def _fig8(order: StudyOrder) -> Recipe:
@@ -155,6 +168,7 @@ def _fig8(order: StudyOrder) -> Recipe:
         from foveacam_pipeline.study.observed_study import observed_study
         from foveacam_server.study_command.placed_rig import placed_rig
 
+        _prepare(watch)
         with placed_rig() as observer:
             return observed_study(observer, quick=order.quick, watch=watch)
 

@@ -95,7 +95,8 @@ def _run_one(
             told = _found_or_made(recipe, wanted, cache, watch=watch)
         except (Cancelled, KeyboardInterrupt):
             state.failed.append(
-                f"{recipe.name}: ended before it was finished; the same command goes on there"
+                f"{recipe.name}: ended before it was finished; the same command computes it again, "
+                "and recalls what is finished"
             )
             state.interrupted = True
             return False
