@@ -181,7 +181,7 @@ class AreasDocument(Told):
     """By the number of targets in sight."""
 
 
-class PointDocument(Told):
+class SightDocument(Told):
     """A place, and the targets that are seen from it unnoticed."""
 
     x_m: float
@@ -196,6 +196,6 @@ class RegionsDocument(Told):
     areas: AreasDocument
     regions: list[RegionDocument]
     empty_because: str | None
-    points: list[PointDocument]
+    points: list[SightDocument]
     geojson: dict[str, Any]  # Any: GeoJSON
     duration_ms: float
