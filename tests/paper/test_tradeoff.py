@@ -284,3 +284,5 @@ def test_the_study_ends_when_it_is_cancelled() -> None:
         tradeoff_study(scenes=2, quick=True, watch=Watching(patience=1))
     with pytest.raises(InvalidInput, match="0 scenes were asked for"):
         tradeoff_study(scenes=0)
+    with pytest.raises(InvalidInput, match="a seed of -1 was given"):
+        tradeoff_study(seed=-1)

@@ -93,7 +93,7 @@ def ratio_drawing(measured: TokenTimes | None) -> Figure:
     axes.set_ylim(0.4, 1.06)
     axes.set_xlabel("foveal streams k")
     axes.set_ylabel("cost over all tokens at once")
-    axes.set_title(f"{total} tokens, {BACKDROP_SHARE:.0%} of them in the backdrop", fontsize=11)
+    axes.set_title(f"{total} tokens, {100.0 * BACKDROP_SHARE:.0f} % of them in the backdrop", fontsize=11)
     axes.grid(visible=True, alpha=0.3)
     axes.legend(fontsize=9, loc="lower right", ncols=2)
     return figure

@@ -95,7 +95,7 @@ def _model_rows() -> tuple[Row, ...]:
         ),
         Row(
             quantity="Eq. 5: C_FOV / C_MR at equal tokens, "
-            f"{BACKDROP_SHARE:.0%} backdrop and k = {_counts()} streams",
+            f"{100.0 * BACKDROP_SHARE:.0f} % backdrop and k = {_counts()} streams",
             paper="< 1, no number given",
             ours=ratios,
             note=f"never below {BACKDROP_SHARE**2:.4g}, the backdrop's own attention",
@@ -127,13 +127,15 @@ def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[Row,
             quantity=law,
             paper="Eq. 5",
             ours=", ".join(f"{split.attention_ratio:.3f}" for split in found),
-            note=f"off Eq. 5 by at most {eq5_error(measured):.1%} for k of 2 and more",
+            note=f"off Eq. 5 by at most {100.0 * eq5_error(measured):.1f} % for k of 2 and more",
         ),
         Row(
             quantity=layer,
             paper="not told",
             ours=", ".join(f"{split.layer_ratio:.3f}" for split in found),
-            note="" if saved is None else f"a layer saves {saved:.0%} with {SAVING_STREAMS} streams",
+            note=""
+            if saved is None
+            else f"a layer saves {100.0 * saved:.0f} % with {SAVING_STREAMS} streams",
         ),
     )
 
@@ -147,7 +149,8 @@ def _definitions(measured: TokenTimes | None) -> tuple[str, ...]:
     said = [
         "Attention: scaled dot products among all tokens of a stream. Streams do not see one another.",
         f"Equal tokens: backdrop and streams have together the {_total(measured)} tokens that the uniform "
-        f"image has; the backdrop has {BACKDROP_SHARE:.0%} of them, the streams share the rest evenly.",
+        f"image has; the backdrop has {100.0 * BACKDROP_SHARE:.0f} % of them, the streams share the "
+        "rest evenly.",
     ]
     if measured is not None:
         said.append(

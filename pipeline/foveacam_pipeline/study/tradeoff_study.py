@@ -49,6 +49,8 @@ def tradeoff_study(
     """
     if not 1 <= scenes <= SEED_STRIDE:
         raise InvalidInput(f"{scenes} scenes were asked for; 1 to {SEED_STRIDE} are possible")
+    if seed < 0:
+        raise InvalidInput(f"a seed of {seed} was given; 0 or more is possible")
     stereo = SemiGlobal() if estimator is None else estimator
     count, shares = (min(scenes, QUICK_SCENES), QUICK_SHARES) if quick else (scenes, SHARES)
     frames = () if vkitti is None else vkitti_frames(vkitti, count=count)
@@ -127,7 +129,8 @@ def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[Row, ...]:
             quantity=f"AbsRel where foveae look, pictures of the rig {number}",
             paper="not told",
             ours=f"{each.inside_mr_absrel:.5f} by the wide pair, {each.inside_fov_absrel:.5f} by foveae",
-            note=f"{each.inside_share:.1%} of the wide pixels; {each.pixels[0]} px against {each.pixels[1]}",
+            note=f"{100.0 * each.inside_share:.1f} % of the wide pixels; {each.pixels[0]} px "
+            f"against {each.pixels[1]}",
         )
         for number, each in enumerate(rigs, start=1)
     )
@@ -172,8 +175,8 @@ def _deviations(
     outweigh = "outweigh" if total > 1.0 else "do not outweigh"
     said.append(
         f"By AbsRel {np.count_nonzero(gain > 0.0)} of {len(gain)} bins gain and "
-        f"{np.count_nonzero(gain < 0.0)} lose at q = {point.share:g}: in sums far gains {outweigh} near losses. "
-        "How much of the far bins the patches cover decides it."
+        f"{np.count_nonzero(gain < 0.0)} lose at q = {point.share:g}: in sums far gains {outweigh} near "
+        "losses. How much of the far bins the patches cover decides it."
     )
     if not rigs:
         said.append("No pictures of the rig were handed in.")

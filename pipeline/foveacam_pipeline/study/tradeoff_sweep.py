@@ -94,7 +94,7 @@ def sweep(
             sizes[share] = budget(native, share, patches=PATCHES)
             for choice, outcome in outcomes(scene, sizes[share], estimator).items():
                 found.setdefault((choice, share), []).append(outcome)
-            steps.step(f"{scene.name}, {share:.0%} of the pixels")
+            steps.step(f"{scene.name}, {100.0 * share:.0f} % of the pixels")
     points = {
         choice: tuple(
             Point(share=share, sizes=sizes[share], outcomes=tuple(found[choice, share]))

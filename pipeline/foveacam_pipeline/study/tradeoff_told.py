@@ -107,7 +107,7 @@ def _coverage_row(found: Sweep, source: str) -> Row:
     return Row(
         quantity=f"share of the farthest tenth of the pixels that patches cover, {source}",
         paper="not told",
-        ours=f"{shares[0]:.0%} by truth, {shares[1]:.0%} by the estimate",
+        ours=f"{100.0 * shares[0]:.0f} % by truth, {100.0 * shares[1]:.0f} % by the estimate",
         note=f"{sizes.count} patches of {sizes.patch.width} x {sizes.patch.height} px, backdrop "
         f"{sizes.backdrop.width} x {sizes.backdrop.height}, medium {sizes.medium.width} x "
         f"{sizes.medium.height}: {sizes.fov_pixels} px against {sizes.medium.pixels}",
