@@ -145,6 +145,27 @@ def _averaged(image: NDArray[np.float32], window: int) -> NDArray[np.float32]:
     return np.asarray(cv2.blur(once, (window, window)), dtype=np.float32)
 
 
+def look(observer: Observer, place: Place, *, target_m: tuple[float, float]) -> Fixation | None:
+    """Stand at a place, look where the target is on the plan, and verge; None where that is out of view.
+
+    Raise InvalidInput for a place that does not face the target.
+    """
+    bearing_rad = math.atan2(target_m[0] - place.x_m, target_m[1] - place.y_m)
+    aside_rad = math.remainder(bearing_rad - place.heading_rad, 2.0 * math.pi)
+    if abs(aside_rad) > HEADING_STEP_RAD:
+        raise InvalidInput(
+            f"the place ({place.x_m:g}, {place.y_m:g}) m looks {math.degrees(aside_rad):.0f}° past the "
+            "target; turn it towards the target"
+        )
+    observer.stand(place)
+    observer.clock.sleep_until_ns(observer.clock.now_ns() + REST_NS)
+    target = DirectionTarget(ax_rad=aside_rad, ay_rad=0.0)
+    try:
+        return fixate(observer.head, observer.calibration, target, clock=observer.clock)
+    except OutOfRange:
+        return None
+
+
 def _observed(
     observer: Observer,
     place: Place,
@@ -153,25 +174,10 @@ def _observed(
     d_min_m: float,
     label: Print,
 ) -> Observation:
-    observer.stand(place)
-    observer.clock.sleep_until_ns(observer.clock.now_ns() + REST_NS)
-    bearing_rad = math.atan2(target_m[0] - place.x_m, target_m[1] - place.y_m)
-    aside_rad = math.remainder(bearing_rad - place.heading_rad, 2.0 * math.pi)
-    if abs(aside_rad) > HEADING_STEP_RAD:
-        raise InvalidInput(
-            f"the place ({place.x_m:g}, {place.y_m:g}) m looks {math.degrees(aside_rad):.0f}° past the "
-            "target; turn it towards it"
-        )
-    try:
-        fixation = fixate(
-            observer.head,
-            observer.calibration,
-            DirectionTarget(ax_rad=aside_rad, ay_rad=0.0),
-            clock=observer.clock,
-        )
-    except OutOfRange:
+    fixation = look(observer, place, target_m=target_m)
+    if fixation is None:
         return _unseen(place, FixationState.OUT_OF_RANGE)
-    if fixation.point_rig_m is None or fixation.sighting is None:
+    if fixation.point_rig_m is None:
         return _unseen(place, fixation.state)
     contrast = _poorer_contrast(fixation, observer.calibration, label)
     distance_m = math.hypot(fixation.point_rig_m[0], fixation.point_rig_m[2]) + STAND_HALF_M

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,11 +12,14 @@ from matplotlib.path import Path
 from shapely import Polygon, get_parts
 from shapely.geometry.base import BaseGeometry
 
+from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.study.findings import Picture, svg_of
 from foveacam_pipeline.study.observed import Observation
 from foveacam_pipeline.study.standoff import Ring
-from foveacam_pipeline.study.toy_scene import TARGET_M, TILE_M, TILES, toy_map
+from foveacam_pipeline.study.toy_scene import TARGET_M, TILE_M, TILES, Place, toy_map
 
+SCENE_DPI = 130
 SEEN, UNSEEN, MARK = "#0072B2", "#8a8a8a", "#D55E00"
 REGION, OBSTACLE, TILE = "#009E73", "#5d4a3a", "#f1ede4"
 
@@ -47,6 +51,31 @@ def contrast_picture(
         "what an ideal lens leaves of lines that are a Rayleigh angle apart (Eq. 6 with that angle: D_max).",
         svg=svg_of(contrast_drawing(found, in_sight, d_max_m=d_max_m, least=least)),
     )
+
+
+def scene_picture(sighting: Sighting, place: Place) -> Picture:
+    """Return what the rig saw at a place as a picture of the report."""
+    return Picture(
+        name="scene",
+        title="The scene as the rig sees it",
+        caption=f"Simulated rig at ({place.x_m:g}, {place.y_m:g}) m: the wide camera's picture, and the left "
+        "fovea's on the target's stand with its chequered labels.",
+        svg=svg_of(scene_drawing(sighting)),
+        figure="Fig. 8, left",
+    )
+
+
+def scene_drawing(sighting: Sighting) -> Figure:
+    """Draw the wide picture and the left fovea's side by side."""
+    figure = Figure(figsize=(7.6, 3.2), layout="constrained", dpi=SCENE_DPI)
+    views = ((sighting.wide, "wide camera"), (sighting.left, "left fovea"))
+    for axes, (frame, name) in zip(figure.subplots(1, 2), views, strict=True):
+        image = to_uint8(frame)
+        small = cv2.resize(image, None, fx=0.33, fy=0.33, interpolation=cv2.INTER_AREA)
+        axes.imshow(small, cmap="gray", vmin=0, vmax=255, interpolation="none")
+        axes.set_title(name, fontsize=11)
+        axes.set_axis_off()
+    return figure
 
 
 def plan_drawing(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,12 @@ from foveacam_pipeline.study.observed import (
     Print,
     facing,
     least_contrast,
+    look,
     observe,
     rayleigh_rad,
     rayleigh_transfer,
 )
-from foveacam_pipeline.study.observed_pictures import contrast_picture, plan_picture
+from foveacam_pipeline.study.observed_pictures import contrast_picture, plan_picture, scene_picture
 from foveacam_pipeline.study.regions import annulus, feasible_region, free_space, shadows
 from foveacam_pipeline.study.standoff import NearBound, Ring, resolving_range_m, ring
 from foveacam_pipeline.study.toy_scene import (
@@ -42,6 +43,8 @@ from foveacam_pipeline.study.toy_scene import (
 NAME = "fig8"
 QUICK_EVERY = 2
 """A quick run stands at every second corner along each axis."""
+SHOWN_M = (3.75, 3.75)
+"""Where the picture of the scene is taken."""
 EYE_ASIDE_M = 0.1
 """The eyes stand so far to each side of the rig's middle: half the baseline (Table 2)."""
 
@@ -111,7 +114,12 @@ def observed_study(observer: Observer, *, quick: bool = False, watch: MakingWatc
     free = room_to_stand(corners)
     places = [facing(x_m, y_m, TARGET_M) for x_m, y_m in corners[free].tolist()]
     found = observe(observer, places, target_m=TARGET_M, d_min_m=D_MIN_M, label=label, watch=watch)
-    return findings(found, corners=len(corners), quick=quick)
+    study = findings(found, corners=len(corners), quick=quick)
+    shown = facing(*SHOWN_M, TARGET_M)
+    fixation = look(observer, shown, target_m=TARGET_M)
+    if fixation is None or fixation.sighting is None:
+        return study
+    return replace(study, pictures=(scene_picture(fixation.sighting, shown), *study.pictures))
 
 
 def findings(found: Sequence[Observation], *, corners: int, quick: bool) -> Study:
