@@ -70,7 +70,7 @@ class RandomMap:
 
     size_m: tuple[float, float] = (40.0, 40.0)
     target_count: int = 4
-    obstacle_count: int = 30
+    obstacle_count: int = 40
     obstacles_per_m2: float | None = None
     radii_m: tuple[float, float] = (0.4, 1.2)
     corners: tuple[int, int] = (5, 9)

@@ -114,7 +114,25 @@ def success_by_lot(
     distance_m = np.sqrt(rng.uniform(0.0, domain_m2 / math.pi, trials))
     inside = distance_m[(distance_m > ring.inner_m) & (distance_m < ring.outer_m)]
     seen = int(np.count_nonzero(~_blocked(inside, clutter, rng)))
-    value = seen / trials
+    return _estimate(seen, trials)
+
+
+def corridor_by_lot(distance_m: float, radius_m: float, *, trials: int, rng: np.random.Generator) -> Estimate:
+    """Return the corridor's share of its bounding rectangle, (d + 2 r) by 2 r, from places in it (Eq. 10)."""
+    along_m = rng.uniform(-radius_m, distance_m + radius_m, trials)
+    across_m = rng.uniform(-radius_m, radius_m, trials)
+    hit = _near(along_m, across_m, np.full(trials, distance_m), radius_m)
+    return _estimate(int(np.count_nonzero(hit)), trials)
+
+
+def clear_by_lot(distance_m: float, clutter: Clutter, *, trials: int, rng: np.random.Generator) -> Estimate:
+    """Return how often nothing stands in a line of that length, each among obstacles of its own (Eq. 11)."""
+    blocked = _blocked(np.full(trials, distance_m), clutter, rng)
+    return _estimate(int(np.count_nonzero(~blocked)), trials)
+
+
+def _estimate(hits: int, trials: int) -> Estimate:
+    value = hits / trials
     return Estimate(value=value, sigma=math.sqrt(value * (1.0 - value) / trials), trials=trials)
 
 
@@ -125,9 +143,19 @@ def _blocked(lengths_m: NDArray[np.float64], clutter: Clutter, rng: np.random.Ge
     line = np.repeat(np.arange(len(lengths_m)), counts)
     along_m = rng.uniform(-r_m, lengths_m[line] + r_m)
     across_m = rng.uniform(-r_m, r_m, len(line))
-    beyond_m = np.maximum(0.0, np.maximum(-along_m, along_m - lengths_m[line]))
-    hit = np.hypot(beyond_m, across_m) < r_m
+    hit = _near(along_m, across_m, lengths_m[line], r_m)
     return np.asarray(np.bincount(line[hit], minlength=len(lengths_m)) > 0)
+
+
+def _near(
+    along_m: NDArray[np.float64],
+    across_m: NDArray[np.float64],
+    lengths_m: NDArray[np.float64],
+    radius_m: float,
+) -> NDArray[np.bool_]:
+    """Return whether each place is nearer than the radius to the line from 0 to its length."""
+    beyond_m = np.maximum(0.0, np.maximum(-along_m, along_m - lengths_m))
+    return np.asarray(np.hypot(beyond_m, across_m) < radius_m)
 
 
 def _check_domain(ring: Ring, domain_m2: float) -> None:

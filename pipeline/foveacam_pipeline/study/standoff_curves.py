@@ -1,0 +1,111 @@
+"""Curves of the stand-off study over the ratio of D_max to D_min: areas (Fig. 9), coverage (Fig. 10)."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from foveacam_pipeline.study.standoff_fits import F64, Curves, Fit, band
+
+MULTI, SINGLE, FIXED, OTHER = "#0072B2", "#D55E00", "#E69F00", "0.45"
+RATIO = "detection-range ratio x = Dₘₐₓ / Dₘᵢₙ"
+
+
+def area_figure(curves: Curves, tight: Curves, fits: tuple[Fit, Fit]) -> Figure:
+    """Draw Fig. 9: mean areas over the ratio, their quadratic fits, and the gap between them hatched."""
+    figure = Figure(figsize=(8.0, 5.4), layout="constrained")
+    axes = figure.subplots()
+    x = np.linspace(curves.ratios[0], curves.ratios[-1], 200)
+    upper, lower = (np.polyval(fit.quadratic, x) for fit in fits)
+    axes.fill_between(
+        x,
+        upper,
+        lower,
+        facecolor="none",
+        edgecolor="0.75",
+        hatch="///",
+        linewidth=0.0,
+        label="gap: multi over single",
+    )
+    for colour, name, means, many, fit, line in (
+        (MULTI, "multi-fovea", curves.multi_m2, tight.multi_m2, fits[0], upper),
+        (SINGLE, "single-fovea", curves.single_m2, tight.single_m2, fits[1], lower),
+    ):
+        axes.plot(x, line, color=colour, label=_said(fit))
+        axes.plot(
+            curves.ratios, means.mean(axis=0), "o", color=colour, label=f"{name}, mean of {curves.maps} maps"
+        )
+        _interval(axes, tight, many, colour)
+    axes.plot(
+        curves.ratios, curves.weighted_m2.mean(axis=0), ":", color=OTHER, label="weighted by targets in sight"
+    )
+    axes.fill_between(
+        [], [], [], color="0.5", alpha=0.3, label=f"95 % interval of the mean of {tight.maps} maps"
+    )
+    axes.set(xlabel=RATIO, ylabel="mean feasible area, m²")
+    axes.set_title("multi: union over targets; single: mean over targets of its own region", fontsize=10)
+    axes.grid(visible=True, alpha=0.3)
+    axes.legend(fontsize=9, loc="upper left")
+    return figure
+
+
+def coverage_figure(curves: Curves) -> Figure:
+    """Draw Fig. 10: mean coverage of one loop over the ratio, one standard deviation over maps either way."""
+    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    axes = figure.subplots()
+    for n, (colour, mark, name, figures) in enumerate(
+        (
+            (MULTI, "o", "multi-fovea: N targets at once", curves.multi),
+            (SINGLE, "s", "single-fovea, any one target: N is 0 or 1", curves.single_any),
+            (FIXED, "^", "single-fovea, one fixed target (mean over which)", curves.single_fixed),
+        )
+    ):
+        found = band(figures)
+        axes.errorbar(
+            np.array(curves.ratios) + (n - 1) * 0.025,
+            found.mean,
+            yerr=found.sigma,
+            fmt=f"-{mark}",
+            color=colour,
+            capsize=3.0,
+            markersize=5.0,
+            label=name,
+        )
+    axes.set(xlabel=RATIO, ylabel="coverage R = ∮ N dt of one loop")
+    axes.set_title(f"mean of {curves.maps} maps, bars ± 1σ; t: normalised length of the loop", fontsize=10)
+    axes.grid(visible=True, alpha=0.3)
+    axes.legend(fontsize=9, loc="upper left")
+    return figure
+
+
+def gap_figure(tight: Curves) -> Figure:
+    """Draw the gaps of Figs. 9 and 10 over many maps, with the 95 % interval of each mean."""
+    figure = Figure(figsize=(8.0, 3.8), layout="constrained")
+    area, rate = figure.subplots(1, 2)
+    _gap(area, tight, tight.multi_m2 - tight.single_m2, MULTI, "multi − single")
+    area.set(xlabel=RATIO, ylabel="gap of areas, m²")
+    _gap(rate, tight, tight.multi - tight.single_fixed, FIXED, "multi − single, fixed target")
+    _gap(rate, tight, tight.multi - tight.single_any, SINGLE, "multi − single, any target")
+    rate.set(xlabel=RATIO, ylabel="gap of coverage")
+    for axes in (area, rate):
+        axes.grid(visible=True, alpha=0.3)
+        axes.legend(fontsize=9, loc="upper left")
+    figure.suptitle(f"means of {tight.maps} maps, bands: their 95 % intervals", fontsize=10)
+    return figure
+
+
+def _interval(axes: Axes, curves: Curves, figures: F64, colour: str) -> None:
+    found = band(figures)
+    if np.isfinite(found.half_95).all():
+        axes.fill_between(
+            curves.ratios, found.mean - found.half_95, found.mean + found.half_95, color=colour, alpha=0.3
+        )
+
+
+def _gap(axes: Axes, curves: Curves, gap: F64, colour: str, name: str) -> None:
+    _interval(axes, curves, gap, colour)
+    axes.plot(curves.ratios, gap.mean(axis=0), color=colour, label=name)
+
+
+def _said(fit: Fit) -> str:
+    a, b, c = fit.quadratic
+    return f"fit {a:.2f} x² {b:+.1f} x {c:+.1f} m², R² = {fit.r2:.5f}".replace("-", "−")
