@@ -1,6 +1,7 @@
 """The planner in a browser: sliders, maps, targets by hand and by key, files, refusals; without a rig."""
 
 import json
+import math
 import re
 import time
 from collections.abc import Iterator
@@ -64,6 +65,19 @@ def at(view: Locator, x_share: float, y_share: float) -> tuple[float, float]:
     return box["x"] + x_share * box["width"], box["y"] + y_share * box["height"]
 
 
+def middle_of(element: Locator) -> tuple[float, float]:
+    return at(element, 0.5, 0.5)
+
+
+def beside(discs: Locator, places_m: list[list[float]], *, far_m: float) -> tuple[float, float]:
+    """Return the place on the page that is so far from both targets."""
+    (ax, ay), (bx, by) = (middle_of(discs.nth(index)) for index in (0, 1))
+    apart_m, apart_px = math.dist(*places_m), math.dist((ax, ay), (bx, by))
+    across = math.sqrt(far_m**2 - (apart_m / 2.0) ** 2) / apart_m
+    assert apart_px > 20.0
+    return (ax + bx) / 2.0 + across * (by - ay), (ay + by) / 2.0 - across * (bx - ax)
+
+
 def targets_of(page: Page) -> list[list[float]]:
     values = page.locator(".plan-targets input").evaluate_all(
         "inputs => inputs.map(({value}) => Number(value))"
@@ -80,14 +94,14 @@ def test_sliders_redraw_ring_chances_and_regions_and_the_address_keeps_them(
 ) -> None:
     console = open_console(f"{address}?seed=3")
     page = console.page
-    expect(figure(page, "D_max")).to_have_text("28.76 m")
+    expect(figure(page, "D_max")).to_have_text("14.38 m")
     until_drawn(page)
     assert page.locator(".plan-drawing .region").count() >= 5  # one more in the legend
-    body = {"ring": {"px_per_deg": 502.0, "pixels": 20.0, "d_min_m": 8.0, "near_error_m": 0.2}}
+    body = {"ring": {"px_per_deg": 502.0, "pixels": 40.0, "d_min_m": 8.0, "near_error_m": 0.2}}
     body["ring"]["feature_mm"] = 20.0
     asked = page.request.post(
         f"{address.partition('#')[0]}api/v1/planner/standoff",
-        data=body | {"clutter": {"occupancy": 0.02, "radius_m": 0.5}, "domain_m2": 40_000.0},
+        data=body | {"clutter": {"occupancy": 0.02, "radius_m": 0.5}, "domain_m2": 10_000.0},
     ).json()
     expect(figure(page, "P_succ over the domain")).to_have_text(f"{asked['success']:.3f}")
 
@@ -99,19 +113,19 @@ def test_sliders_redraw_ring_chances_and_regions_and_the_address_keeps_them(
     expect(figure(page, "nearest")).to_have_text("12 m")
     page.get_by_role("button", name="wide 55").click()
     expect(page.locator(".planner .nowhere")).to_contain_text(
-        "is at or beyond D_max (3.151 m): no place is left"
+        "is at or beyond D_max (1.576 m): no place is left"
     )
     expect(figure(page, "of the map")).to_have_text("0.0 %")
 
     console.until("location.hash.includes('px_per_deg=55') && location.hash.includes('d_min_m=12')")
     page.reload()
-    expect(figure(page, "D_max")).to_have_text("3.151 m")
+    expect(figure(page, "D_max")).to_have_text("1.576 m")
     expect(entry(page, "Seed")).to_have_value("3")
 
 
 def test_of_what_is_asked_in_haste_only_the_newest_counts(address: str, open_console: OpenConsole) -> None:
     page = open_console(f"{address}?map=open").page
-    expect(figure(page, "D_max")).to_have_text("28.76 m")
+    expect(figure(page, "D_max")).to_have_text("14.38 m")
     asked: list[float] = []
 
     def slowly(route: Route) -> None:
@@ -125,7 +139,7 @@ def test_of_what_is_asked_in_haste_only_the_newest_counts(address: str, open_con
         "input => { for (let size = 21; size <= 40; size += 1) {"
         " input.value = String(size); input.dispatchEvent(new Event('input')); } }"
     )
-    expect(figure(page, "D_max")).to_have_text("57.52 m")
+    expect(figure(page, "D_max")).to_have_text("28.76 m")
     assert asked == [21, 40]
 
 
@@ -142,9 +156,7 @@ def test_targets_are_placed_dragged_and_removed_and_counted_in_sight(
     assert placed[1] > 35.0  # up is north
 
     discs = page.locator(".plan-drawing > .target")
-    box = discs.nth(1).bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*middle_of(discs.nth(1)))
     page.mouse.down()
     page.mouse.move(*at(view, 0.6, 0.4), steps=4)
     page.mouse.up()
@@ -153,7 +165,7 @@ def test_targets_are_placed_dragged_and_removed_and_counted_in_sight(
     assert moved != placed
     assert len(targets_of(page)) == 2
 
-    page.mouse.move(*at(view, 0.5, 0.12))
+    page.mouse.move(*beside(discs, targets_of(page), far_m=11.0))
     readout = page.locator(".plan-readout")
     expect(readout).to_contain_text("2 of 2 in sight (targets 0, 1)")
     assert page.locator(".plan-drawing .sight").count() == 2
@@ -257,7 +269,7 @@ def test_the_plan_is_saved_as_picture_drawing_and_geojson(address: str, open_con
     drawing = ElementTree.fromstring(saved(page, "SVG"))  # noqa: S314 - our own page's
     texts = [str(text.text) for text in drawing.iter(f"{SVG}text")]
     assert [text for text in texts if re.fullmatch(r"\d+ m", text)], texts  # the scale bar
-    assert {"target", "obstacle", "union of the regions", "D_max, 28.76 m"} <= set(texts)
+    assert {"target", "obstacle", "union of the regions", "D_max, 14.38 m"} <= set(texts)
     painted = [path for path in drawing.iter(f"{SVG}path") if (path.get("fill") or "").startswith("rgb")]
     assert len(painted) >= 45  # 5 regions and 40 obstacles, dressed without the page's styles
     assert not [each for each in drawing.iter() if each.get("class")]
@@ -276,7 +288,7 @@ def test_the_plan_is_saved_as_picture_drawing_and_geojson(address: str, open_con
 
 def test_bad_input_is_a_sentence_beside_its_field(address: str, open_console: OpenConsole) -> None:
     page = open_console(f"{address}?map=open").page
-    expect(figure(page, "D_max")).to_have_text("28.76 m")
+    expect(figure(page, "D_max")).to_have_text("14.38 m")
     for field, name, bad, words in (
         ("Obstacle density p", "occupancy", "2", "2 was given; needed is a value of at most 1"),
         ("Noticed nearer than D_min", "d_min_m", "-3", "-3 was given; needed is a value of at least 0"),

@@ -23,12 +23,12 @@ export const NUMBERS = Object.freeze({
     label: "Resolution", unit: "px/°", low: 5, high: 2000, kind: "log", value: 502,
     presets: [{ text: "fovea 502", value: 502 }, { text: "wide 55", value: 55 }],
   },
-  pixels: { label: "Pixels on the feature", unit: "px", low: 1, high: 500, kind: "log", value: 20 },
+  pixels: { label: "Pixels on the feature", unit: "px", low: 1, high: 500, kind: "log", value: 40 },
   d_min_m: { label: "Noticed nearer than D_min", unit: "m", low: 0, high: 40, kind: "linear", value: 8 },
   near_error_m: { label: "Depth error ΔZ near", unit: "m", low: 0, high: 5, kind: "linear", value: 0.2 },
   occupancy: { label: "Obstacle density p", unit: "per m²", low: 0, high: 0.2, kind: "linear", value: 0.02 },
   radius_m: { label: "Obstacle radius", unit: "m", low: 0, high: 3, kind: "linear", value: 0.5 },
-  domain_m2: { label: "Domain", unit: "m²", low: 100, high: 1e6, kind: "log", value: 40_000 },
+  domain_m2: { label: "Domain", unit: "m²", low: 100, high: 1e6, kind: "log", value: 10_000 },
   agent_radius_m: { label: "Agent radius", unit: "m", low: 0, high: 3, kind: "linear", value: 0.3 },
 });
 
