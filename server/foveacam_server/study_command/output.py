@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.study.findings import Picture, Study
 from foveacam_pipeline.study.report import Told, report_html, value_text
 from foveacam_server.study_command.recipes import versions
 from foveacam_server.whole_file import write_document, write_whole
@@ -20,7 +21,7 @@ def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ())
     with disk_errors("the report of the studies", folder):
         for one in told:
             for picture in one.study.pictures:
-                write_whole(folder / f"{one.study.name}-{picture.name}.svg", picture.svg)
+                write_whole(folder / _file_of(one.study, picture), picture.svg)
             write_document(folder / f"{one.study.name}.json", _findings(one))
         write_whole(folder / REPORT, report_html(told, versions=versions(), failed=failed))
     return folder / REPORT
@@ -47,6 +48,12 @@ def show(told: Sequence[Told], console: Console, *, folder: Path | None, report:
         drawings = "1 picture" if pictures == 1 else f"{pictures} pictures"
         console.print(f"{drawings} (SVG) in {folder}", markup=False, highlight=False, soft_wrap=True)
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _file_of(study: Study, picture: Picture) -> str:
+    """Return the name of a drawing's file, which begins with the study's."""
+    named = picture.name.startswith(f"{study.name}-")
+    return f"{picture.name}.svg" if named else f"{study.name}-{picture.name}.svg"
 
 
 def _findings(told: Told) -> Mapping[str, object]:
