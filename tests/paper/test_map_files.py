@@ -66,6 +66,8 @@ def test_units_are_scaled_and_the_extent_is_that_of_all_features_and_a_tenth() -
             "feature 0 has",
         ),
         (_collection(("", None)), "feature 0 has no geometry"),
+        (_collection(("target", {"type": "Point", "coordinates": []})), "feature 0 has no geometry"),
+        (_collection(("bounds", {"type": "Polygon", "coordinates": []})), "feature 0 has no geometry"),
         (_collection(("agent", _point(1.0, 1.0))), "feature 0 is a Point of kind 'agent'"),
         (
             _collection(("", {"type": "LineString", "coordinates": [[0, 0], [1, 1]]})),

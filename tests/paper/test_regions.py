@@ -151,6 +151,9 @@ def test_cells_agree_on_outlines_that_are_not_convex_and_have_holes() -> None:
 def test_what_cannot_be_is_refused_in_a_sentence() -> None:
     with pytest.raises(InvalidInput, match="target 3 was asked for; the map has 1, counted from 0"):
         feasible_region(_field(), 3, RING, agent_radius_m=0.3)
+    for inner_m, outer_m in ((-1.0, 2.0), (1.0, math.inf), (math.nan, 2.0)):
+        with pytest.raises(InvalidInput, match=r"a ring from .* both are numbers of 0 m or more"):
+            feasible_region(_field(), 0, Ring(inner_m=inner_m, outer_m=outer_m), agent_radius_m=0.3)
     with pytest.raises(InvalidInput, match="an agent of radius -1"):
         feasible_region(_field(), 0, RING, agent_radius_m=-1.0)
     with pytest.raises(InvalidInput, match="no target, so that there is nothing to observe"):

@@ -141,6 +141,8 @@ def _read(feature: object, index: int) -> tuple[str, BaseGeometry]:
             raise TypeError(type(feature))
         properties = feature.get("properties") or {}
         found = shapely.force_2d(shape(feature["geometry"]))
+        if found.is_empty:
+            raise ValueError("no coordinates")
         return str(properties.get("kind", "")), found
     except (AttributeError, KeyError, TypeError, ValueError, IndexError, GEOSException) as error:
         raise InvalidInput(

@@ -107,7 +107,8 @@ def feasible_region(field: FieldMap, target: int, ring: Ring, *, agent_radius_m:
 
     `target`: its index. The line runs from the agent's centre to the target; obstacles block it as they are,
     and keep the agent away grown by its radius. The other targets' stealth bounds are not part of it. Circles
-    are polygons of equal area (`disc`), tangents exact. Raise InvalidInput for a target that is not there.
+    are polygons of equal area (`disc`), tangents exact. Raise InvalidInput for a target that is not there,
+    and for a ring or an agent of no possible size.
     """
     if not 0 <= target < len(field.targets_m):
         raise InvalidInput(
@@ -146,6 +147,10 @@ def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None)
 
 
 def _region(field: FieldMap, target_m: Place, ring: Ring, free: BaseGeometry) -> BaseGeometry:
+    if not 0.0 <= ring.inner_m < math.inf or not 0.0 <= ring.outer_m < math.inf:
+        raise InvalidInput(
+            f"a ring from {ring.inner_m} m to {ring.outer_m} m was given; both are numbers of 0 m or more"
+        )
     if ring.empty:
         return Polygon()
     around = annulus(target_m, ring).intersection(free)

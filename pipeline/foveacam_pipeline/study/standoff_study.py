@@ -28,7 +28,7 @@ from foveacam_pipeline.study.standoff_runs import Sweep, drawn_map, run_maps
 from foveacam_pipeline.study.standoff_words import SHOWN_RATIO, Findings, definitions, deviations, rows
 
 SEED = 44
-"""Of Sec. 4.4; chosen before anything was computed with it."""
+"""After the number of the section."""
 
 TRIALS, QUICK_TRIALS = 200_000, 50_000
 QUICK_MAPS = 100

@@ -141,6 +141,9 @@ def deviations(found: Findings) -> tuple[str, ...]:
         f"the multi-fovea area changes by {_signs_said(found.signs)}.",
         "The paper states neither size nor clutter of its maps, nor D_min, nor the ratios' range: those "
         "above are ours.",
+        "Targets are drawn near enough to each other that some loops see two at once from a ratio of 1.25 "
+        "on. Were they all farther apart, a fovea free to turn to any one target would see as much as many "
+        "foveae at small ratios: that gap would be 0 there.",
         "The paper does not say along which curve its agent goes around; the loop is defined above.",
         "A region keeps away from its own target only. Of the multi-fovea area at a ratio of "
         f"{SHOWN_RATIO:g}, {100.0 * found.noticed:.1f} % is nearer than D_min to another target; the loop "
