@@ -91,9 +91,15 @@ def gains(fov: BinScores, mr: BinScores, metric: Metric) -> Floats:
 
 def tradeoff(gain: Floats) -> Tradeoff:
     """Return T of the gains (bins,) of one metric; bins that are NaN or unchanged count for neither side."""
-    up, down = gain[gain > 0.0], -gain[gain < 0.0]
-    if len(up) == 0:
-        return Tradeoff(mean=0.0, total=0.0)
-    if len(down) == 0:
-        return Tradeoff(mean=math.inf, total=math.inf)
-    return Tradeoff(mean=float(up.mean() / down.mean()), total=float(up.sum() / down.sum()))
+    mean, total = tradeoffs(gain[None, :])
+    return Tradeoff(mean=float(mean[0]), total=float(total[0]))
+
+
+def tradeoffs(gain: Floats) -> tuple[Floats, Floats]:
+    """Return T of many rows of gains (n, bins): by means (n,), and by sums (n,)."""
+    up, down = np.where(gain > 0.0, gain, 0.0).sum(axis=1), np.where(gain < 0.0, -gain, 0.0).sum(axis=1)
+    improved, degraded = (gain > 0.0).sum(axis=1), (gain < 0.0).sum(axis=1)
+    lossless = np.where(improved > 0, math.inf, 0.0)
+    total = np.divide(up, down, out=lossless.copy(), where=degraded > 0)
+    fewer = np.divide(degraded, improved, out=np.ones(len(gain)), where=improved > 0)
+    return np.multiply(total, fewer, out=lossless, where=degraded > 0), total

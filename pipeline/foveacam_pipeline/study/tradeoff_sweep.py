@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.making import Steps
-from foveacam_pipeline.study.depth_metrics import Metric, Tradeoff, gains, tradeoff
+from foveacam_pipeline.study.depth_metrics import Metric, Tradeoff, gains, tradeoff, tradeoffs
 from foveacam_pipeline.study.near_far_scenes import StereoScene
 from foveacam_pipeline.study.patches import Budget, Choice, Floats, Size, budget
 from foveacam_pipeline.study.tradeoff import Outcome, outcomes
@@ -52,12 +52,11 @@ class Point:
         each = np.array([gains(found.fov, found.mr, metric) for found in self.outcomes])
         rng = np.random.default_rng([seed, len(each)])
         drawn = rng.integers(0, len(each), (RESAMPLES, len(each)))
-        found = [tradeoff(_mean(each[chosen])) for chosen in drawn]
-        spread = [
-            np.percentile([getattr(t, name) for t in found], INTERVAL_PERCENT, method="nearest")
-            for name in ("mean", "total")
-        ]
-        low, high = (Tradeoff(mean=float(spread[0][end]), total=float(spread[1][end])) for end in (0, 1))
+        means, totals = (
+            np.percentile(ratios, INTERVAL_PERCENT, method="nearest")
+            for ratios in tradeoffs(_mean(each[drawn], axis=1))
+        )
+        low, high = (Tradeoff(mean=float(means[end]), total=float(totals[end])) for end in (0, 1))
         return low, high
 
 
@@ -123,9 +122,9 @@ def crossings(shares: Sequence[float], ratios: Sequence[float], target: float) -
     return tuple(found)
 
 
-def _mean(rows: NDArray[np.float64]) -> Floats:
-    """Return (bins,) the mean over rows (n, bins), NaN left out; NaN in a bin without any."""
+def _mean(rows: NDArray[np.float64], *, axis: int = 0) -> Floats:
+    """Return the mean along an axis, NaN left out; NaN where there is nothing else."""
     known = np.isfinite(rows)
-    count = known.sum(axis=0)
-    total = np.where(known, rows, 0.0).sum(axis=0)
-    return np.asarray(np.divide(total, count, out=np.full(rows.shape[1], np.nan), where=count > 0))
+    count = known.sum(axis=axis)
+    total = np.where(known, rows, 0.0).sum(axis=axis)
+    return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
