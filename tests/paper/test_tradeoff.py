@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.study import tradeoff_study as tradeoff_study_module
 from foveacam_pipeline.study.depth_metrics import (
     BinScores,
     Metric,
@@ -242,7 +243,10 @@ class Watching:
         return len(self.steps) >= self.patience
 
 
-def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper() -> None:
+def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper(
+    scene: StereoScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tradeoff_study_module, "street", lambda _: scene)  # drawn once is enough
     watch = Watching()
     study = tradeoff_study(scenes=1, quick=True, rig_pairs=(rig_scene(),), watch=watch)
     assert watch.steps[-1] == (4, 4)
@@ -279,7 +283,8 @@ def test_an_estimator_that_does_not_keep_the_size_is_named(scene: StereoScene) -
         outcomes(scene, budget(NATIVE, 0.25, patches=4), Cropping())
 
 
-def test_the_study_ends_when_it_is_cancelled() -> None:
+def test_the_study_ends_when_it_is_cancelled(scene: StereoScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tradeoff_study_module, "street", lambda _: scene)  # drawn once is enough
     with pytest.raises(Cancelled, match="the trade-off study was cancelled"):
         tradeoff_study(scenes=2, quick=True, watch=Watching(patience=1))
     with pytest.raises(InvalidInput, match="0 scenes were asked for"):
