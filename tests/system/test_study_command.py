@@ -1,7 +1,12 @@
 """`foveacam study`: what it prints and writes, what it keeps, what Ctrl-C leaves, what it refuses."""
 
 import json
+import os
 import signal
+import subprocess
+import sys
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,6 +25,7 @@ from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
 from foveacam_pipeline.study.toy_scene import SCENE, Place
 from foveacam_server import cli
 from foveacam_server.bench.tradeoff_truth import wide_pair
+from foveacam_server.study_command.ctrl_c import heard_ctrl_c
 from foveacam_server.study_command.placed_rig import stands_on
 from foveacam_server.study_command.recipes import CERTIFICATE, Recipe, StudyOrder, recipes
 from foveacam_server.study_command.run import Wanted, run_studies
@@ -58,8 +64,20 @@ def recipe(name: str, work: Callable[[MakingWatch], None] = lambda _watch: None)
 
 
 def ctrl_c(watch: MakingWatch) -> None:
-    signal.raise_signal(signal.SIGINT)
-    Steps(watch, 2, ended="cancelled").step("half")
+    os.kill(os.getpid(), signal.SIGINT)
+    steps = Steps(watch, 1_000_000, ended="cancelled")
+    for _ in range(1_000_000):
+        steps.step("on and on")
+
+
+def ctrl_c_twice(watch: MakingWatch) -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+    until_s = time.monotonic() + 20.0
+    while not watch.cancelled() and time.monotonic() < until_s:
+        pass
+    os.kill(os.getpid(), signal.SIGINT)
+    while time.monotonic() < until_s:  # deaf to the first one
+        pass
 
 
 def broken(_watch: MakingWatch) -> None:
@@ -102,8 +120,11 @@ def test_what_is_kept_is_not_computed_again_unless_asked(
     assert len(computed) == 3
 
 
-def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(capsys: pytest.CaptureFixture[str]) -> None:
-    (first, _), (second, _), (third, never) = recipe("one"), recipe("two", ctrl_c), recipe("three")
+@pytest.mark.parametrize("ended_by", [ctrl_c, ctrl_c_twice])
+def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(
+    capsys: pytest.CaptureFixture[str], ended_by: Callable[[MakingWatch], None]
+) -> None:
+    (first, _), (second, _), (third, never) = recipe("one"), recipe("two", ended_by), recipe("three")
     with pytest.raises(typer.Exit) as ended:
         run_studies([first, second, third], Wanted(out=Path("told"), every=True))
     assert ended.value.exit_code == 130
@@ -113,6 +134,15 @@ def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(capsys: pytest.Capt
     assert "About one" in page
     assert "two: ended before" in page
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert not [thread for thread in threading.enumerate() if thread.name == "ctrl-c"]
+
+
+def test_worker_processes_do_not_hear_ctrl_c() -> None:
+    blocked = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))"
+    with heard_ctrl_c(lambda: None):
+        child = subprocess.run([sys.executable, "-c", blocked], capture_output=True, check=True)
+    assert child.stdout.strip() == b"True"
 
 
 def test_one_study_that_fails_stops_no_other_when_all_are_asked_for(

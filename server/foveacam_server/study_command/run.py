@@ -1,14 +1,12 @@
 """Runs studies for the command line: recalls what is kept, shows bars, keeps what is done at Ctrl-C."""
 
 import json
-import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from types import FrameType
 
 import typer
 from rich.console import Console
@@ -17,6 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from foveacam_hardware.contract import Cancelled, FoveaError
 from foveacam_pipeline.study.cache import DamagedFile, Kept, StudyCache, key_of
 from foveacam_pipeline.study.report import Told
+from foveacam_server.study_command.ctrl_c import heard_ctrl_c
 from foveacam_server.study_command.folders import cache_folder
 from foveacam_server.study_command.output import as_document, show, write_all
 from foveacam_server.study_command.recipes import Recipe
@@ -58,10 +57,9 @@ class BarWatch:
         """Tell whether Ctrl-C was pressed."""
         return self._over
 
-    def interrupt(self, _signal: int, _frame: FrameType | None) -> None:
-        """End after the step under way; the next Ctrl-C ends the program."""
+    def end(self) -> None:
+        """End after the step under way."""
         self._over = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def run_studies(recipes: Sequence[Recipe], wanted: Wanted) -> None:
@@ -90,7 +88,8 @@ def _run_one(
 ) -> bool:
     """Run one study; return whether to go on with the next."""
     task = progress.add_task(recipe.name, total=None, told="")
-    with _ended_by_ctrl_c(BarWatch(progress, task)) as watch:
+    watch = BarWatch(progress, task)
+    with heard_ctrl_c(watch.end):
         try:
             told = _found_or_made(recipe, wanted, cache, watch=watch)
         except (Cancelled, KeyboardInterrupt):
@@ -107,7 +106,8 @@ def _run_one(
             return True
     progress.update(task, completed=1, total=1, told=f"{told.kept.took_s:.1f} s" if told.fresh else "kept")
     state.told.append(told)
-    return True
+    state.interrupted = watch.cancelled()
+    return not state.interrupted
 
 
 def _found_or_made(recipe: Recipe, wanted: Wanted, cache: StudyCache, *, watch: BarWatch) -> Told:
@@ -144,12 +144,3 @@ def _bars(console: Console) -> Iterator[Progress]:
     )
     with Progress(*columns, console=console, disable=console.quiet) as progress:
         yield progress
-
-
-@contextmanager
-def _ended_by_ctrl_c(watch: BarWatch) -> Iterator[BarWatch]:
-    before = signal.signal(signal.SIGINT, watch.interrupt)
-    try:
-        yield watch
-    finally:
-        signal.signal(signal.SIGINT, before)
