@@ -201,7 +201,7 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     console = open_console(address)
     page = console.page
     choose_map(page, "GeoJSON")
-    expect(refusal(page, "map")).to_contain_text("The map of this plan is not in this browser")
+    expect(refusal(page, "map")).to_contain_text("No map of your own is in this browser")
     crossed = [[0, 0], [4, 4], [4, 0], [0, 4], [0, 0]]
     choose_geojson(page, tmp_path, crossed)
     expect(page.locator(".planner .refused", has_text="without crossing itself")).to_be_visible()

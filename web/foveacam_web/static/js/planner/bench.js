@@ -83,7 +83,7 @@ export class Bench {
     const asked = empty.length > 0 ? [] : [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
     const map = this.#own ? null : this.#drawn.answer.problem;
     const found = [...empty, ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
-    const lost = this.#own && !this.#given ? [{ place: "map", words: "The map of this plan is not in this browser: load its file again, or draw a map by lot" }] : [];
+    const lost = this.#own && !this.#given ? [{ place: "map", words: "No map of your own is in this browser: load a file, or draw a map by lot" }] : [];
     return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
   }
 

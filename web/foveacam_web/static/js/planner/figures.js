@@ -66,7 +66,6 @@ export function makeRoom() {
       [several ? "multi: any target in sight" : "the target is in sight", area(multi_m2)],
       ...(several ? /** @type {[string, string][]} */ ([["single: mean of the targets’ own", area(single_m2)], ["weighted by the number in sight", area(weighted_m2)]]) : []),
       ["of the map", `${number((100 * multi_m2) / ground_m2, 1)} %`],
-      ["worked out in", `${number(document.duration_ms, 0)} ms`],
     ]));
     show(each, several && multi_m2 > 0 && h("table", { class: "compare" },
       h("thead", {}, h("tr", {}, ["target", "area", "of its ring"].map((text) => h("th", { text })))),

@@ -44,12 +44,12 @@ export function mountPlannerPage(place, { store }) {
     say(nowhere, regions.document?.empty_because ?? standoff.document?.ring.empty_because ?? "");
     const homeless = troubles.tell(bench.troubles);
     fill(above, ...homeless.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
-    view.element.hidden = map === null;
+    plans.classList.toggle("no-map", map === null);
     const stale = regions.stale || regions.problem !== null;
     if (map) view.show({ map, picture: bench.picture, targets_m, ring: ringOf(bench), regions: regions.document, stale, whole: bench.whole });
   };
-  fill(place, head(), above, h("div", { class: "planner-body" }, controls.element,
-    h("div", { class: "column planner-plan" }, panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets"))),
+  const plans = h("div", { class: "column planner-plan" }, h("p", { class: "empty no-map-yet", text: "No map yet: choose under “Map” where it comes from." }), panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets")));
+  fill(place, head(), above, h("div", { class: "planner-body" }, controls.element, plans,
     h("div", { class: "column planner-figures" }, panel("Map", source.element), panel("Room on the map", room.element), panel("Ring and chances", chances.element))));
   window.addEventListener("hashchange", () => bench.open());
   store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());

@@ -46,8 +46,8 @@ export function makeSource({ place, changed, give }) {
     for (const each of [seed.element, another, obstacles.element, targets.element]) each.hidden = wish.kind !== "random";
     files.geojson.hidden = wish.kind !== "geojson";
     files.picture.hidden = wish.kind !== "picture";
-    name.hidden = drawn.hidden === false;
-    say(name, given ? `In use: ${given}` : "No map yet: load a file.");
+    name.hidden = drawn.hidden === false || given === "";
+    say(name, `In use: ${given}`);
   } };
 }
 
