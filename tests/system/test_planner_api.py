@@ -181,6 +181,12 @@ HUGE = base64.b64encode(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 60
 CUT = base64.b64encode(base64.b64decode(PALE)[:30]).decode()
 ROUND = [[math.cos(n * 1e-3), math.sin(n * 1e-3)] for n in range(2 * MOST_VERTICES + 1)]
 
+WHEEL_CORNERS = [[math.cos(math.tau * n / 6000), math.sin(math.tau * n / 6000)] for n in (*range(6000), 0)]
+WHEEL = collection(
+    feature("bounds", "Polygon", [[[-9, -9], [9, -9], [9, 9], [-9, 9], [-9, -9]]]),
+    feature("", "Polygon", [WHEEL_CORNERS]),
+)
+
 
 @pytest.mark.parametrize(
     ("path", "body", "words"),
@@ -209,6 +215,7 @@ ROUND = [[math.cos(n * 1e-3), math.sin(n * 1e-3)] for n in range(2 * MOST_VERTIC
         ("/regions", {"map": collection(feature("", "Polygon", [SQUARE]))}, "place at least one"),
         ("/regions", {"map": INSIDE, "targets_m": [[23.0, 21.0]]}, "target 0 at (23, 21) m is inside"),
         ("/regions", {"map": INSIDE, "targets_m": [[1e5, 0.0]]}, "is outside the map"),
+        ("/regions", {"map": WHEEL, "targets_m": [[0.0, 3.0]] * 50}, "16 targets are the most on such a map"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_a_sentence(

@@ -25,6 +25,8 @@ from foveacam_server.runtime.store import Document
 
 MOST_VERTICES = 10_000
 MOST_PIXELS = 4_000_000
+MOST_SIGHTS = 100_000
+"""Corners times targets: some ten seconds of work."""
 FARTHEST_M = 1e7
 EDGE_M, GAP_M = 10.0, 4.0
 """Of random maps: between targets and the map's edge, between targets; less on small maps."""
@@ -99,14 +101,14 @@ def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap
 
 def map_document(field: FieldMap) -> Document:
     """Return a map as REST shows it."""
-    obstacles = np.array(field.obstacles, dtype=object)
+    union = shapely.union_all(list(field.obstacles))
     return {
         "map": geojson_of(field),
         "bounds_m": list(field.bounds_m),
         "targets_m": [list(place) for place in field.targets_m],
         "obstacles": len(field.obstacles),
-        "obstacle_m2": float(shapely.union_all(obstacles).area) if len(obstacles) else 0.0,
-        "vertices": int(shapely.get_num_coordinates(obstacles).sum()) if len(obstacles) else 0,
+        "obstacle_m2": float(union.area),
+        "vertices": _corners(field),
     }
 
 
@@ -115,6 +117,7 @@ def regions_document(
 ) -> Document:
     """Return where one can stand on a map: regions, areas, and targets in sight at some points."""
     began_s = time.perf_counter()
+    _check_sights(field)
     ring = wish.ring()
     reach_m = 1.01 * math.hypot(*field.size_m)  # beyond it there is no ground
     within = Ring(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
@@ -175,7 +178,7 @@ def _drawn(field: FieldMap, ring: Ring, regions: Sequence[BaseGeometry], union: 
 
 
 def _checked(field: FieldMap) -> FieldMap:
-    corners = sum(int(shapely.get_num_coordinates(obstacle)) for obstacle in field.obstacles)
+    corners = _corners(field)
     if corners > MOST_VERTICES:
         raise InvalidInput(
             f"the map's obstacles have {corners:,} corners; {MOST_VERTICES:,} are the most: simplify them, or"
@@ -187,6 +190,19 @@ def _checked(field: FieldMap) -> FieldMap:
             f" {FARTHEST_M:g} m is the most: move its origin to the map"
         )
     return field
+
+
+def _check_sights(field: FieldMap) -> None:
+    corners, targets = _corners(field), len(field.targets_m)
+    if corners * targets > MOST_SIGHTS:
+        raise InvalidInput(
+            f"{targets} targets among {corners:,} corners of obstacles were given; {MOST_SIGHTS // corners}"
+            " targets are the most on such a map: ask for fewer, or simplify its outlines"
+        )
+
+
+def _corners(field: FieldMap) -> int:
+    return sum(int(shapely.get_num_coordinates(obstacle)) for obstacle in field.obstacles)
 
 
 def _kind(feature: object) -> object:
