@@ -40,7 +40,7 @@ HALF_STEP_M = 0.5
 CELL_M = 0.05
 CHECKED_MAP = RandomMap(obstacle_count=40, target_count=5)
 CHECKED_RING = Ring(inner_m=2.0, outer_m=8.0)
-EXACT_RUNS = 15
+EXACT_RUNS = 9
 
 
 class _Draw(Protocol):

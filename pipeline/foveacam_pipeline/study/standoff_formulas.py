@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from foveacam_pipeline.study.depth_error import FOVEA_PX_PER_DEG, WIDE_PX_PER_DEG, error_m
 from foveacam_pipeline.study.obstacles import (
@@ -160,7 +160,7 @@ def _draw_to_scale(axes: Axes) -> None:
 
 def _plain_numbers(axis: Axis) -> None:
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _areas_m2(px_per_deg: float, inner_m: F64, bound: NearBound) -> F64:
