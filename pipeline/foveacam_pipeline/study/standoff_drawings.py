@@ -83,6 +83,10 @@ def map_figure(maps: Sequence[FieldMap], ring: Ring, *, agent_radius_m: float) -
     main = figure.add_subplot(grid[:, :3])
     draw_regions(main, maps[0], ring, agent_radius_m=agent_radius_m, labelled=True)
     _draw_agent(main, maps[0], ring, agent_radius_m)
+    main.set_title(
+        f"Dₘᵢₙ = {ring.inner_m:g} m, Dₘₐₓ = {ring.outer_m:g} m; region: ring, in sight, room for the agent",
+        fontsize=10,
+    )
     for row, field in enumerate(maps[1:4]):
         small = figure.add_subplot(grid[row, 3])
         draw_regions(small, field, ring, agent_radius_m=agent_radius_m, labelled=False)
