@@ -103,6 +103,11 @@ def test_a_mirror_that_does_not_ring_is_said_not_to_be_resolvable(
     assert why.startswith("not resolvable")
 
 
+GRAIN_PX = 512
+GRAIN = 2.0 * np.random.default_rng(10).standard_normal((1080 + GRAIN_PX, 1440 + GRAIN_PX), dtype=np.float32)
+"""Noise of a sensor; every picture takes it from another place."""
+
+
 @dataclass
 class SpringHead:
     """Looks at a painted wall through mirrors that come to rest exponentially, 30 px a volt."""
@@ -116,7 +121,7 @@ class SpringHead:
     looks: int = 0
 
     def __post_init__(self) -> None:
-        self._wall = noise_texture()
+        self._wall = (128.0 + self.contrast * (noise_texture() - 128.0)).astype(np.float32)
         self._at = np.zeros(4)
         self._rng = np.random.default_rng(9)
 
@@ -149,14 +154,11 @@ class SpringHead:
         size = (1440, 1080)
         flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
         wall = cv2.warpAffine(self._wall, matrix, size, flags=flags, borderMode=cv2.BORDER_WRAP)
-        image = (
-            128.0
-            + self.contrast * (wall - 128.0)
-            + 2.0 * self._rng.standard_normal(wall.shape, dtype=np.float32)
-        )
+        x0, y0 = self._rng.integers(0, GRAIN_PX, 2)
+        grain = GRAIN[y0 : y0 + wall.shape[0], x0 : x0 + wall.shape[1]]
         exposure_ns = self.exposures[-1][0] if self.exposures else NORMAL.exposure_ns
         return Frame(
-            image=np.clip(image, 0, 255).astype(np.uint8),
+            image=np.asarray(cv2.add(wall, grain, dtype=cv2.CV_8U), dtype=np.uint8),
             role=role,
             seq=self.looks,
             t_ns=self.clock.now_ns(),
