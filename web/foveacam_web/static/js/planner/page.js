@@ -48,7 +48,9 @@ export function mountPlannerPage(place, { store }) {
     const stale = regions.stale || regions.problem !== null;
     if (map) view.show({ map, picture: bench.picture, targets_m, ring: ringOf(bench), regions: regions.document, stale, whole: bench.whole });
   };
-  const plans = h("div", { class: "column planner-plan" }, h("p", { class: "empty no-map-yet", text: "No map yet: choose under “Map” where it comes from." }), panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets")));
+  const plans = h("div", { class: "column planner-plan" },
+    h("p", { class: "empty no-map-yet", text: "No map yet: choose under “Map” where it comes from." }),
+    panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets")));
   fill(place, head(), above, h("div", { class: "planner-body" }, controls.element, plans,
     h("div", { class: "column planner-figures" }, panel("Map", source.element), panel("Room on the map", room.element), panel("Ring and chances", chances.element))));
   window.addEventListener("hashchange", () => bench.open());

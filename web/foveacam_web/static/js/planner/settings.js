@@ -10,7 +10,7 @@
  * @typedef {import("./documents.js").Place} Place
  * @typedef {import("./documents.js").PlanSettings} PlanSettings
  * @typedef {{
- *   label: string, unit: string, low: number, high: number, kind: ScaleKind, value: number, note?: string,
+ *   label: string, unit: string, low: number, high: number, kind: ScaleKind, value: number,
  *   presets?: {text: string, value: number}[]
  * }} NumberSetting `low`, `high`: the slider's ends; more can be typed in
  * @typedef {{settings: PlanSettings, map: MapWish, targets_m: Place[] | null}} Plan `targets_m`: null: the map's own
@@ -46,7 +46,7 @@ const FIRST_MAP = Object.freeze({ kind: "random", seed: 1, size_m: 60, obstacles
 const KINDS = ["random", "open", "geojson", "picture"];
 
 /** @returns {Plan} */
-export function firstPlan() {
+function firstPlan() {
   const numbers = /** @type {Record<NumberName, number>} */ (Object.fromEntries(NAMES.map((name) => [name, NUMBERS[name].value])));
   return { settings: { ...numbers, bound: "inflated", own_domain: true }, map: { ...FIRST_MAP }, targets_m: null };
 }

@@ -1,6 +1,6 @@
 // One number of a plan: typed in or slid to, told at once.
 
-import { h, say } from "../dom.js";
+import { h } from "../dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../rig/scale.js";
 
 /**
@@ -48,13 +48,4 @@ export function makeSlide({ label, unit, low, high, kind, presets = [] }, { plac
       entry.disabled = slider.disabled = !on;
     },
   };
-}
-
-/**
- * A note that is read beside a number; hidden while there is none.
- * @returns {{element: HTMLElement, say: (text: string) => void}}
- */
-export function makeNote() {
-  const element = h("p", { class: "aside-note" });
-  return { element, say: (text) => say(element, text) };
 }
