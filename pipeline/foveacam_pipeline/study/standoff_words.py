@@ -48,10 +48,12 @@ class Findings:
 
 def rows(found: Findings) -> tuple[Row, ...]:
     """Return the paper's claims beside what was found."""
+    return (*_area_rows(found), *_coverage_rows(found), *_check_rows(found))
+
+
+def _area_rows(found: Findings) -> tuple[Row, ...]:
     multi, single = found.fits
-    few, tight, raster = found.few, found.tight, found.raster
-    _, gap_any, gap_fixed = (band(gap) for gap in found.gaps(tight))
-    ratio = few.ratios[-1]
+    few = found.few
     return (
         Row(
             quantity="mean feasible area over the ratio (Fig. 9)",
@@ -69,6 +71,14 @@ def rows(found: Findings) -> tuple[Row, ...]:
             if grows(few.ratios, found.gaps(few)[0].mean(axis=0))
             else "the gap of the means does not grow at every step",
         ),
+    )
+
+
+def _coverage_rows(found: Findings) -> tuple[Row, ...]:
+    few, tight = found.few, found.tight
+    _, gap_any, gap_fixed = (band(gap) for gap in found.gaps(tight))
+    ratio = few.ratios[-1]
+    return (
         Row(
             quantity=f"coverage of one loop at a ratio of {ratio:g} (Fig. 10)",
             paper="substantially higher with many foveae",
@@ -85,6 +95,12 @@ def rows(found: Findings) -> tuple[Row, ...]:
             note=f"{tight.maps} maps; half 95 % intervals of {gap_any.half_95.max():.3f} and "
             f"{gap_fixed.half_95.max():.3f} at most",
         ),
+    )
+
+
+def _check_rows(found: Findings) -> tuple[Row, ...]:
+    raster = found.raster
+    return (
         Row(
             quantity="Eqs. 10-13 beside lots drawn",
             paper="closed forms",
