@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
 # Each with one thread for its algebra: on two cores more of them only wait for each other. Compiled modules are
 # kept whatever the environment says: a hundred Pythons are started, each would compile a thousand files anew.
-WORKERS ?= 2
+WORKERS ?= 3
 PORT ?= 8000
 NAME ?= render
 

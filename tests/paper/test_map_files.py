@@ -31,6 +31,8 @@ def test_a_map_survives_geojson_with_its_regions_beside_it() -> None:
     field = random_map(RandomMap(), seed=3)
     regions = feasible_regions(field, Ring(inner_m=2.0, outer_m=6.0), agent_radius_m=0.3)
     document = json.loads(json.dumps(geojson_of(field, regions=regions)))
+    drawn = {"type": "Feature", "properties": {"kind": "ring"}, "geometry": mapping(box(0, 0, 9, 9))}
+    document["features"] += [drawn, {**drawn, "properties": {"kind": "union"}}]
     again = map_from_geojson(document)
     assert (again.bounds_m, again.targets_m) == (field.bounds_m, field.targets_m)
     assert again.obstacles == field.obstacles

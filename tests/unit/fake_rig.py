@@ -54,6 +54,7 @@ STATIONS = (
 class FakeProblem:
     device: str
     detail: str
+    remedy: str | None = None
 
 
 class FakeMirrors:

@@ -63,8 +63,8 @@ class Study:
         plain = json.loads(json.dumps(document))
         rows = tuple(Row(**row) for row in plain.pop("rows"))
         pictures = tuple(Picture(**picture) for picture in plain.pop("pictures"))
-        lists = {name: tuple(plain.pop(name)) for name in ("definitions", "deviations")}
-        return cls(rows=rows, pictures=pictures, **lists, **plain)
+        definitions, deviations = tuple(plain.pop("definitions")), tuple(plain.pop("deviations"))
+        return cls(rows=rows, pictures=pictures, definitions=definitions, deviations=deviations, **plain)
 
 
 def svg_of(drawn: Figure) -> str:

@@ -25,6 +25,9 @@ LEAST_M = 0.05
 AROUND = 0.1
 """Ground about all that a GeoJSON map shows, as a share of its larger side, where it has no bounds."""
 
+FOUND_KINDS = ("region", "ring", "union")
+"""What was found on a map and drawn into its file: no part of the map."""
+
 LARGEST_PX = 8192
 
 NECK_PX = 0.1
@@ -37,7 +40,7 @@ def map_from_geojson(document: Mapping[str, Any], *, m_per_unit: float = 1.0) ->
     """Return the plan of a GeoJSON feature collection.
 
     Polygons are obstacles, points of the property `kind` "target" are targets, a polygon of the kind "bounds"
-    is the map's extent (its box), and the kind "region" is passed over; without bounds the extent is that of
+    is the map's extent (its box), and `FOUND_KINDS` are passed over; without bounds the extent is that of
     all features and `AROUND` of it. Coordinates are those of a plane, `m_per_unit` metres each.
 
     Raise InvalidInput for what is no such collection, degrees, no scale, and what `FieldMap` refuses.
@@ -48,7 +51,7 @@ def map_from_geojson(document: Mapping[str, Any], *, m_per_unit: float = 1.0) ->
     targets: list[Point] = []
     bounds: Polygon | None = None
     for index, (kind, found) in enumerate(_features(document)):
-        if kind == "region":
+        if kind in FOUND_KINDS:
             continue
         if isinstance(found, Point) and kind == "target":
             targets.append(found)

@@ -32,8 +32,6 @@ EDGE_M, GAP_M = 10.0, 4.0
 """Of random maps: between targets and the map's edge, between targets; less on small maps."""
 UNREADABLE = (GEOSException, ArithmeticError, AttributeError, TypeError, ValueError)
 """What outlines that are none make of the way to a map."""
-OWN_KINDS = ("ring", "union")
-"""Features that the planner adds to a map: read back, they are no obstacles."""
 
 
 def map_by_lot(settings: RandomMap) -> RandomMap:
@@ -63,7 +61,7 @@ def field_of(
     targets_m: Sequence[Place] | None = None,
 ) -> FieldMap:
     """Return the map of a GeoJSON document; `targets_m` stand in place of its own targets."""
-    left_out = OWN_KINDS if targets_m is None else (*OWN_KINDS, "target")
+    left_out = () if targets_m is None else ("target",)
     features = document.get("features")
     if isinstance(features, list):
         kept = [feature for feature in features if _kind(feature) not in left_out]
