@@ -29,6 +29,7 @@ from foveacam_hardware.contract import (
 from .camera_kinds import NewCamera, kinds_of
 
 PATIENCE_MS = 5000.0
+STRETCHES = 5
 GREY = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.MONO12P)
 DEEP = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
 
@@ -99,12 +100,18 @@ def test_frames_carry_their_time_number_and_format(streaming: Camera) -> None:
 
 
 def test_frames_keep_the_rate(streaming: Camera) -> None:
-    """Neither doubled nor halved; a camera without a clock is timed by arrivals, which come in bursts."""
-    list(streaming.frames(5, timeout_ms=PATIENCE_MS))  # what waited since the start
-    first, *_, last = streaming.frames(12, timeout_ms=PATIENCE_MS)
-    period_ns = (last.t_ns - first.t_ns) / (last.seq - first.seq)
+    """Neither doubled nor halved; a camera without a clock is timed by arrivals, which come in bursts.
 
-    assert period_ns == pytest.approx(1e9 / streaming.settings.frame_rate_hz, rel=0.45)
+    A machine that is busy for a moment delays some of them, so several stretches may show it.
+    """
+    list(streaming.frames(5, timeout_ms=PATIENCE_MS))  # what waited since the start
+    asked = pytest.approx(1e9 / streaming.settings.frame_rate_hz, rel=0.45)
+    periods_ns: list[float] = []
+    while asked not in periods_ns and len(periods_ns) < STRETCHES:
+        first, *_, last = streaming.frames(12, timeout_ms=PATIENCE_MS)
+        periods_ns.append((last.t_ns - first.t_ns) / (last.seq - first.seq))
+
+    assert asked in periods_ns
 
 
 def test_the_newest_frame_is_repeated_while_it_is_young_enough(streaming: Camera) -> None:

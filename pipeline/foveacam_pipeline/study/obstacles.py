@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import quad
-from scipy.special import gammainc
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.standoff import Ring
@@ -61,6 +59,8 @@ def success_probability(ring: Ring, clutter: Clutter, *, domain_m2: float) -> fl
     In closed form: the integral of x exp(-a x) is the incomplete gamma function of 2. The target's whole ring
     lies in the domain; raise InvalidInput where it cannot.
     """
+    from scipy.special import gammainc  # loads for a while, and a server starts with this module
+
     _check_domain(ring, domain_m2)
     if ring.empty:
         return 0.0
@@ -78,6 +78,8 @@ def success_probability(ring: Ring, clutter: Clutter, *, domain_m2: float) -> fl
 
 def success_by_quadrature(ring: Ring, clutter: Clutter, *, domain_m2: float) -> float:
     """Return the same by adaptive quadrature of Eq. 12."""
+    from scipy.integrate import quad  # loads for a while
+
     _check_domain(ring, domain_m2)
     if ring.empty:
         return 0.0
