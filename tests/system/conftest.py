@@ -32,7 +32,7 @@ EVENT_PATIENCE_S = 90.0
 """Less than the two minutes that a test has: it says what it missed, instead of ending the whole run."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = "/api/v1"
-LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 2.0, 1.5
+LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 1.5, 1.0
 """Slow live views: two cores are shared with a browser and another server."""
 
 

@@ -34,6 +34,8 @@ from foveacam_hardware.sim.stage import Stage
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
 """Tilts are told to 0.01 fovea px, so that a mirror at rest is at rest and its picture may be kept."""
+MOUNT_STEP_RAD = 2.0**-19
+"""Mounts drift in steps of 0.05 fovea px, some seconds apart: between them a picture may be kept as well."""
 SETTLED_PX = 0.3
 """A mirror that swings less than this during an exposure is where it is at its middle."""
 MIRROR_STEP_PX = 3.0
@@ -208,7 +210,7 @@ class World:
     def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> View:
         turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
         turn_rad[:2] += self.drift.turn_rad(role, self.scene_s(t_ns))
-        mount_rad = np.array([_told(angle_rad) for angle_rad in turn_rad])
+        mount_rad = np.round(turn_rad / MOUNT_STEP_RAD) * MOUNT_STEP_RAD
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
 
     def _steps(self, role: Role, interval: Interval) -> int:
