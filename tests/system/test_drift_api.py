@@ -7,9 +7,15 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
 
+from .calibration_room import make_grey
 from .conftest import Running
 
 pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _grey(server: Running) -> None:
+    make_grey(server.rig)
 
 
 def test_drift_check_is_refused_while_the_stop_is_engaged(server: Running) -> None:
