@@ -125,6 +125,7 @@ def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(
     capsys: pytest.CaptureFixture[str], ended_by: Callable[[MakingWatch], None]
 ) -> None:
     (first, _), (second, _), (third, never) = recipe("one"), recipe("two", ended_by), recipe("three")
+    before = signal.getsignal(signal.SIGINT)
     with pytest.raises(typer.Exit) as ended:
         run_studies([first, second, third], Wanted(out=Path("told"), every=True))
     assert ended.value.exit_code == 130
@@ -133,7 +134,7 @@ def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(
     page = Path("told/report.html").read_text()
     assert "About one" in page
     assert "two: ended before" in page
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is before
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
     assert not [thread for thread in threading.enumerate() if thread.name == "ctrl-c"]
 

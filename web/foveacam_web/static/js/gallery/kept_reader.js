@@ -15,6 +15,8 @@ export class KeptReader {
   #hear;
   #reads = new QuietReads();
   #text = "";
+  /** What was told of each while the list was on its way, which may be older. @type {Map<string, (known: T) => T>} */
+  #meanwhile = new Map();
   /** @type {T[] | null} */
   list = null;
   /** @type {T[] | null} */
@@ -51,6 +53,7 @@ export class KeptReader {
    * @param {(known: T) => T} change
    */
   change(id, change) {
+    this.#meanwhile.set(id, change);
     if (!this.list?.some((each) => each.id === id)) return;
     this.list = this.list.map((each) => (each.id === id ? change(each) : each));
     this.#changed();
@@ -59,7 +62,9 @@ export class KeptReader {
   readList() {
     return this.#reads.read("list", async () => {
       const text = this.#text;
-      this.list = await this.#read(`text=${encodeURIComponent(text)}`);
+      this.#meanwhile.clear();
+      const list = await this.#read(`text=${encodeURIComponent(text)}`);
+      this.list = list.map((each) => this.#meanwhile.get(each.id)?.(each) ?? each);
       this.searched = text.trim();
       this.#changed();
     });
