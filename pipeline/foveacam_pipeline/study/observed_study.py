@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.making import SILENT, MakingWatch
+from foveacam_pipeline.study.depth_error import BASELINE_M
 from foveacam_pipeline.study.findings import Picture, Row, Study, Value
 from foveacam_pipeline.study.observed import (
     APERTURE_M,
@@ -45,8 +46,8 @@ QUICK_EVERY = 2
 """A quick run stands at every second corner along each axis."""
 SHOWN_M = (3.75, 3.75)
 """Where the picture of the scene is taken."""
-EYE_ASIDE_M = 0.1
-"""The eyes stand so far to each side of the rig's middle: half the baseline (Table 2)."""
+EYE_ASIDE_M = BASELINE_M / 2.0
+"""The eyes stand so far to each side of the rig's middle."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
