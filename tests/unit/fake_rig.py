@@ -311,6 +311,7 @@ class Pictures:
     """A sink that counts, and lets a test wait for the next picture of a view."""
 
     watching: set[str] = field(default_factory=lambda: {"wide", "left", "right"})
+    recording: set[str] = field(default_factory=set)
     counts: dict[str, int] = field(default_factory=dict)
     changed: threading.Condition = field(default_factory=threading.Condition)
 
@@ -322,6 +323,9 @@ class Pictures:
 
     def watched(self, view: str) -> bool:
         return view in self.watching
+
+    def wants_every(self, view: str) -> bool:
+        return view in self.recording
 
     def wait_for_more(self, view: str, *, more: int = 1) -> None:
         with self.changed:

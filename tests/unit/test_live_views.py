@@ -36,11 +36,24 @@ def test_a_job_that_brings_looks_of_its_own_leaves_few_wide_frames_to_the_views(
     assert found_s == pytest.approx(1.0 / SESSION_WIDE_HZ, abs=1e-3)
 
 
-def due_after_s(watching: set[str], limit_hz: float, *, wide: bool, in_session: bool = False) -> float:
+def test_what_wants_all_frames_has_them_as_fast_as_they_come_whatever_the_limits() -> None:
+    assert due_after_s(NOBODY, 15.0, wide=True, recording=LOOKING) < 0.01
+    assert due_after_s(NOBODY, 15.0, wide=False, recording=LOOKING) <= 0.001
+    assert due_after_s(NOBODY, 15.0, wide=False, recording={"wide"}) > 0.9
+
+
+def due_after_s(
+    watching: set[str],
+    limit_hz: float,
+    *,
+    wide: bool,
+    in_session: bool = False,
+    recording: set[str] = NOBODY,
+) -> float:
     """Return after how long a view is due again."""
     clock = VirtualClock()
     views = LiveViews(
-        sink=Pictures(watching=watching),
+        sink=Pictures(watching=watching, recording=recording),
         clock=clock,
         limits=LiveRates(wide_hz=limit_hz, fovea_hz=limit_hz),
         overlay=lambda _: None,

@@ -34,7 +34,7 @@ RATES = LiveRates(wide_hz=100.0, fovea_hz=60.0)
 class Bench:
     """A server's recordings on a fake rig."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, limits: LiveRates = RATES) -> None:
         self.store = Store(folder)
         self.events = EventLog(self.store)
         clock = MonotonicClock()
@@ -42,7 +42,7 @@ class Bench:
         hub = FrameHub(clock=clock)
         tap = FrameTap(hub)
         self.hardware = HardwareThread(
-            lambda: self.rig, sink=tap, events=self.events, clock=clock, overlay=lambda _: None, limits=RATES
+            lambda: self.rig, sink=tap, events=self.events, clock=clock, overlay=lambda _: None, limits=limits
         )
         self.jobs = JobRunner(self.store, events=self.events, clock=clock)
         calibration = CalibrationService(chosen=None, folder=folder / "calibrations", events=self.events)
@@ -52,7 +52,7 @@ class Bench:
             jobs=self.jobs,
             tap=tap,
             hub=hub,
-            rates=RATES,
+            rates=limits,
             events=self.events,
             clock=clock,
         )
@@ -72,7 +72,14 @@ class Bench:
         self.store.close()
 
     def begin(self, name: str = "one", **more: object) -> tuple[Job, str]:
-        request = {"name": name, "roles": ["wide", "left", "right"], "duration_s": None, "label": "", **more}
+        request = {
+            "name": name,
+            "roles": ["wide", "left", "right"],
+            "duration_s": None,
+            "rate": "full",
+            "label": "",
+            **more,
+        }
         job = self.recordings.start(request)
         return job, job.id.replace("job-", "rec-")
 
@@ -215,7 +222,7 @@ def live(tmp_path: Path) -> LiveRecording:
     rig = RecordedRig(rig_id="fake", name="Fake rig", baseline_m=0.2)
     return LiveRecording(
         id="rec-1", job_id="job-1", path=tmp_path / "a.fcap", roles=(Role.LEFT,), rig=rig, label="",
-        asked_s=None, begun_ns=0,
+        asked_s=None, every=True, begun_ns=0,
     )  # fmt: skip
 
 
@@ -238,6 +245,31 @@ def test_a_frame_that_is_shown_twice_is_recorded_once_and_one_not_asked_for_not_
     assert recorder.seqs == [1, 2]
     assert shown.counts == {"left": 4, "wide": 1}
     assert not tap.watched("left")
+
+
+@pytest.mark.parametrize("every", [True, False])
+def test_who_records_all_frames_of_a_camera_is_told_from_who_records_what_is_shown(every: bool) -> None:
+    tap = FrameTap(Pictures(watching=set()))
+    with tap.listening([Role.LEFT], lambda _: None, every=every):
+        assert (tap.wants_every("left"), tap.wants_every("wide")) == (every, False)
+        assert tap.watched("left")
+    assert not tap.wants_every("left")
+
+
+def test_full_rate_is_the_rigs_own_whatever_limits_the_live_views(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, limits=LiveRates(wide_hz=0.5, fovea_hz=0.5))
+    try:
+        _, shown_id = bench.begin("shown", rate="live")
+        bench.until(shown_id, lambda found: found["duration_s"] > 0.5)
+        shown = bench.recordings.stop(shown_id)
+        _, whole_id = bench.begin("whole")
+        whole = bench.until(whole_id, lambda found: all(one["frames"] >= 20 for one in found["streams"]))
+        bench.recordings.stop(whole_id)
+    finally:
+        bench.close()
+
+    assert all(stream["frames"] <= 2 for stream in shown["streams"])
+    assert whole["duration_s"] < 20 / 0.5 / 2  # the limits would have let it take 40 s
 
 
 def test_an_error_at_a_frame_ends_the_recording_not_the_thread_of_the_cameras(live: LiveRecording) -> None:

@@ -8,6 +8,7 @@ from foveacam_server.api.capture_models import Text
 from foveacam_server.api.models import Asked, Told
 
 RoleName = Literal["wide", "left", "right"]
+Rate = Literal["full", "live"]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
 
@@ -21,6 +22,8 @@ class RecordingRequest(Asked):
         default=["wide", "left", "right"]
     )
     duration_s: Annotated[float, Field(ge=0.1, le=86_400.0)] | None = None
+    rate: Rate = "full"
+    """Every frame, as fast as the rig brings them, or those that the live views show."""
     label: Text = ""
 
 

@@ -106,6 +106,10 @@ class _Nowhere:
         """Somebody does, at the bench's rate."""
         return True
 
+    def wants_every(self, view: str) -> bool:
+        """Nobody records."""
+        return False
+
 
 def seconds_until(condition: Callable[[], bool], *, since_ns: int, within_s: float) -> float | None:
     """Return when a condition came true, counted from a moment; None when it did not in time."""

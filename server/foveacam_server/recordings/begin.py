@@ -6,6 +6,7 @@ from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.capture.recording.session import RecordedRig
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.ports import Rig
 
 RESERVE_BYTES = 64_000_000
@@ -22,6 +23,12 @@ def identity_of(rig: Rig, calibration: Calibration | None) -> RecordedRig:
         cameras={STREAM_OF_ROLE[role]: camera.info for role, camera in cameras.items()},
         calibration=calibration,
     )
+
+
+def full_rates(rig: Rig) -> LiveRates:
+    """Return how fast frames can come, Hz: the wide camera's rate, and look after look of the foveae."""
+    look_ns = 1_000 * rig.settle_us + max(rig.left.settings.exposure_ns, rig.right.settings.exposure_ns)
+    return LiveRates(wide_hz=rig.wide.settings.frame_rate_hz, fovea_hz=1e9 / max(1, look_ns))
 
 
 def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:

@@ -27,6 +27,8 @@ class LiveRecording:
     rig: RecordedRig
     label: str
     asked_s: float | None
+    every: bool
+    """Whether all frames are wanted, or those that live views show."""
     begun_ns: int
     created_utc: str = field(default_factory=utc_now)
     recorder: Recorder | None = None

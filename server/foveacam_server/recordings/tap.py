@@ -16,6 +16,7 @@ from foveacam_server.runtime.ports import PictureSink
 class _Listener:
     roles: frozenset[Role]
     take: Callable[[Frame], None]
+    every: bool
 
 
 class FrameTap:
@@ -39,14 +40,23 @@ class FrameTap:
 
     def watched(self, view: str) -> bool:
         """Tell whether anybody looks at `view`, or records it."""
-        return self._sink.watched(view) or any(
-            view in [role.value for role in listener.roles] for listener in self._listeners
+        return self._sink.watched(view) or any(_hears(listener, view) for listener in self._listeners)
+
+    def wants_every(self, view: str) -> bool:
+        """Tell whether somebody listens who wants all frames of `view`."""
+        return self._sink.wants_every(view) or any(
+            listener.every and _hears(listener, view) for listener in self._listeners
         )
 
     @contextmanager
-    def listening(self, roles: Collection[Role], take: Callable[[Frame], None]) -> Iterator[None]:
-        """Call `take` with every frame of these cameras, on the thread that brings it: it must be quick."""
-        listener = _Listener(frozenset(roles), take)
+    def listening(
+        self, roles: Collection[Role], take: Callable[[Frame], None], *, every: bool = False
+    ) -> Iterator[None]:
+        """Call `take` with each frame of these cameras, on the thread that brings it: it must be quick.
+
+        `every`: the rig brings them as fast as it can meanwhile, not as live views need them.
+        """
+        listener = _Listener(frozenset(roles), take, every)
         with self._lock:
             self._listeners = (*self._listeners, listener)
         try:
@@ -54,3 +64,7 @@ class FrameTap:
         finally:
             with self._lock:
                 self._listeners = tuple(one for one in self._listeners if one is not listener)
+
+
+def _hears(listener: _Listener, view: str) -> bool:
+    return view in [role.value for role in listener.roles]

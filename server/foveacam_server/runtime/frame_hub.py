@@ -129,6 +129,11 @@ class FrameHub:
         with self._lock:
             return self._states[view].watched_ns is not None
 
+    def wants_every(self, view: str) -> bool:
+        """Tell that nobody does: viewers take the newest picture and let others go."""
+        self._state(view)
+        return False
+
     def watch(self, views: frozenset[str], wake: Callable[[str], None]) -> Watch:
         """Call `wake(view)` on the running loop after each new picture; several may be one call."""
         for view in views:

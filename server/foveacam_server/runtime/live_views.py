@@ -12,6 +12,10 @@ SESSION_WIDE_HZ = 4.0
 IDLE_WIDE_HZ = 2.0
 IDLE_FOVEA_HZ = 1.0
 """Rates while nobody watches: snapshots stay fresh and a lost device is noticed, at little cost."""
+EVERY_WIDE_HZ = 120.0
+EVERY_FOVEA_HZ = 1000.0
+"""Rates while all frames are wanted: a free-running camera is asked oftener than it has new ones, and looks
+follow each other as fast as they are over."""
 LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
@@ -58,7 +62,9 @@ class LiveViews:
     def wide_begins(self, *, in_session: bool) -> None:
         """Begin a new period of the wide view."""
         rate_hz = self._limits.wide_hz
-        if not self._sink.watched(Role.WIDE.value):
+        if self._sink.wants_every(Role.WIDE.value):
+            rate_hz = EVERY_WIDE_HZ
+        elif not self._sink.watched(Role.WIDE.value):
             rate_hz = min(rate_hz, IDLE_WIDE_HZ)
         if in_session:
             rate_hz = min(rate_hz, SESSION_WIDE_HZ)
@@ -72,8 +78,11 @@ class LiveViews:
 
     def look_begins(self) -> None:
         """Begin a new period of the live fovea views."""
-        watched = self._sink.watched(Role.LEFT.value) or self._sink.watched(Role.RIGHT.value)
-        rate_hz = self._limits.fovea_hz if watched else min(self._limits.fovea_hz, IDLE_FOVEA_HZ)
+        rate_hz = self._limits.fovea_hz
+        if self._for_a_fovea(self._sink.wants_every):
+            rate_hz = EVERY_FOVEA_HZ
+        elif not self._for_a_fovea(self._sink.watched):
+            rate_hz = min(rate_hz, IDLE_FOVEA_HZ)
         self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
     def wait_s(self, *, wide: bool, looks: bool) -> float:
@@ -82,6 +91,9 @@ class LiveViews:
         wanted = [(self._wide_due_ns, wide), (self._look_due_ns, looks)]
         waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]
         return max(0.0, min([*waits_s, LONGEST_WAIT_S]))
+
+    def _for_a_fovea(self, asks: Callable[[str], bool]) -> bool:
+        return asks(Role.LEFT.value) or asks(Role.RIGHT.value)
 
     def _show(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
         if self.rates[frame.role].add(frame):

@@ -106,6 +106,10 @@ class PictureSink(Protocol):
         """Tell whether anybody looks at `view`."""
         ...
 
+    def wants_every(self, view: str) -> bool:
+        """Tell whether somebody wants all frames of `view`, more than a viewer can follow."""
+        ...
+
 
 class Viewer(Protocol):
     """The 3D pane. Calls may take milliseconds, so never from the hardware thread."""

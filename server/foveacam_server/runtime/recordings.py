@@ -11,7 +11,7 @@ from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, Inv
 from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import Session
-from foveacam_server.recordings.begin import check_room, identity_of
+from foveacam_server.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.recordings.depth import DepthDesk
 from foveacam_server.recordings.documents import URL, live_document, recording_document
 from foveacam_server.recordings.live import LiveRecording
@@ -83,11 +83,12 @@ class RecordingService:
                 return jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._check_free()
             path, roles = self.shelf.new_file(request["name"]), _roles(request["roles"])
-            self._check_room(roles, request["duration_s"])
-            calibration = self._tools.calibration.current
-            rig = answer_of(
-                self._tools.hardware.submit(lambda rig: identity_of(rig, calibration)), asked="who it is"
+            every, calibration = request["rate"] == "full", self._tools.calibration.current
+            rig, full = answer_of(
+                self._tools.hardware.submit(lambda rig: (identity_of(rig, calibration), full_rates(rig))),
+                asked="who it is",
             )
+            self._check_room(roles, request["duration_s"], full if every else self._tools.rates)
             job = jobs.submit(KIND, request, idempotency_key=idempotency_key)  # its thread waits for the lock
             self._live = LiveRecording(
                 id=ID_PREFIX + job.id.partition("-")[2],
@@ -97,6 +98,7 @@ class RecordingService:
                 rig=rig,
                 label=request["label"],
                 asked_s=request["duration_s"],
+                every=every,
                 begun_ns=self._tools.clock.now_ns(),
             )
         self._tell("recording.created", f"recording {path.stem} has begun", self._live.id)
@@ -197,7 +199,7 @@ class RecordingService:
         """Record until it shall end; raise what ended it early."""
         live.recorder = recorder = _begun(live)
         try:
-            with self._tools.tap.listening(live.roles, live.take):
+            with self._tools.tap.listening(live.roles, live.take, every=live.every):
                 self._wait(context, live)
         finally:
             recorder.close(as_meant=not context.cancelled() and live.failure is None)
@@ -258,8 +260,7 @@ class RecordingService:
                 remedy=f"stop it: POST {URL}/{live.id}/stop",
             )
 
-    def _check_room(self, roles: tuple[Role, ...], duration_s: float | None) -> None:
-        rates = self._tools.rates
+    def _check_room(self, roles: tuple[Role, ...], duration_s: float | None, rates: LiveRates) -> None:
         frames = []
         for role in roles:
             newest = self._tools.hub.newest(role.value)

@@ -41,7 +41,7 @@ export type RecordingDocument = {
   url: string;
 };
 
-export type RecordingRequest = { name: string; roles?: Role[]; duration_s?: number | null; label?: string };
+export type RecordingRequest = { name: string; roles?: Role[]; duration_s?: number | null; rate?: "full" | "live"; label?: string };
 
 export type TimelineStream = { role: Role; name: string; fps: number; width: number; height: number; t_s: number[] };
 export type TimelineDocument = { duration_s: number; calibrated: boolean; streams: TimelineStream[] };
