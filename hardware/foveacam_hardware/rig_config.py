@@ -16,6 +16,7 @@ from pydantic import (
 
 from foveacam_hardware.camera_config import ROLES, CamerasConfig, OpenCvCameraConfig
 from foveacam_hardware.contract import InvalidInput, MarkerPrint
+from foveacam_hardware.file_words import explain_file
 from foveacam_hardware.operator_config import OperatorConfig
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
@@ -141,11 +142,6 @@ class SerialRigConfig(_Table):
 
 
 RigConfig: TypeAlias = Annotated[SimulatedRigConfig | SerialRigConfig, Field(discriminator="kind")]
-_WORDS = {
-    "extra_forbidden": "not permitted here; correct its spelling, or take it out",
-    "missing": "is missing; add it",
-    "union_tag_not_found": "its kind is missing; say which `kind` it is",
-}
 _ANY_RIG: TypeAdapter[SimulatedRigConfig | SerialRigConfig] = TypeAdapter(RigConfig)
 
 
@@ -165,7 +161,7 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     try:
         config = _ANY_RIG.validate_python(content)
     except ValidationError as error:
-        raise InvalidInput(f"rig file {file}: {_explain(error, content)}") from error
+        raise InvalidInput(f"rig file {file}: {explain_file(error, content)}") from error
     return _beside(config, file.parent)
 
 
@@ -213,30 +209,3 @@ def _beside(
 
 def _is_relative(source: str | int) -> bool:
     return isinstance(source, str) and "://" not in source and not source.startswith("/")
-
-
-def _explain(error: ValidationError, content: dict[str, Any]) -> str:
-    """Say in one line each what is wrong where."""
-    lines = []
-    for detail in error.errors():
-        key = _key(detail["loc"], content)
-        found = "" if isinstance(detail["input"], (dict, BaseModel)) else f" (found {detail['input']!r})"
-        what = _WORDS.get(detail["type"]) or detail["msg"].removeprefix("Value error, ")
-        lines.append(f"{key + ': ' if key else ''}{what}{found}")
-    return "; ".join(lines)
-
-
-def _key(steps: tuple[int | str, ...], content: object) -> str:
-    """Return a place as the file names it: pydantic names a table's kind as well, where there are several."""
-    key = []
-    for step in steps:
-        if isinstance(content, dict):
-            if step not in content and step == content.get("kind"):
-                continue
-            content = content.get(step)
-        elif isinstance(content, list) and isinstance(step, int) and step < len(content):
-            content = content[step]
-        elif content is not None:  # a kind of value, not a place
-            break
-        key.append(str(step))
-    return ".".join(key)

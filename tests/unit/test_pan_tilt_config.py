@@ -87,7 +87,7 @@ def test_a_rig_turned_by_hand_has_stations_and_is_never_missing(tmp_path: Path) 
         (GRBL.replace("zero_tilt_deg = 32.0\n", ""), ["zero_tilt_deg", "has_switches = false"]),
         (GRBL.replace("zero_tilt_deg", "pan_min_deg = 70.0\nzero_tilt_deg"), ["minimum", "exchange"]),
         (GRBL.replace("pan_deg = 45.0", "pan_deg = 80.0"), ["'board'", "80", "outside -70 to 70"]),
-        (GRBL.replace("pan_deg = 45.0", 'pan_deg = "45"'), ["pan_tilt.stations.0.pan_deg", "'45'"]),
+        (GRBL.replace("pan_deg = 45.0", 'pan_deg = "45"'), ["pan_tilt.stations['board'].pan_deg", "'45'"]),
         (GRBL.replace("zero_tilt_deg", "speed = 3\nzero_tilt_deg"), ["pan_tilt.speed", "not permitted"]),
         (MANUAL + "\n[[pan_tilt.stations]]\nname = 'm'\ntarget = 'board'\npan_deg = 1.0", ["'m'", "twice"]),
     ],

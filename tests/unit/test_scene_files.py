@@ -96,6 +96,13 @@ def test_a_wrong_scene_file_is_refused_by_file_object_key_and_remedy(
         assert word in message
 
 
+def test_many_mistakes_are_told_by_the_first_ones(tmp_path: Path) -> None:
+    message = refusal(tmp_path, "radius_m = 0.1", "".join(f"key_{n} = 1\n" for n in range(9)))
+    assert "key_3: not permitted here; correct its spelling" in message
+    assert "key_7" not in message
+    assert message.endswith("more like these")
+
+
 def test_an_unknown_scene_is_refused_with_the_names_there_are() -> None:
     with pytest.raises(InvalidInput, match=r"'bensh'.*bench, .*street"):
         load_scene("bensh")

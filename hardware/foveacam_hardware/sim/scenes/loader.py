@@ -6,6 +6,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.file_words import explain_file
 from foveacam_hardware.sim.scenes.format import SceneFile
 
 SCENES_FOLDER = Path(__file__).parent
@@ -42,31 +43,4 @@ def load_scene(name_or_file: str | Path) -> SceneFile:
     try:
         return SceneFile.model_validate(content)
     except ValidationError as error:
-        raise InvalidInput(f"scene file {path}: {explain(error, content)}") from error
-
-
-def explain(error: ValidationError, content: dict[str, object]) -> str:
-    """Say in one line each what is wrong where, in the words of the file."""
-    return "; ".join(
-        _place(detail["loc"], content) + detail["msg"].removeprefix("Value error, ") + _found(detail["input"])
-        for detail in error.errors()
-    )
-
-
-def _place(location: tuple[int | str, ...], content: dict[str, object]) -> str:
-    """Name the spot: objects by their name, pydantic's union tags left out."""
-    words: list[str] = []
-    node: object = content
-    for step in location:
-        in_dict = isinstance(node, dict) and step in node
-        if in_dict or (isinstance(node, list) and isinstance(step, int) and step < len(node)):
-            node = node[step]  # type: ignore[index]  # TOML, as deep as the error says
-        elif step != location[-1]:
-            continue  # the tag of a union is no key of the file
-        name = node.get("name") if isinstance(node, dict) else None
-        words.append(f"{name!r}" if isinstance(step, int) and name else str(step))
-    return " ".join(words) + ": " if words else ""
-
-
-def _found(value: object) -> str:
-    return "" if isinstance(value, dict | list) else f" (found {value!r})"
+        raise InvalidInput(f"scene file {path}: {explain_file(error, content)}") from error
