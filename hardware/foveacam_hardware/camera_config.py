@@ -51,7 +51,7 @@ class _PresentCamera(_Table):
     readout_us: Annotated[float, Field(ge=0.0, le=1_000_000.0)] = 0.0
     """How long a frame is read out of the sensor; it places exposures where no clock can be read."""
     buffers: Annotated[int, Field(ge=2, le=256)] = 8
-    """Frames that wait for who reads; more are dropped, and counted."""
+    """Frames that wait for who reads; of more the oldest are skipped, and counted."""
 
 
 class _MachineVisionCamera(_PresentCamera):

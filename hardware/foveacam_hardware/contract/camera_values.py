@@ -113,7 +113,10 @@ class CameraCounters:
     """Honest statistics of one camera since it was started."""
 
     delivered: int = 0
+    skipped: int = 0
+    """Frames that came whole and that nobody read before newer ones took their place; nothing is wrong."""
     dropped: int = 0
+    """Frames that never came, by the gap in the camera's numbers."""
     incomplete: int = 0
     late: int = 0
     underrun: int = 0

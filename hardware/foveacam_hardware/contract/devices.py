@@ -50,7 +50,7 @@ class Camera(Protocol):
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered, dropped, incomplete and late since `start`."""
+        """Frames delivered, skipped, dropped, incomplete and late since `start`."""
         ...
 
     @property

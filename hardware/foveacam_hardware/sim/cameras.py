@@ -62,7 +62,7 @@ class SimCamera:
         self._seq = 0
         self._epoch = 0
         self._delivered = 0
-        self._dropped = 0
+        self._skipped = 0
         self._last: Frame | None = None
         world.wire(role, self)
 
@@ -87,8 +87,8 @@ class SimCamera:
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered and dropped since `start`; rendered ones are never incomplete or late."""
-        return CameraCounters(delivered=self._delivered, dropped=self._dropped)
+        """Frames delivered and skipped since `start`; rendered ones are never dropped, incomplete or late."""
+        return CameraCounters(delivered=self._delivered, skipped=self._skipped)
 
     @property
     def ranges(self) -> CameraRanges:
@@ -134,7 +134,7 @@ class SimCamera:
         self._require_connected("start")
         with self._lock:
             if self._schedule is None:
-                self._delivered = self._dropped = 0
+                self._delivered = self._skipped = 0
                 self._begin()
 
     def stop(self) -> None:
@@ -166,7 +166,7 @@ class SimCamera:
             if exposure is None and self._last is not None and self._last.t_ns >= oldest_ns:
                 return self._last
             if exposure is not None:  # too old for the caller, and so is everything before it
-                self._dropped += 1 + self._running().take(exposure)
+                self._skipped += 1 + self._running().take(exposure)
         return self.read(timeout_ms=LATEST_TIMEOUT_MS)
 
     def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
@@ -221,7 +221,7 @@ class SimCamera:
 
     def _deliver(self, exposure: Exposure) -> Frame:
         schedule = self._running()
-        self._dropped += schedule.take(exposure)
+        self._skipped += schedule.take(exposure)
         settings = exposure.settings
         frame = self._last = Frame(
             image=self._image(exposure),

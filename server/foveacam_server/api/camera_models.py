@@ -76,7 +76,10 @@ class CameraDocument(Told):
     """Measured."""
     frame_age_ms: float | None
     delivered: int
+    skipped: int
+    """Came whole, and newer ones were read in their place."""
     dropped: int
+    """Never came: their numbers are missing."""
     incomplete: int
     late: int
     underrun: int

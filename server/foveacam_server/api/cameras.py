@@ -151,6 +151,7 @@ def camera_document(camera: CameraStatus, services: Services) -> CameraDocument:
         frame_rate_hz=round(camera.frame_rate_hz, 2),
         frame_age_ms=age_ms,
         delivered=camera.counters.delivered,
+        skipped=camera.counters.skipped,
         dropped=camera.counters.dropped,
         incomplete=camera.counters.incomplete,
         late=camera.counters.late,

@@ -30,9 +30,11 @@ class _Reading(Collector):
         problems = GaugeMetricFamily("foveacam_rig_problems", "devices that fail now")
         problems.add_metric([], len(status.problems))
         delivered = CounterMetricFamily("foveacam_camera_frames", "frames delivered", labels=["camera"])
-        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames dropped", labels=["camera"])
+        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames that never came", labels=["camera"])
+        skipped = CounterMetricFamily("foveacam_camera_skipped", "frames not read in time", labels=["camera"])
         for camera in status.cameras:
             delivered.add_metric([camera.role.value], camera.counters.delivered)
+            skipped.add_metric([camera.role.value], camera.counters.skipped)
             dropped.add_metric([camera.role.value], camera.counters.dropped)
         packets = CounterMetricFamily("foveacam_controller_packets", "packets", labels=["kind"])
         round_trip = GaugeMetricFamily("foveacam_controller_rtt_ms", "round trip, ms", labels=["quantile"])
@@ -43,7 +45,7 @@ class _Reading(Collector):
             packets.add_metric(["bad_crc"], status.telemetry.crc_errors)
             round_trip.add_metric(["0.5"], status.telemetry.rtt_p50_ms)
             round_trip.add_metric(["0.99"], status.telemetry.rtt_p99_ms)
-        return [ready, problems, delivered, dropped, packets, round_trip]
+        return [ready, problems, delivered, skipped, dropped, packets, round_trip]
 
     def _views(self) -> list[Metric]:
         streams = self._services.streams

@@ -27,6 +27,7 @@ def camera(role: str) -> Document:
         "frame_rate_hz": 20.0,
         "frame_age_ms": 12.0,
         "delivered": 1234567,
+        "skipped": 52_100,
         "dropped": 3,
         "incomplete": 0,
         "late": 0,

@@ -80,6 +80,7 @@ def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> No
         "Rate": "20.0 Hz",
         "Age": "12 ms",
         "Delivered": "1\u202f234\u202f567",
+        "Skipped": "52\u202f100",
         "Dropped": "3",
         "Incomplete": "0",
         "Late": "0",

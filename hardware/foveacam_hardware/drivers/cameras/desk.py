@@ -1,6 +1,6 @@
 """What a camera's thread writes and any thread reads: frames in a bounded ring, counters, the link.
 
-The newest frames win; what nobody read in time is dropped and counted.
+The newest frames win; what nobody read in time is skipped and counted.
 """
 
 import threading
@@ -59,7 +59,7 @@ class CameraDesk:
         with self.changed:
             if len(self._waiting) >= self._frames:
                 self._waiting.popleft()
-                self.counters = replace(self.counters, dropped=self.counters.dropped + 1)
+                self.counters = replace(self.counters, skipped=self.counters.skipped + 1)
             self._waiting.append(frame)
             self.changed.notify_all()
 
@@ -72,7 +72,7 @@ class CameraDesk:
             if counters:
                 self.counters = CameraCounters()
             else:
-                self.counters = replace(self.counters, dropped=self.counters.dropped + lost)
+                self.counters = replace(self.counters, skipped=self.counters.skipped + lost)
 
     @property
     def waiting(self) -> int:
@@ -90,7 +90,7 @@ class CameraDesk:
             lost = len(self._waiting)
             self._waiting.clear()
             fresh = newest.t_ns >= oldest_ns
-            self.counters = replace(self.counters, dropped=self.counters.dropped + lost + (0 if fresh else 1))
+            self.counters = replace(self.counters, skipped=self.counters.skipped + lost + (0 if fresh else 1))
             return self._deliver(newest) if fresh else None
         if self.newest is not None and self.newest.t_ns >= oldest_ns:
             return self.newest

@@ -27,7 +27,7 @@ from foveacam_hardware.drivers.replay.source import RecordedCamera
 from foveacam_hardware.drivers.replay.tape import Tape
 
 BACKLOG = 8
-"""Frames that wait for a slow reader; older ones are dropped and counted."""
+"""Frames that wait for a slow reader; older ones are skipped and counted."""
 LATEST_TIMEOUT_MS = 1000.0
 ENDED = "the recording is at its end; play it again, or in a loop"
 
@@ -49,7 +49,7 @@ class ReplayCamera:
         self._connected = self._started = False
         self._epoch = 0
         self._next = 0
-        self._delivered = self._dropped = 0
+        self._delivered = self._skipped = 0
         self._last: Frame | None = None
 
     @property
@@ -69,8 +69,8 @@ class ReplayCamera:
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered and dropped since `start`."""
-        return CameraCounters(delivered=self._delivered, dropped=self._dropped)
+        """Frames delivered and skipped since `start`."""
+        return CameraCounters(delivered=self._delivered, skipped=self._skipped)
 
     @property
     def ranges(self) -> CameraRanges:
@@ -126,7 +126,7 @@ class ReplayCamera:
         with self._lock:
             if not self._started:
                 self._tape.begin()
-                self._delivered = self._dropped = 0
+                self._delivered = self._skipped = 0
                 self._next = max(self._next, self._tape.newest(self._times_ns, self._clock.now_ns() - 1) + 1)
                 self._started = True
 
@@ -171,11 +171,11 @@ class ReplayCamera:
             oldest_ns = now_ns - round(max_age_ms * 1e6)
             newest = self._newest(now_ns)
             if newest >= self._next:
-                self._dropped += newest - self._next
+                self._skipped += newest - self._next
                 self._next = newest
                 if (self._moment_ns(newest) or 0) >= oldest_ns:
                     return self._deliver(newest)
-                self._dropped, self._next = self._dropped + 1, newest + 1
+                self._skipped, self._next = self._skipped + 1, newest + 1
             elif self._last is not None and self._last.t_ns >= oldest_ns:
                 return self._last
         return self.read(timeout_ms=LATEST_TIMEOUT_MS)
@@ -221,7 +221,7 @@ class ReplayCamera:
     def _forget_old(self, now_ns: int) -> None:
         oldest = self._newest(now_ns) - BACKLOG + 1
         if oldest > self._next:
-            self._dropped += oldest - self._next
+            self._skipped += oldest - self._next
             self._next = oldest
 
     def _require_started(self) -> None:

@@ -57,7 +57,7 @@ function cameraRow(camera) {
     h("td", { class: "device", title: `${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}`, text: camera.connected ? name : "missing" }),
     h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
     h("td", { text: millis(camera.frame_age_ms) }),
-    h("td", { text: count(camera.dropped), title: `${count(camera.delivered)} delivered` }));
+    h("td", { text: count(camera.dropped), title: `${count(camera.delivered)} delivered, ${count(camera.skipped)} skipped for newer ones` }));
 }
 
 /** @param {ConsoleState} state */

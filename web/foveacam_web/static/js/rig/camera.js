@@ -86,7 +86,7 @@ function linkRows({ tone, reason, remedy }) {
 
 /** @param {CameraDocument} camera */
 function factsOf(camera) {
-  const { delivered, dropped, incomplete, late, underrun } = camera;
+  const { delivered, skipped, dropped, incomplete, late, underrun } = camera;
   const name = [camera.vendor, camera.model].filter(Boolean).join(" ") || MISSING;
   const size = camera.width && camera.height ? `${camera.width} × ${camera.height} px` : MISSING;
   const lost = (/** @type {number | undefined} */ found) => h("span", { class: found ? "warn-text" : "", text: count(found) });
@@ -97,7 +97,8 @@ function factsOf(camera) {
       row("Rate", camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz`, "measured over the last frames"),
       row("Age", millis(camera.frame_age_ms), "of the newest frame"),
       row("Delivered", count(delivered)),
-      row("Dropped", lost(dropped), "frames whose numbers are missing"),
+      row("Skipped", count(skipped), "frames that came and nobody needed: newer ones were read"),
+      row("Dropped", lost(dropped), "frames that never came: their numbers are missing"),
       row("Incomplete", lost(incomplete), "frames that came without a part of them"),
       row("Late", lost(late), "frames that came too late to be used"),
       row("Underrun", lost(underrun), "frames for which no buffer was free")));

@@ -37,6 +37,7 @@ export type CameraDocument = {
   frame_rate_hz: number | null;
   frame_age_ms: number | null;
   delivered: number;
+  skipped: number;
   dropped: number;
   incomplete?: number;
   late?: number;
