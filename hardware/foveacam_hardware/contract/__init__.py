@@ -1,5 +1,6 @@
 """Protocols, value types, errors and the clock: all that procedures know of hardware. numpy only."""
 
+from foveacam_hardware.contract.base_devices import PanTilt, Rail
 from foveacam_hardware.contract.camera_values import (
     AutoMode,
     CameraCounters,
@@ -16,9 +17,7 @@ from foveacam_hardware.contract.devices import (
     Camera,
     Head,
     Mirrors,
-    PanTilt,
     PendingExposure,
-    Rail,
     TriggerHead,
 )
 from foveacam_hardware.contract.errors import (

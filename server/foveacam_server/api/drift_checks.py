@@ -13,7 +13,7 @@ from foveacam_server.api.answers import (
     job_answer,
     problems,
 )
-from foveacam_server.api.calibration_models import DriftCheckDocument, DriftRequest
+from foveacam_server.api.drift_models import DriftCheckDocument, DriftRequest
 from foveacam_server.api.models import JobDocument
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
