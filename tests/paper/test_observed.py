@@ -184,7 +184,7 @@ def test_agreement_counts_every_place_and_marks_the_ones_that_differ() -> None:
     assert (study.values["fig8_seen_only"], study.values["fig8_predicted_only"]) == (1, 1)
     agreeing = findings(right, corners=2, quick=False)
     assert agreeing.values["fig8_agreement"] == 1.0
-    assert len(study.pictures[0].svg) > len(agreeing.pictures[0].svg)
+    assert len(study.pictures[0].drawing.svg) > len(agreeing.pictures[0].drawing.svg)
     assert any("Quick" in line for line in study.deviations)
     assert not any("Quick" in line for line in agreeing.deviations)
 

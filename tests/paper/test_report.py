@@ -7,17 +7,17 @@ from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.cache import Kept
-from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
+from foveacam_pipeline.study.findings import Drawing, Picture, Row, Study, drawing_of
 from foveacam_pipeline.study.report import Told, report_html, value_text
 from foveacam_pipeline.study.report_svg import inline_svg
 
 
-def drawn() -> str:
+def drawn() -> Drawing:
     figure = Figure(figsize=(3.0, 2.0))
     axes = figure.subplots()
     axes.plot([1.0, 2.0, 3.0], [1.0, 4.0, 9.0], "o-", label="area, m²")
     axes.legend()
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def told(name: str, section: str, *, fresh: bool = True) -> Told:
@@ -27,7 +27,7 @@ def told(name: str, section: str, *, fresh: bool = True) -> Told:
         title=f"About {name} & <more>",
         values={"fig8_agreement": 0.973, "gaps": [1.0, 2.5], "missing": None},
         rows=(Row(quantity="R²", paper="not given", ours="0.9991", note="ten <maps>"),),
-        pictures=(Picture(name="area", title="Area", caption="a < b", svg=drawn(), figure="Fig. 9"),),
+        pictures=(Picture(name="area", title="Area", caption="a < b", drawing=drawn(), figure="Fig. 9"),),
         definitions=("multi: union over targets",),
         deviations=("Eq. 9: the sign",),
         seeds={"maps": 7},

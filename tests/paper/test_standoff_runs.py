@@ -9,6 +9,7 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotConnected
+from foveacam_pipeline.study import standoff_runs
 from foveacam_pipeline.study.maps import RandomMap
 from foveacam_pipeline.study.standoff_runs import MapRun, Sweep, drawn_map, run_map, run_maps
 
@@ -82,6 +83,18 @@ def test_a_cluster_of_two_workers_finds_what_one_process_does(alone: tuple[MapRu
     ) as cluster:
         assert len(cluster.scheduler_info["workers"]) == 2
         assert run_maps(SWEEP, seeds=SEEDS, cluster=cluster.scheduler_address) == alone
+
+
+def test_a_scheduler_without_workers_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import LocalCluster  # an extra, and slow to import
+
+    monkeypatch.setattr(standoff_runs, "CONNECT_S", 0.5)
+    with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+        n_workers=0, processes=False, dashboard_address=None, protocol="tcp"
+    ) as cluster:
+        address = cluster.scheduler_address
+        with pytest.raises(NotConnected, match=f"at {address} has no workers; start some with .dask worker"):
+            run_maps(SWEEP, seeds=SEEDS, cluster=address)
 
 
 def test_without_dask_the_remedy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

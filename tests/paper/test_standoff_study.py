@@ -72,8 +72,8 @@ def test_every_figure_of_the_section_is_drawn(study: Study) -> None:
     assert {"Fig. 6", "Fig. 7", "Fig. 9", "Fig. 10"} <= {picture.figure for picture in study.pictures}
     assert len({picture.name for picture in study.pictures}) == len(study.pictures) == 8
     for picture in study.pictures:
-        assert picture.svg.startswith("<svg")
-        assert not re.search(r"\bnan\b", picture.svg, re.IGNORECASE)
+        assert picture.drawing.svg.startswith("<svg")
+        assert not re.search(r"\bnan\b", picture.drawing.svg, re.IGNORECASE)
 
 
 def test_a_quick_study_says_so(study: Study) -> None:

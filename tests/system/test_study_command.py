@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.models import load_calibration
-from foveacam_pipeline.study.findings import Picture, Row, Study, svg_of
+from foveacam_pipeline.study.findings import Drawing, Picture, Row, Study, drawing_of
 from foveacam_pipeline.study.toy_scene import SCENE, Place
 from foveacam_server import cli
 from foveacam_server.bench.tradeoff_truth import wide_pair
@@ -38,10 +38,10 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache" / "foveacam" / "studies"
 
 
-def drawn() -> str:
+def drawn() -> Drawing:
     figure = Figure(figsize=(2.0, 1.0))
     figure.subplots().plot([1.0, 2.0])
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def recipe(name: str, work: Callable[[MakingWatch], None] = lambda _watch: None) -> tuple[Recipe, list[str]]:
@@ -56,7 +56,7 @@ def recipe(name: str, work: Callable[[MakingWatch], None] = lambda _watch: None)
             title=f"About {name}",
             values={"ratio": 9.1},
             rows=(Row(quantity="ratio [m]", paper="about 9", ours="9.1"),),
-            pictures=(Picture(name="curve", title="Curve", caption="", svg=drawn()),),
+            pictures=(Picture(name="curve", title="Curve", caption="", drawing=drawn()),),
             seeds={"noise": 3},
         )
 
@@ -90,11 +90,14 @@ def test_a_table_the_drawings_and_the_report(capsys: pytest.CaptureFixture[str])
     for words in ("paper", "ours", "about 9", "ratio [m]", "told/report.html"):
         assert words in printed
     assert sorted(path.name for path in Path("told").iterdir()) == [
+        "one-curve.png",
         "one-curve.svg",
         "one.json",
         "report.html",
     ]
     assert "<svg" in Path("told/one-curve.svg").read_text()
+    assert Path("told/one-curve.png").read_bytes() == drawn().png
+    assert "1 picture (SVG and PNG) in told" in printed
     assert "About one" in Path("told/report.html").read_text()
     assert json.loads(Path("told/one.json").read_text())["ratio"] == 9.1
 
@@ -180,6 +183,10 @@ def test_the_program_tells_a_study_as_one_json_object(
         (["depth", "--maps", "3"], "leave them out"),
         (["standoff", "--jobs", "0"], "-1"),
         (["fig8", "--cluster", "127.0.0.1:1"], "leave them out"),
+        (["tokens", "--matching-error", "0.1"], "leave it out"),
+        (["depth", "--matching-error", "nan"], "must exceed 0 px"),
+        (["depth", "--matching-error", "nowhere.json"], "foveacam bench stereo --json > FILE"),
+        (["depth", "--matching-error", "1", "--matching-error", "2"], "give it once"),
         (["tradeoff", "--vkitti", "nowhere", "--quick"], "nowhere"),
     ],
 )
@@ -193,6 +200,28 @@ def test_what_a_study_cannot_take_is_refused_in_one_line(
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert line.startswith("foveacam: ")
     assert remedy in line
+
+
+def test_the_curves_of_the_depth_error_are_drawn_with_what_benches_measured() -> None:
+    Path("verge.json").write_text('{"clicks": 3, "residual_median_px": 0.125}')
+    Path("stereo.json").write_text('{"epe_px": 0.5, "rendered_median_error_px": 0.0625, "bad1": 0.1}')
+    order = StudyOrder(matching_errors=("verge.json", "stereo.json", "0.25"))
+    (made,) = recipes(order, ["depth"])
+    study = made.compute(SILENT)  # the rig does not look where its residual is given
+    found = {
+        key: study.values[f"matching_error_{key}_px"] for key in ("verge", "stereo", "rendered", "given")
+    }
+    assert found == {"verge": 0.125, "stereo": 0.5, "rendered": 0.0625, "given": 0.25}
+    notes = [row.note for row in study.rows]
+    assert any("foveacam bench verge" in note and "(verge.json)" in note for note in notes)
+    assert made.settings != recipes(StudyOrder(), ["depth"])[0].settings
+
+
+@pytest.mark.parametrize("content", ["[0.1]", "{}", '{"epe_px": null}', '{"epe_px": "0.1"}', "no JSON"])
+def test_a_file_without_a_matching_error_is_refused(content: str) -> None:
+    Path("bench.json").write_text(content)
+    with pytest.raises(InvalidInput, match=r"bench\.json.*foveacam bench stereo --json > FILE"):
+        recipes(StudyOrder(matching_errors=("bench.json",)), ["depth"])
 
 
 def test_every_study_has_a_recipe_whose_files_are_there() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.study.findings import Study
 
-FORMAT, VERSION = "foveacam-study", 1
+FORMAT, VERSION = "foveacam-study", 2
 _KEY_DIGITS = 32
 
 

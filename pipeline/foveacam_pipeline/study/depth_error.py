@@ -1,6 +1,6 @@
 """Disparity advantage (Sec. 4.1): depth error of the foveae beside that of a wide pair of equal baseline.
 
-|dZ| = Z² / (B f) |dd|. The error of matching, dd, is an argument: what a bench measured is handed in.
+|dZ| = Z² / (B f) |dd|. Errors of matching, dd, that were measured are handed in; each says where it is from.
 """
 
 import math
@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m
-from foveacam_pipeline.study.findings import Picture, Row, Study, Value, svg_of
+from foveacam_pipeline.study.findings import Picture, Row, Study, Value, drawing_of
 
 WIDE_PX_PER_DEG = 55.0  # Table 2
 FOVEA_PX_PER_DEG = 502.0  # Table 2
@@ -22,17 +22,22 @@ BASELINE_M = 0.2  # between the foveae; the wide pair has the same (Sec. 4.1)
 RAIL_M = (5.0, 10.0, 15.0)  # Fig. 4
 FINEST_PX = 1.0 / 256.0  # sub-pixel refinement of the paper's template matching (Sec. 4.1)
 COLOURS = {"wide": "#D55E00", "fovea": "#0072B2"}
-LINES = ("-", "--", ":", "-.")
+LINES = ("-", "--", ":", "-.", (0, (7, 2, 1, 2, 1, 2)), (0, (1, 4)), (0, (10, 3)))
+"""One an error of matching."""
 NEAREST_M, FARTHEST_M = 2.0, 40.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchingError:
-    """An error of matching, px of the camera that matches; `label` says whose, `key` names it in values."""
+    """An error of matching, px of the camera that matches; `label` says whose, `key` names it in values.
+
+    `source`: how it was measured, in words; empty for one that is assumed.
+    """
 
     key: str
     label: str
     error_px: float
+    source: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what is no error."""
@@ -53,44 +58,45 @@ def focal_px(px_per_deg: float) -> float:
     return math.degrees(px_per_deg)
 
 
-def depth_error_study(
-    *, verge_residual_px: float | None = None, stereo_error_px: float | None = None
-) -> Study:
-    """Return the findings of Sec. 4.1.
+def measured_error(key: str, error_px: float, *, whose: str, source: str) -> MatchingError:
+    """Return an error that was measured; its label tells its size. Raise InvalidInput for one of none."""
+    return MatchingError(key=key, label=f"{error_px:.3g} px ({whose})", error_px=error_px, source=source)
 
-    `verge_residual_px`: the true left-right residual of verged foveae, as `foveacam bench verge` measures it.
-    `stereo_error_px`: the mean error of dense stereo, as `foveacam bench stereo` does. Raise InvalidInput for
-    an error of none.
+
+def depth_error_study(measured: Sequence[MatchingError] = ()) -> Study:
+    """Return the findings of Sec. 4.1, for assumed errors of matching and for those that were measured.
+
+    Raise InvalidInput for errors that are not `told_apart`.
     """
-    measured = _measured(verge_residual_px, stereo_error_px)
+    errors = (*ASSUMED, *told_apart(measured))
     return Study(
         name="depth",
         section="4.1",
         title="Disparity advantage in triangulation",
-        values=_values((*ASSUMED, *measured)),
-        rows=_rows(measured),
-        pictures=(_picture((*ASSUMED, *measured)),),
+        values=_values(errors),
+        rows=_rows(errors),
+        pictures=(_picture(errors),),
         definitions=(
             "|dZ| = Z² / (B f) |dd|: the depth error along z that a matching error dd makes, dd in pixels of "
             "the camera that matches.",
             f"B = {BASELINE_M:g} m for both pairs. f in px is the resolution on the axis, px per degree, "
-            f"times 180 / pi (Table 2): {focal_px(WIDE_PX_PER_DEG):.0f} px wide, "
+            f"times 180/π (Table 2): {focal_px(WIDE_PX_PER_DEG):.0f} px wide, "
             f"{focal_px(FOVEA_PX_PER_DEG):.0f} px fovea.",
         ),
         deviations=_deviations(measured),
     )
 
 
-def _measured(verge_px: float | None, stereo_px: float | None) -> tuple[MatchingError, ...]:
-    handed_in = (
-        ("verge", "measured: residual of verged foveae", verge_px),
-        ("stereo", "measured: mean of dense stereo", stereo_px),
-    )
-    return tuple(
-        MatchingError(key=key, label=f"{error_px:.3g} px ({label})", error_px=error_px)
-        for key, label, error_px in handed_in
-        if error_px is not None
-    )
+def told_apart(measured: Sequence[MatchingError]) -> tuple[MatchingError, ...]:
+    """Return errors that were measured; raise InvalidInput unless a drawing and values tell them apart."""
+    keys = [each.key for each in measured]
+    twice = sorted({key for key in keys if keys.count(key) > 1})
+    if twice:
+        raise InvalidInput(f"the matching error {', '.join(twice)} was given twice; give it once")
+    most = len(LINES) - len(ASSUMED)
+    if len(measured) > most:
+        raise InvalidInput(f"{len(measured)} matching errors were given; give {most} at most")
+    return tuple(measured)
 
 
 def error_m(distance_m: float, px_per_deg: float, *, error_px: float) -> float:
@@ -108,6 +114,7 @@ def _values(errors: Sequence[MatchingError]) -> dict[str, Value]:
         "baseline_m": BASELINE_M,
         "wide_f_px": focal_px(WIDE_PX_PER_DEG),
         "fovea_f_px": focal_px(FOVEA_PX_PER_DEG),
+        **{f"matching_error_{each.key}_px": each.error_px for each in errors},
     }
     for z_m in RAIL_M:
         found[f"error_ratio_{z_m:.0f}m"] = error_m(z_m, WIDE_PX_PER_DEG, error_px=1.0) / error_m(
@@ -122,13 +129,13 @@ def _values(errors: Sequence[MatchingError]) -> dict[str, Value]:
     return found
 
 
-def _rows(measured: Sequence[MatchingError]) -> tuple[Row, ...]:
+def _rows(errors: Sequence[MatchingError]) -> tuple[Row, ...]:
     ratio = FOVEA_PX_PER_DEG / WIDE_PX_PER_DEG
     rows = [
         Row(
             quantity="resolution of fovea over wide, hence wide error over fovea error",
-            paper="~9x",
-            ours=f"{ratio:.2f}x at {_list(RAIL_M, 'm')}",
+            paper="~9×",
+            ours=f"{ratio:.2f}× at {_list(RAIL_M, 'm')}",
             note="the same at every distance: Z² and B cancel",
         ),
         Row(
@@ -139,12 +146,13 @@ def _rows(measured: Sequence[MatchingError]) -> tuple[Row, ...]:
             "what fails there is matching a target of few pixels",
         ),
     ]
-    for each in (*ASSUMED, *measured):
+    for each in errors:
         rows.append(
             Row(
-                quantity=f"depth error at {_list(RAIL_M, 'm')} for {each.label}",
+                quantity=f"depth error at {_list(RAIL_M, 'm')} for |dd| = {each.label}",
                 paper="Fig. 4(c), curves only",
                 ours=f"wide {_errors(WIDE_PX_PER_DEG, each)}, fovea {_errors(FOVEA_PX_PER_DEG, each)}",
+                note=each.source or "assumed",
             )
         )
     return tuple(rows)
@@ -160,11 +168,11 @@ def _deviations(measured: Sequence[MatchingError]) -> tuple[str, ...]:
             "No measured matching error was handed in: measure one with `foveacam bench verge --json` or "
             "`foveacam bench stereo --json`."
         )
-    else:
-        said.append(
-            "The measured errors are of the simulated rig (verge) and of a real pair with known truth "
-            "(stereo); wide curves suppose that a wide pair matches to the same fraction of its own pixel."
-        )
+        return tuple(said)
+    said.append(
+        "Where each measured error is from stands beside its row. Wide curves suppose that a wide pair "
+        "matches to the same fraction of its own pixel."
+    )
     return tuple(said)
 
 
@@ -186,23 +194,35 @@ def _picture(errors: Sequence[MatchingError]) -> Picture:
         name="depth-error",
         title="Depth error of wide and fovea stereo",
         caption="The law of Sec. 4.1 with Table 2's values: at every distance the fovea errs "
-        f"{FOVEA_PX_PER_DEG / WIDE_PX_PER_DEG:.2f} times less for the same matching error in its own pixels.",
-        svg=svg_of(drawing(errors)),
+        f"{FOVEA_PX_PER_DEG / WIDE_PX_PER_DEG:.2f} times less for the same matching error in its own pixels. "
+        f"{_origins(errors)}",
+        drawing=drawing_of(drawing(errors)),
         figure="Fig. 4(c)",
     )
 
 
+def _origins(errors: Sequence[MatchingError]) -> str:
+    """Return which lines are of assumed errors of matching, and which are not."""
+    if any(each.source for each in errors):
+        return "Thick lines: |dd| measured or given, as the remarks above say; thin: assumed."
+    return "All matching errors are assumed, none is measured."
+
+
 def drawing(errors: Sequence[MatchingError]) -> Figure:
-    """Draw |dZ| against Z for both cameras and each error of matching, four at most."""
+    """Draw |dZ| against Z for both cameras and each error of matching; measured ones are thick."""
     figure = Figure(figsize=(8.0, 5.6), layout="constrained")
     axes = figure.subplots()
     z_m = np.geomspace(NEAREST_M, FARTHEST_M, 100)
     for camera, density in (("fovea", FOVEA_PX_PER_DEG), ("wide", WIDE_PX_PER_DEG)):
         for each, line in zip(errors, LINES, strict=False):
             sigma_m = depth_sigma_m(z_m, each.error_px, f_px=focal_px(density), baseline_m=BASELINE_M)
-            axes.plot(z_m, 1e3 * sigma_m, line, color=COLOURS[camera], linewidth=1.8)
+            axes.plot(z_m, 1e3 * sigma_m, linestyle=line, color=COLOURS[camera], linewidth=_width(each))
     _dress(figure, axes, errors)
     return figure
+
+
+def _width(error: MatchingError) -> float:
+    return 2.2 if error.source else 1.2
 
 
 def _dress(figure: Figure, axes: Axes, errors: Sequence[MatchingError]) -> None:
@@ -223,5 +243,6 @@ def _dress(figure: Figure, axes: Axes, errors: Sequence[MatchingError]) -> None:
         label = f"{camera} pair, {density:.0f} px/°, f = {focal_px(density):.0f} px"
         axes.plot([], [], color=COLOURS[camera], linewidth=3.0, label=label)
     for each, line in zip(errors, LINES, strict=False):
-        axes.plot([], [], line, color="0.3", label=f"|dd| = {each.label}")
-    figure.legend(fontsize=9, loc="outside lower center", ncols=2)
+        label = f"|dd| = {each.label}"
+        axes.plot([], [], linestyle=line, color="0.3", linewidth=_width(each), label=label)
+    figure.legend(fontsize=9, loc="outside lower center", ncols=2, handlelength=5.0)

@@ -1,10 +1,11 @@
-"""What a study found: vector graphics, the paper's numbers beside ours, definitions, seeds, deviations.
+"""What a study found: drawings, the paper's numbers beside ours, definitions, seeds, deviations.
 
 A study is computed by functions, and told by a `Study`: a frozen value that becomes JSON and comes back.
 """
 
 import io
 import json
+from base64 import b64decode, b64encode
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
@@ -12,6 +13,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 Value = float | int | bool | str | None | list["Value"] | dict[str, "Value"]
+PNG_DPI = 150
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,13 +27,26 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Drawing:
+    """A figure drawn twice: as SVG text, and as the pixels of a PNG file, in base64 for JSON."""
+
+    svg: str
+    png_base64: str
+
+    @property
+    def png(self) -> bytes:
+        """The content of the PNG file."""
+        return b64decode(self.png_base64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
     """One figure: `name` is its file's, `figure` which of the paper's it stands beside, if any."""
 
     name: str
     title: str
     caption: str
-    svg: str
+    drawing: Drawing
     figure: str = ""
 
 
@@ -62,15 +77,18 @@ class Study:
         """Return the study that `document()` gave, after JSON or before it."""
         plain = json.loads(json.dumps(document))
         rows = tuple(Row(**row) for row in plain.pop("rows"))
-        pictures = tuple(Picture(**picture) for picture in plain.pop("pictures"))
+        pictures = tuple(
+            Picture(drawing=Drawing(**picture.pop("drawing")), **picture) for picture in plain.pop("pictures")
+        )
         definitions, deviations = tuple(plain.pop("definitions")), tuple(plain.pop("deviations"))
         return cls(rows=rows, pictures=pictures, definitions=definitions, deviations=deviations, **plain)
 
 
-def svg_of(drawn: Figure) -> str:
-    """Return a figure as SVG text, the same for the same figure: no date, ids that do not change."""
-    out = io.StringIO()
+def drawing_of(drawn: Figure) -> Drawing:
+    """Return a figure as SVG and PNG, the same for the same figure: no date, ids that do not change."""
+    svg, png = io.StringIO(), io.BytesIO()
     with rc_context({"svg.hashsalt": "foveacam", "svg.fonttype": "path"}):
-        drawn.savefig(out, format="svg", metadata={"Date": None}, bbox_inches="tight")
-    text = out.getvalue()
-    return text[text.index("<svg") :]
+        drawn.savefig(svg, format="svg", metadata={"Date": None}, bbox_inches="tight")
+    drawn.savefig(png, format="png", dpi=PNG_DPI, bbox_inches="tight")
+    text = svg.getvalue()
+    return Drawing(svg=text[text.index("<svg") :], png_base64=b64encode(png.getvalue()).decode())

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import Sighting
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.study.findings import Picture, svg_of
+from foveacam_pipeline.study.findings import Picture, drawing_of
 from foveacam_pipeline.study.observed import Observation
 from foveacam_pipeline.study.standoff import Ring
 from foveacam_pipeline.study.toy_scene import TARGET_M, TILE_M, TILES, Place, toy_map
@@ -33,9 +33,9 @@ def plan_picture(
         title="Where the target is observed: predicted and seen",
         caption="Plan of the simulated hall. Shaded: the region that the plan predicts. Dots: corners of "
         "tiles where the simulated rig stood, looked and verged; blue where it resolved the target from "
-        "beyond D_min by its own distance. Circled: the verdict differs from the prediction. Corners "
+        "beyond Dₘᵢₙ by its own distance. Circled: the verdict differs from the prediction. Corners "
         "without a dot have no room for the rig.",
-        svg=svg_of(plan_drawing(found, predicted, region, ring)),
+        drawing=drawing_of(plan_drawing(found, predicted, region, ring)),
         figure="Fig. 8",
     )
 
@@ -48,8 +48,8 @@ def contrast_picture(
         name="contrast",
         title="What decides: contrast of the label's rows",
         caption="A place's contrast is that of the poorer eye. Rows count as resolved above the dashed line: "
-        "what an ideal lens leaves of lines that are a Rayleigh angle apart (Eq. 6 with that angle: D_max).",
-        svg=svg_of(contrast_drawing(found, in_sight, d_max_m=d_max_m, least=least)),
+        "what an ideal lens leaves of lines that are a Rayleigh angle apart (Eq. 6 with that angle: Dₘₐₓ).",
+        drawing=drawing_of(contrast_drawing(found, in_sight, d_max_m=d_max_m, least=least)),
     )
 
 
@@ -60,7 +60,7 @@ def scene_picture(sighting: Sighting, place: Place) -> Picture:
         title="The scene as the rig sees it",
         caption=f"Simulated rig at ({place.x_m:g}, {place.y_m:g}) m: the wide camera's picture, and the left "
         "fovea's on the target's stand with its chequered labels.",
-        svg=svg_of(scene_drawing(sighting)),
+        drawing=drawing_of(scene_drawing(sighting)),
         figure="Fig. 8, left",
     )
 
@@ -119,7 +119,7 @@ def contrast_drawing(
     axes.plot(distance_m[sight], contrast[sight], "o", color=SEEN, label="line of sight free on the plan")
     axes.plot(distance_m[~sight], contrast[~sight], "x", color=MARK, label="an obstacle in it")
     axes.axhline(least, linestyle="--", color="black", label=f"least contrast, {least:.3f}")
-    axes.axvline(d_max_m, linestyle=":", color="black", label=f"D_max = {d_max_m:.2f} m")
+    axes.axvline(d_max_m, linestyle=":", color="black", label=f"Dₘₐₓ = {d_max_m:.2f} m")
     axes.set_xlabel("distance to the target on the plan, m")
     axes.set_ylabel("contrast of the rows (0: not verged)")
     axes.grid(visible=True, alpha=0.3)
@@ -165,8 +165,8 @@ def _label_plan(figure: Figure, axes: Axes) -> None:
         dot(UNSEEN, "not observed"),
         circle,
         star,
-        Line2D([], [], linestyle=":", color="black", label="D_min"),
-        Line2D([], [], linestyle="--", color="black", label="D_max"),
+        Line2D([], [], linestyle=":", color="black", label="Dₘᵢₙ"),
+        Line2D([], [], linestyle="--", color="black", label="Dₘₐₓ"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
     axes.tick_params(labelsize=10)

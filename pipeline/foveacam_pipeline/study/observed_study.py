@@ -223,7 +223,7 @@ def _distance_rows(bounds: Ring, found: Sequence[Observation]) -> tuple[Row, ...
         error = f"median {1e3 * float(np.median(errors_m)):.1f} mm, largest {1e3 * max(errors_m):.1f} mm"
     return (
         Row(
-            quantity="D_min, D_max",
+            quantity="Dₘᵢₙ, Dₘₐₓ",
             paper="not told",
             ours=f"{bounds.inner_m:.2f} m, {bounds.outer_m:.2f} m",
             note="to the middle of the target's stand; its labels hang 0.10 m before it",
@@ -256,16 +256,16 @@ def _definitions(bounds: Ring, label: Print) -> tuple[str, ...]:
         f"Place: a corner of the tiles of {TILE_M:g} m, off the walls, where the rig's base, a disc of "
         f"{2.0 * AGENT_RADIUS_M:g} m, has room. It turns in steps of {math.degrees(HEADING_STEP_RAD):.0f}°, "
         "the mirrors do the rest.",
-        f"Feature S_t: a light and a dark row of a chequered label, {1e3 * label.pair_m:g} mm together. A "
+        f"Feature Sₜ: a light and a dark row of a chequered label, {1e3 * label.pair_m:g} mm together. A "
         "label stands on its corner on each of the eight sides of the target's stand, so that its rows are "
         "as high from every side.",
         f"θ_T: Rayleigh's angle 1.22 λ/A of the fovea's lens, {1e6 * rayleigh_rad():.1f} µrad (λ = "
         f"{1e9 * WAVELENGTH_M:.0f} nm, A = {1e3 * APERTURE_M:.2f} mm: 100 mm at f/21.5, Table 2). By Eq. 6 "
-        f"D_max = S_t / (2 tan(θ_T/2)) = {bounds.outer_m - STAND_HALF_M:.2f} m to the label.",
+        f"Dₘₐₓ = Sₜ / (2 tan(θ_T/2)) = {bounds.outer_m - STAND_HALF_M:.2f} m to the label.",
         "Resolved: the rig verged in the target's direction, and in both eyes the label's rows keep at least "
         f"{rayleigh_transfer():.1%} of their printed contrast, which is what an ideal lens leaves of lines "
         "a Rayleigh angle apart. Pictures alone decide it.",
-        "Observed: resolved, and the rig's own distance exceeds D_min.",
+        "Observed: resolved, and the rig's own distance exceeds Dₘᵢₙ.",
         "Predicted: the place lies in the plan's exact region: ring, a free line of sight to the middle of "
         "the stand for each of the two eyes, room for the base.",
     )

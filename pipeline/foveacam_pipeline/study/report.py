@@ -124,7 +124,7 @@ def _pictures(study: Study) -> str:
 
 def _picture(study: Study, picture: Picture) -> str:
     title = f"{picture.figure}: {picture.title}" if picture.figure else picture.title
-    svg = inline_svg(picture.svg, name=f"{study.name}-{picture.name}", label=title)
+    svg = inline_svg(picture.drawing.svg, name=f"{study.name}-{picture.name}", label=title)
     return drawing(f'<h3>{escape(title)}</h3><div class="scroll">{svg}</div>', picture.caption)
 
 

@@ -59,7 +59,11 @@ def checks_figure(checks: Sequence[Check]) -> Figure:
     for limit in (-3.0, 3.0):
         axes.axhline(limit, color="0.3", linestyle="--", linewidth=1.0)
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel="setting", ylabel="(lot − closed form) / standard error", ylim=(-4.0, 4.0))
+    axes.set(
+        xlabel="number of the setting",
+        ylabel="(Monte Carlo − closed form)\n/ standard error",
+        ylim=(-4.0, 4.0),
+    )
     axes.set_title(f"{checks[0].drawn.trials} trials a setting; dashed: 3 standard errors", fontsize=10)
     figure.legend(fontsize=9, loc="outside lower center", ncols=4)
     return figure
@@ -104,10 +108,10 @@ def success_figure(*, trials: int, seed: int) -> Figure:
     slope.set(xlabel="Dₘₐₓ, m", ylabel="dP / dDₘₐₓ, % per m (Eq. 13)")
     for axes in (share, slope):
         axes.grid(visible=True, alpha=0.3)
-    share.legend(fontsize=9, title=f"p per m², radius {SUCCESS_RADIUS_M:g} m")
+    share.legend(fontsize=9, title=f"obstacles of {SUCCESS_RADIUS_M:g} m radius,\np of them per m²")
     figure.suptitle(
         f"Dₘᵢₙ = {SUCCESS_INNER_M:g} m, domain: a disc of {SUCCESS_OUTER_M:g} m; dots: {trials} "
-        "observers by lot, ± 3 standard errors",
+        "random observers, ± 3 standard errors",
         fontsize=10,
     )
     return figure
@@ -130,15 +134,17 @@ def near_figure() -> Figure:
         change.semilogx(inner_m, 100.0 * (used / plain - 1.0), color=colour)
         change.semilogx(inner_m, 100.0 * (printed / plain - 1.0), ":", color=colour)
     error.set(ylabel="depth error ΔZ, m", title=f"depth error at Dₘᵢₙ, matching error {NEAR_ERROR_PX:g} px")
-    area.set(ylabel="area of the ring, m²", ylim=(3.0, 3e4))
+    area.set(ylabel="area of the ring, m²", ylim=(3.0, 5e5))
     area.set_title(f"ring for {1e3 * FEATURE_M:g} mm on {FEATURE_PX:g} px")
-    change.set(ylabel="change of the area by ΔZ, %", ylim=(-25.0, 25.0), title="Eq. 9, both signs")
-    change.plot([], [], color="0.3", label="Dₘᵢₙ + ΔZ, used here")
-    change.plot([], [], ":", color="0.3", label="Dₘᵢₙ − ΔZ, as printed")
+    change.set(
+        ylabel="change of the area by ΔZ, %", ylim=(-25.0, 25.0), title="both signs of Eq. 9: Dₘᵢₙ ± ΔZ"
+    )
+    change.plot([], [], color="0.3", label="+ ΔZ, used here")
+    change.plot([], [], ":", color="0.3", label="− ΔZ, printed")
     for axes in (error, area, change):
         axes.set_xlabel("Dₘᵢₙ, m")
         axes.grid(visible=True, alpha=0.3)
-        axes.legend(fontsize=9, loc="lower left" if axes is area else "upper left")
+        axes.legend(fontsize=8, handlelength=1.6, loc="lower left" if axes is change else "upper left")
         _plain_numbers(axes.xaxis)
     for axes in (error, area):
         _plain_numbers(axes.yaxis)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from foveacam_pipeline.study.findings import Picture, svg_of
+from foveacam_pipeline.study.findings import Picture, drawing_of
 from foveacam_pipeline.study.standoff import Ring
 from foveacam_pipeline.study.standoff_curves import area_figure, coverage_figure, gap_figure
 from foveacam_pipeline.study.standoff_drawings import duality_figure, map_figure
@@ -33,16 +33,16 @@ def _plans(found: Findings, seeds: Sequence[tuple[int, ...]]) -> tuple[Picture, 
             title="Stealth and visibility around one target",
             caption="Nothing is left where the observer resolves no farther than it is noticed; beyond that "
             "an annulus; obstacles cut it into sectors of the same angles at every radius behind them.",
-            svg=svg_of(duality_figure()),
+            drawing=drawing_of(duality_figure()),
             figure="Fig. 6",
         ),
         Picture(
             name="standoff-map",
             title="Feasible regions of many targets among obstacles",
-            caption=f"Random map of the seed {seeds[0]}, with D_min = {shown.inner_m:g} m and D_max = "
+            caption=f"Random map of the seed {seeds[0]}, with Dₘᵢₙ = {shown.inner_m:g} m and Dₘₐₓ = "
             f"{shown.outer_m:g} m; an agent stands where the regions of two targets meet and none notices "
             "it, if they meet; further maps beside it.",
-            svg=svg_of(map_figure(fields, shown, agent_radius_m=radius_m)),
+            drawing=drawing_of(map_figure(fields, shown, agent_radius_m=radius_m)),
             figure="Fig. 7",
         ),
     )
@@ -54,12 +54,12 @@ def _curves(found: Findings) -> tuple[Picture, ...]:
     return (
         Picture(
             name="standoff-area",
-            title="Feasible area over the ratio of D_max to D_min",
-            caption=f"D_min = {sweep.d_min_m:g} m. Quadratic polynomials fit both means (R² {multi.r2:.5f} "
+            title="Feasible area over the ratio of Dₘₐₓ to Dₘᵢₙ",
+            caption=f"Dₘᵢₙ = {sweep.d_min_m:g} m. Quadratic polynomials fit both means (R² {multi.r2:.5f} "
             f"and {single.r2:.5f}). A straight line reaches {multi.line_r2:.4f} and {single.line_r2:.4f}, "
             f"the law of open rings k (x² − 1) {multi.law_r2:.4f} and {single.law_r2:.4f}: rings of "
             "neighbouring targets overlap, so that their union grows more slowly than each of them.",
-            svg=svg_of(area_figure(few, tight, found.fits)),
+            drawing=drawing_of(area_figure(few, tight, found.fits)),
             figure="Fig. 9",
         ),
         Picture(
@@ -67,7 +67,7 @@ def _curves(found: Findings) -> tuple[Picture, ...]:
             title="Coverage of one loop around the targets",
             caption=f"Mean of {few.maps} maps and one standard deviation over them, for both readings of a "
             "single fovea: free to turn to any one target, or kept on one.",
-            svg=svg_of(coverage_figure(few)),
+            drawing=drawing_of(coverage_figure(few)),
             figure="Fig. 10",
         ),
         Picture(
@@ -75,7 +75,7 @@ def _curves(found: Findings) -> tuple[Picture, ...]:
             title="What many foveae gain, over many maps",
             caption=f"Gaps between the means of Figs. 9 and 10 over {tight.maps} maps; bands are 95 % "
             "intervals.",
-            svg=svg_of(gap_figure(tight)),
+            drawing=drawing_of(gap_figure(tight)),
         ),
     )
 
@@ -84,24 +84,24 @@ def _formulas(found: Findings, *, trials: int, seed: int) -> tuple[Picture, ...]
     return (
         Picture(
             name="standoff-lots",
-            title="Closed forms beside lots drawn",
+            title="Closed forms beside Monte Carlo",
             caption=f"{found.outside} of {len(found.checks)} settings of Eqs. 10-13 are outside 3 standard "
-            "errors.",
-            svg=svg_of(checks_figure(found.checks)),
+            "errors of what random draws give.",
+            drawing=drawing_of(checks_figure(found.checks)),
         ),
         Picture(
             name="standoff-success",
             title="Probability of success among random obstacles",
-            caption="It grows with D_max whatever the occupancy, ever more slowly where obstacles are dense.",
-            svg=svg_of(success_figure(trials=trials, seed=seed)),
+            caption="P grows with Dₘₐₓ whatever the occupancy, ever more slowly where obstacles are dense.",
+            drawing=drawing_of(success_figure(trials=trials, seed=seed)),
             figure="Eqs. 12, 13",
         ),
         Picture(
             name="standoff-near",
             title="Depth error at the stealth bound",
-            caption="The law of Sec. 4.1 at D_min with Table 2's values, the ring that wide and fovea leave, "
+            caption="The law of Sec. 4.1 at Dₘᵢₙ with Table 2's values, the ring that wide and fovea leave, "
             "and what either sign of Eq. 9 does to it.",
-            svg=svg_of(near_figure()),
+            drawing=drawing_of(near_figure()),
             figure="Eq. 9",
         ),
     )

@@ -7,6 +7,7 @@ import socket
 from collections.abc import Generator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import joblib
@@ -18,6 +19,9 @@ from foveacam_pipeline.study.coverage import Coverage, closed_path, coverage
 from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
 from foveacam_pipeline.study.regions import Areas, areas, feasible_regions, narrowed
 from foveacam_pipeline.study.standoff import Ring
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 REDRAWS = 20
 """Maps drawn for one seed before it is given up, where no loop leads around the targets."""
@@ -32,7 +36,7 @@ AHEAD = 2
 """Batches per worker between two looks at whether the study was cancelled."""
 
 CONNECT_S = 10.0
-"""How long a scheduler may take to answer."""
+"""How long a scheduler may take to answer, and to have a worker."""
 
 START_ONE = (
     "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
@@ -117,7 +121,7 @@ def run_maps(
 
     `n_jobs`: processes of this machine (joblib's count: -1 for all cores). `cluster`: the address of a Dask
     scheduler instead, with the extra `cluster`. Raise Cancelled, InvalidInput for an address without the
-    extra, NotConnected where no scheduler answers.
+    extra, NotConnected where no scheduler answers, or one without workers.
     """
     steps = Steps(
         watch, len(seeds), ended="the study was cancelled; nothing of it is kept, start it again to go on"
@@ -171,8 +175,21 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
         )
     except (OSError, ValueError) as error:
         raise NotConnected(f"what answers at {cluster} is no Dask scheduler; {START_ONE}") from error
-    with client, joblib.parallel_config("dask", client=client):
-        yield
+    with client:
+        _await_worker(client, cluster)
+        with joblib.parallel_config("dask", client=client):
+            yield
+
+
+def _await_worker(client: "Client", cluster: str) -> None:
+    """Raise where a scheduler has nobody to give work to."""
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError as error:
+        raise NotConnected(
+            f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster}` where "
+            "foveacam-duo is installed"
+        ) from error
 
 
 def _probe(cluster: str) -> None:

@@ -102,14 +102,14 @@ def _check_rows(found: Findings) -> tuple[Row, ...]:
     raster = found.raster
     return (
         Row(
-            quantity="Eqs. 10-13 beside lots drawn",
+            quantity="Eqs. 10-13 beside Monte Carlo",
             paper="closed forms",
             ours=f"{found.outside} of {len(found.checks)} settings outside 3 standard errors, largest "
             f"{max(abs(check.z) for check in found.checks):.2f}",
             note=_outside_said(found),
         ),
         Row(
-            quantity="exact regions beside cells",
+            quantity="exact regions beside a raster of cells",
             paper="not stated",
             ours=f"areas within {100.0 * raster.rel_diff:.3f} %, {raster.speedup:.0f} times as fast",
             note=f"{CHECKED_MAP.obstacle_count} obstacles, {CHECKED_MAP.target_count} targets, cells of "
@@ -123,48 +123,48 @@ def definitions(found: Findings) -> tuple[str, ...]:
     """Return what the words on the plots mean."""
     sweep, layout = found.sweep, found.sweep.layout
     return (
-        "Region of a target: the annulus between D_min and D_max around it, without what obstacles hide from "
-        "it and without places where the agent's disc meets an obstacle or the map's edge. D_min is the "
+        "Region of a target: the annulus between Dₘᵢₙ and Dₘₐₓ around it, without what obstacles hide from "
+        "it and without places where the agent's disc meets an obstacle or the map's edge. Dₘᵢₙ is the "
         "bound in force: a depth error that counts is in it already (Eq. 9).",
         "Multi-fovea area: area of the union of the regions. Single-fovea area: mean over the targets of the "
         "area of each one's own region. Weighted area: ground weighted by the number of targets in sight "
         "there, the sum of the regions' areas.",
-        "Loop: the convex hull of the targets grown by D_min and a margin, cut at the walls; groups of "
+        "Loop: the convex hull of the targets grown by Dₘᵢₙ and a margin, cut at the walls; groups of "
         "obstacles in its way are passed outside, or inside where they reach the walls. It is closed, free "
-        "of collisions, and nowhere nearer than D_min to a target. R = ∮ N dt over its normalised length "
+        "of collisions, and nowhere nearer than Dₘᵢₙ to a target. R = ∮ N dt over its normalised length "
         "(Eq. 14), computed from the lengths of its pieces in the regions.",
         "N: multi-fovea, targets observed at once; single-fovea, 0 or 1, read in two ways: any one target at "
         "a time, or one fixed target, mean over which.",
         f"Maps: {layout.size_m[0]:g} m by {layout.size_m[1]:g} m, {layout.target_count} targets at least "
         f"{layout.target_gap_m:g} m apart and {layout.edge_m:g} m from the edge, {layout.obstacle_count} "
         f"obstacles of {layout.corners[0]} to {layout.corners[1]} corners and radius {layout.radii_m[0]:g} "
-        f"to {layout.radii_m[1]:g} m, agent of radius {layout.agent_radius_m:g} m, D_min = {sweep.d_min_m:g} "
+        f"to {layout.radii_m[1]:g} m, agent of radius {layout.agent_radius_m:g} m, Dₘᵢₙ = {sweep.d_min_m:g} "
         f"m, margin of the loop {sweep.margin_m:g} m, ratios {sweep.ratios[0]:g} to {sweep.ratios[-1]:g}.",
-        "Fits of Fig. 9: least squares of the mean areas over x = D_max / D_min at fixed D_min, with a "
+        "Fits of Fig. 9: least squares of the mean areas over x = Dₘₐₓ / Dₘᵢₙ at fixed Dₘᵢₙ, with a "
         "polynomial of degree 2; R² is the share of the variance about the mean over x that is explained.",
         "Success: an observer uniform in the domain is in the ring with a clear line to the target, among "
-        "obstacles whose centres are a Poisson process of the rate −ln(1 − p) per m². Slope by lot (Eq. 13): "
-        "the share of observers in a ring of 1 m about D_max.",
+        "obstacles whose centres are a Poisson process of the rate −ln(1 − p) per m². Slope by Monte "
+        "Carlo (Eq. 13): the share of observers in a ring of 1 m about Dₘₐₓ.",
     )
 
 
 def deviations(found: Findings) -> tuple[str, ...]:
     """Return what differs from the paper, and why."""
     said = [
-        "Eq. 9 as printed subtracts the depth error from D_min; the text says that the error inflates the "
-        "stealth bound. Both are implemented; used is D_min + error, since who must keep D_min and is unsure "
-        "of its distance stays farther away. On these maps, with the wide camera's error at D_min for 1 px, "
+        "Eq. 9 as printed subtracts the depth error from Dₘᵢₙ; the text says that the error inflates the "
+        "stealth bound. Both are implemented; used is Dₘᵢₙ + error, since who must keep Dₘᵢₙ and is unsure "
+        "of its distance stays farther away. On these maps, with the wide camera's error at Dₘᵢₙ for 1 px, "
         f"the multi-fovea area changes by {_signs_said(found.signs)}.",
-        "The paper states neither size nor clutter of its maps, nor D_min, nor the ratios' range: those "
+        "The paper states neither size nor clutter of its maps, nor Dₘᵢₙ, nor the ratios' range: those "
         "above are ours.",
         "Targets are drawn near enough to each other that some loops see two at once from a ratio of 1.25 "
         "on. Were they all farther apart, a fovea free to turn to any one target would see as much as many "
         "foveae at small ratios: that gap would be 0 there.",
         "The paper does not say along which curve its agent goes around; the loop is defined above.",
         "A region keeps away from its own target only. Of the multi-fovea area at a ratio of "
-        f"{SHOWN_RATIO:g}, {100.0 * found.noticed:.1f} % is nearer than D_min to another target; the loop "
+        f"{SHOWN_RATIO:g}, {100.0 * found.noticed:.1f} % is nearer than Dₘᵢₙ to another target; the loop "
         "never is.",
-        "D_max is exact, S / (2 tan(θ/2)); S / θ differs by θ²/12, less than 2e-7 for either camera here.",
+        "Dₘₐₓ is exact, S / (2 tan(θ/2)); S / θ differs by θ²/12, less than 2e-7 for either camera here.",
         f"Random maps without a loop around their targets are drawn again: {found.redrawn} beside the "
         f"{found.tight.maps} that count.",
     ]
@@ -195,7 +195,7 @@ def _outside_said(found: Findings) -> str:
 
 
 def _signs_said(signs: dict[str, float]) -> str:
-    named = {"inflated": "D_min + error", "as_printed": "D_min − error"}
+    named = {"inflated": "Dₘᵢₙ + error", "as_printed": "Dₘᵢₙ − error"}
     parts = []
     for key, change in signs.items():
         bound, ratio = key.rsplit("_", 1)

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from foveacam_pipeline.study.findings import Picture, svg_of
+from foveacam_pipeline.study.findings import Picture, drawing_of
 from foveacam_pipeline.study.tokens import (
     BACKDROP_SHARE,
     STREAMS,
@@ -23,7 +23,7 @@ def time_picture(measured: TokenTimes) -> Picture:
         title="Time of attention against tokens",
         caption="Attention alone follows the square of the number of tokens; a whole layer does so only "
         f"where attention outweighs its projections and its perceptron. {measured.device}.",
-        svg=svg_of(time_drawing(measured)),
+        drawing=drawing_of(time_drawing(measured)),
         figure="Fig. 5(b)",
     )
 
@@ -59,12 +59,12 @@ def ratio_picture(measured: TokenTimes | None) -> Picture:
     """Return Eq. 5 beside what was measured as a picture of the report."""
     return Picture(
         name="token-split",
-        title="Backdrop and streams over all tokens at once (Eq. 5)",
+        title="Cost of a backdrop and streams over that of all tokens at once",
         caption="At equal tokens attention costs what Eq. 5 says; a whole layer saves less, "
         "since all but its attention costs the same however the tokens are split."
         if measured is not None
         else "Eq. 5 alone: nothing was measured.",
-        svg=svg_of(ratio_drawing(measured)),
+        drawing=drawing_of(ratio_drawing(measured)),
         figure="Eq. 5",
     )
 
@@ -79,8 +79,9 @@ def ratio_drawing(measured: TokenTimes | None) -> Figure:
         streams,
         [cost_ratio(total, streams=int(k)) for k in streams],
         color=MODEL,
+        marker=".",
         linewidth=1.4,
-        label="Eq. 5: (N_low² + sum of N_i²) / N²",
+        label=r"Eq. 5: $(N_\mathrm{low}^2 + \sum N_i^2)\,/\,N^2$",
     )
     if measured is not None:
         at = [split.streams for split in measured.splits]
@@ -92,7 +93,7 @@ def ratio_drawing(measured: TokenTimes | None) -> Figure:
     axes.axhline(1.0, color="0.5", linestyle=":", linewidth=1.2, label="all tokens at once")
     axes.set_ylim(0.4, 1.06)
     axes.set_xlabel("foveal streams k")
-    axes.set_ylabel("cost over all tokens at once")
+    axes.set_ylabel("cost / cost of all tokens at once")
     axes.set_title(f"{total} tokens, {100.0 * BACKDROP_SHARE:.0f} % of them in the backdrop", fontsize=11)
     axes.grid(visible=True, alpha=0.3)
     axes.legend(fontsize=9, loc="lower right", ncols=2)

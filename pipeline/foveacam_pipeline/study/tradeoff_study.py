@@ -126,7 +126,7 @@ def _rig_values(rigs: Sequence[RigOutcome]) -> dict[str, Value]:
 def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[Row, ...]:
     return tuple(
         Row(
-            quantity=f"AbsRel where foveae look, pictures of the rig {number}",
+            quantity=f"AbsRel where the foveae look, simulated rig, view {number}",
             paper="not told",
             ours=f"{each.inside_mr_absrel:.5f} by the wide pair, {each.inside_fov_absrel:.5f} by foveae",
             note=f"{100.0 * each.inside_share:.1f} % of the wide pixels; {each.pixels[0]} px "
@@ -146,7 +146,7 @@ def _definitions(streets: Sweep) -> tuple[str, ...]:
         "Bins: tenths of the judged pixels by increasing true depth. Judged: with a true depth of "
         f"{FARTHEST_M:.0f} m at most, and seen by both eyes. Holes are filled from the background, and every "
         "judged pixel counts in both configurations.",
-        "Gain: FOV - MR of a bin's score, its sign flipped for AbsRel and RMSE, mean over scenes. "
+        "Gain: FOV − MR of a bin's score, its sign flipped for AbsRel and RMSE, mean over scenes. "
         "T, means: mean gain of improved bins over mean loss of degraded bins. T, sums: sum over sum.",
         f"Native: {streets.native.width} x {streets.native.height} px. Intervals: 90 %, scenes drawn anew "
         "with replacement.",

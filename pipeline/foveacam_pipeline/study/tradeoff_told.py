@@ -14,7 +14,7 @@ READINGS = {"mean": "mean", "sum": "total"}
 """Of T: its name in values, its field."""
 ENDS = {Choice.TRUTH: "", Choice.ESTIMATE: "_from_estimate"}
 WORDS = {Choice.TRUTH: "patches by truth", Choice.ESTIMATE: "patches by the estimate"}
-NAMES = {Metric.ABSREL: "AbsRel", Metric.RMSE: "RMSE", Metric.DELTA1: "delta_1"}
+NAMES = {Metric.ABSREL: "AbsRel", Metric.RMSE: "RMSE", Metric.DELTA1: "δ₁"}
 
 
 def values_of(found: Sweep, *, prefix: str = "") -> dict[str, Value]:
@@ -75,7 +75,8 @@ def _ratio_row(found: Sweep, choice: Choice, metric: Metric, *, source: str, see
 def _gain(point: Point, metric: Metric) -> str:
     gain = point.gains(metric)[-1]
     before = point.mean(lambda each: each.mr.of(metric))[-1]
-    return f"{gain:+.4f} on {before:.4f}"
+    unit = " m" if metric is Metric.RMSE else ""
+    return f"{gain:+.4f}{unit} on MR's {before:.4f}{unit}"
 
 
 def _crossing_row(found: Sweep, choice: Choice, metric: Metric, source: str) -> Row:

@@ -33,6 +33,14 @@ def study(
     ] = None,
     seed: Annotated[int | None, typer.Option(help="seed of all that is drawn by lot", min=0)] = None,
     vkitti: Annotated[Path | None, typer.Option(help="folder of Virtual KITTI 2, for the trade-off")] = None,
+    matching_error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PX|FILE",
+            help="matching error for the study depth: in px, or as `foveacam bench stereo|verge|render "
+            "--json` wrote it; may be repeated",
+        ),
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="compute anew what was kept")] = False,
 ) -> None:
     """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
@@ -40,6 +48,14 @@ def study(
     from foveacam_server.study_command.run import Wanted, run_studies
 
     names = [each.value for each in Which if each is not Which.ALL] if name is Which.ALL else [name.value]
-    order = StudyOrder(quick=quick, jobs=jobs, cluster=cluster, maps=maps, seed=seed, vkitti=vkitti)
+    order = StudyOrder(
+        quick=quick,
+        jobs=jobs,
+        cluster=cluster,
+        maps=maps,
+        seed=seed,
+        vkitti=vkitti,
+        matching_errors=tuple(matching_error or ()),
+    )
     wanted = Wanted(as_json=as_json, out=out, fresh=fresh, every=name is Which.ALL)
     run_studies(recipes(order, names), wanted)

@@ -4,13 +4,15 @@ from statistics import median
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.study.depth_error import MatchingError, measured_error
 from foveacam_server.bench.verge import fixations
 from foveacam_server.bench.verge_truth import Kind
+from foveacam_server.study_command.matching_given import VERGE, VERGED
 
 SCENE = "bench"
 
 
-def verge_residual_px(clicks: int, *, watch: MakingWatch) -> float:
+def verge_error(clicks: int, *, watch: MakingWatch) -> MatchingError:
     """Return the median true left-right residual of verged foveae, fovea px, over clicks on texture.
 
     Raise Cancelled when the watcher asks, InvalidInput where no click verged.
@@ -25,4 +27,5 @@ def verge_residual_px(clicks: int, *, watch: MakingWatch) -> float:
         raise InvalidInput(
             f"none of {clicks} clicks verged, so that no matching error is known; allow more clicks"
         )
-    return median(found)
+    source = f"measured for this study: median true residual of {len(found)} clicks, simulated rig"
+    return measured_error(VERGE, median(found), whose=VERGED, source=source)

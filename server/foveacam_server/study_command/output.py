@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.study.findings import Picture, Study
 from foveacam_pipeline.study.report import Told, report_html, value_text
 from foveacam_server.study_command.recipes import versions
@@ -17,11 +17,13 @@ REPORT = "report.html"
 
 
 def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ()) -> Path:
-    """Write drawings (SVG), findings (JSON) and the report; return the report's path. Raise DeviceFault."""
+    """Write drawings (SVG, PNG), findings (JSON) and the report; return its path. Raise DeviceFault."""
     with disk_errors("the report of the studies", folder):
         for one in told:
             for picture in one.study.pictures:
-                write_whole(folder / _file_of(one.study, picture), picture.svg)
+                name = _name_of(one.study, picture)
+                write_whole(folder / f"{name}.svg", picture.drawing.svg)
+                write_file(folder / f"{name}.png", picture.drawing.png)
             write_document(folder / f"{one.study.name}.json", _findings(one))
         write_whole(folder / REPORT, report_html(told, versions=versions(), failed=failed))
     return folder / REPORT
@@ -46,14 +48,14 @@ def show(told: Sequence[Told], console: Console, *, folder: Path | None, report:
     if folder is not None and report is not None:
         pictures = sum(len(one.study.pictures) for one in told)
         drawings = "1 picture" if pictures == 1 else f"{pictures} pictures"
-        console.print(f"{drawings} (SVG) in {folder}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"{drawings} (SVG and PNG) in {folder}", markup=False, highlight=False, soft_wrap=True)
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _file_of(study: Study, picture: Picture) -> str:
-    """Return the name of a drawing's file, which begins with the study's."""
+def _name_of(study: Study, picture: Picture) -> str:
+    """Return the name of a drawing's files, without its end; it begins with the study's."""
     named = picture.name.startswith(f"{study.name}-")
-    return f"{picture.name}.svg" if named else f"{study.name}-{picture.name}.svg"
+    return picture.name if named else f"{study.name}-{picture.name}"
 
 
 def _findings(told: Told) -> Mapping[str, object]:

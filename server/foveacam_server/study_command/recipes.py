@@ -1,7 +1,7 @@
 """How each study is computed: its settings, the files it depends on, and the function."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -29,6 +29,7 @@ class StudyOrder:
     maps: int | None = None
     seed: int | None = None
     vkitti: Path | None = None
+    matching_errors: tuple[str, ...] = ()
 
     @property
     def seeded(self) -> dict[str, int]:
@@ -52,6 +53,8 @@ def recipes(order: StudyOrder, names: Sequence[str]) -> list[Recipe]:
         raise InvalidInput(f"--vkitti {order.vkitti}: only the study tradeoff uses it; leave it out")
     if (order.cluster is not None or order.maps is not None) and "standoff" not in names:
         raise InvalidInput("--cluster and --maps are for the study standoff; leave them out")
+    if order.matching_errors and "depth" not in names:
+        raise InvalidInput("--matching-error is for the study depth; leave it out")
     if order.jobs == 0:
         raise InvalidInput("--jobs 0: no process is too few; give 1 or more, or -1 for one a core")
     return [_KNOWN[name](order) for name in names]
@@ -95,15 +98,23 @@ def _prepare(watch: MakingWatch) -> None:
 
 
 def _depth(order: StudyOrder) -> Recipe:
+    from foveacam_pipeline.study.depth_error import told_apart
+    from foveacam_server.study_command.matching_given import VERGE, errors_given
+
+    given = told_apart([error for text in order.matching_errors for error in errors_given(text)])
+
     def compute(watch: MakingWatch) -> Study:
         from foveacam_pipeline.study.depth_error import depth_error_study
-        from foveacam_server.study_command.matching import verge_residual_px
+        from foveacam_server.study_command.matching import verge_error
 
+        if any(error.key == VERGE for error in given):
+            return depth_error_study(given)
         _prepare(watch)
         clicks = QUICK_CLICKS if order.quick else CLICKS
-        return depth_error_study(verge_residual_px=verge_residual_px(clicks, watch=watch))
+        return depth_error_study((verge_error(clicks, watch=watch), *given))
 
-    return _recipe("depth", order, compute, rig=True)
+    extra: dict[str, object] = {"matching_errors": [asdict(error) for error in given]}
+    return _recipe("depth", order, compute, extra=extra, rig=True)
 
 
 def _tradeoff(order: StudyOrder) -> Recipe:
