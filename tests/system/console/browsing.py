@@ -16,6 +16,7 @@ _POLL_MS = 30
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}
+NO_STORAGE = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('off'); } })"
 TOUCH = {"viewport": PHONE, "has_touch": True, "is_mobile": True}
 
 

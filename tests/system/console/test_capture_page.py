@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Locator, Page, Route, expect
+from playwright.sync_api import Locator, Page, Request, Route, expect
 from tests.system.conftest import PATIENCE_S, Running, running
 
 from foveacam_hardware.contract import Frame
@@ -13,13 +13,18 @@ from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_server.runtime.capture_watch import CaptureWatch
 
 from . import capture_documents as documents
-from .browsing import TOUCH, Console, OpenConsole, posted
+from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
 from .stand_in import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 90_000
 SMALL = {"wide_size": "half", "fovea_size": "half"}
+CHANGED = """() => {
+  const kept = JSON.parse(localStorage.getItem("foveacam.capture.draft"));
+  %s;
+  localStorage.setItem("foveacam.capture.draft", JSON.stringify(kept));
+}"""
 LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
 
 
@@ -206,6 +211,68 @@ def test_newest_plan_is_the_one_that_is_shown(stand_in: StandIn, open_console: O
     page.locator(".plan-prints").press("ArrowLeft")
     expect(page.locator(".plan-tip")).to_have_text("Point 9 · column 4, row 1 · +2.00° +1.50°")
     assert (asked[0], asked[-1]) == (3, 5)
+
+
+def test_what_was_typed_outlives_a_reload_and_gives_way_to_the_defaults(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{stand_in.url}#/capture")
+    page = console.page.locator("#capture-page")
+    columns = page.get_by_label("Columns")
+    defaults = page.get_by_role("button", name="Start from the defaults")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    expect(defaults).to_be_hidden()
+    columns.fill("3")
+    page.get_by_label("Field", exact=True).select_option("overlap")
+    page.get_by_label("Overlap across").fill("41")
+    page.get_by_role("button", name="The paper's five").click()
+    part(page, "Capture").get_by_label("Name", exact=True).fill("kept")
+    with console.page.expect_request(is_overlap) as asked:
+        console.page.reload()
+    assert posted(asked.value)["plan"]["rail_positions_mm"] == [-300, -100, 0, 100, 300]
+    expect(columns).to_have_value("3")
+    expect(page.get_by_label("Overlap across")).to_have_value("41")
+    expect(part(page, "Capture").get_by_label("Name", exact=True)).to_have_value("kept")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    defaults.click()
+    expect(columns).to_have_value("9")
+    expect(part(page, "Capture").get_by_label("Name", exact=True)).to_have_value(re.compile("^raster "))
+    expect(defaults).to_be_hidden()
+    console.page.get_by_role("button", name="Undo").click()
+    expect(columns).to_have_value("3")
+
+
+def is_overlap(order: Request) -> bool:
+    """Tell whether an extent is asked about: that of an overlap follows from the size of a view."""
+    return order.url.endswith("/estimates") and posted(order)["plan"]["points"]["half_width_deg"] is not None
+
+
+@pytest.mark.parametrize("change", ["kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"])
+def test_draft_of_another_version_or_damaged_is_passed_over(
+    stand_in: StandIn, open_console: OpenConsole, change: str
+) -> None:
+    console = open_console(f"{stand_in.url}#/capture")
+    columns = console.page.locator("#capture-page").get_by_label("Columns")
+    columns.fill("3")
+    console.until("localStorage.getItem('foveacam.capture.draft') !== null")
+    console.page.evaluate(CHANGED % change)
+    console.page.reload()
+    expect(columns).to_have_value("9")
+
+
+def test_browser_that_keeps_nothing_takes_plans_all_the_same(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    tab = open_console(f"{stand_in.url}none").page.context.new_page()
+    errors = watched(tab).errors
+    tab.add_init_script(NO_STORAGE)
+    tab.goto(f"{stand_in.url}#/capture")
+    page = tab.locator("#capture-page")
+    page.get_by_label("Columns").fill("3")
+    page.get_by_role("button", name="Start from the defaults").click()
+    expect(page.get_by_label("Columns")).to_have_value("9")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    assert errors == []
 
 
 def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(

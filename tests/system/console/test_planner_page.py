@@ -19,7 +19,7 @@ from foveacam_server import errors
 from foveacam_server.api import planner
 from foveacam_server.bench.local_server import serving
 
-from .browsing import TOUCH, Console, OpenConsole
+from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, watched
 from .stand_in import StandIn, application
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
@@ -213,10 +213,11 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     image[200:260, 40:160] = 0
     cv2.imwrite(str(tmp_path / "yard.png"), image)
     choose_map(page, "Picture")
+    expect(refusal(page, "map")).to_contain_text("No picture of your own")  # the map in use is none
     page.get_by_label("Load a picture").set_input_files(tmp_path / "yard.png")
     sheet = page.get_by_role("dialog", name="How large is it?")
     sheet.get_by_role("button", name="Use this picture").click()
-    expect(sheet.get_by_role("alert")).to_contain_text("The picture has no scale")
+    expect(sheet.get_by_role("alert")).to_contain_text("The picture has no scale: press both ends")
     drawing = sheet.locator(".scale-drawing")
     for x_share in (0.2, 0.7):
         page.mouse.click(*at(drawing, x_share, 0.5))
@@ -284,6 +285,15 @@ def test_the_plan_is_saved_as_picture_drawing_and_geojson(address: str, open_con
     assert {kind: kinds.count(kind) for kind in set(kinds)} == {
         "bounds": 1, "obstacle": 40, "target": 5, "region": 5, "ring": 5, "union": 1,
     }  # fmt: skip
+
+
+def test_browser_that_keeps_nothing_plans_all_the_same(address: str, open_console: OpenConsole) -> None:
+    tab = open_console(address).page.context.new_page()
+    errors = watched(tab).errors
+    tab.add_init_script(NO_STORAGE)
+    tab.goto(address)
+    until_drawn(tab)
+    assert errors == []
 
 
 def test_bad_input_is_a_sentence_beside_its_field(address: str, open_console: OpenConsole) -> None:

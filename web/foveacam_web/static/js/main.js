@@ -90,7 +90,7 @@ mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
 mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
-mountCapturePage(need("capture-page"), { store, views, capture_orders: captureOrders, capture_reader: captureReader });
+mountCapturePage(need("capture-page"), { store, views, commands, capture_orders: captureOrders, capture_reader: captureReader });
 need("still-capture").append(stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });

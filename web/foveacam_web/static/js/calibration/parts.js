@@ -10,7 +10,7 @@ import { isRunning } from "./work.js";
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../icons.js").IconName} IconName
  * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null}} NumberField
+ * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
 /**
@@ -55,7 +55,10 @@ export function numberField(label, { value = null, min, max, step = 1, unit = ""
   const id = `field-${fields}`;
   const input = h("input", { type: "number", id, value: value ?? "", min, max, step, placeholder: hint, inputmode: "decimal" });
   const element = h("div", { class: "field" }, h("label", { for: id, text: label }), h("span", { class: "entry" }, input, unit && h("span", { class: "unit", text: unit })));
-  return { element, input, value: () => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null) };
+  const put = (/** @type {number | null} */ given) => {
+    input.value = given === null ? "" : String(given);
+  };
+  return { element, input, value: () => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null), put };
 }
 
 /**
@@ -67,7 +70,10 @@ export function choiceField(label, choices, changed = () => {}) {
   fields += 1;
   const id = `field-${fields}`;
   const input = h("select", { id, on: { change: () => changed(input.value) } }, choices.map(([value, text]) => h("option", { value, text })));
-  return { element: h("div", { class: "field" }, h("label", { for: id, text: label }), input), input, value: () => input.value };
+  const put = (/** @type {string} */ value) => {
+    input.value = value;
+  };
+  return { element: h("div", { class: "field" }, h("label", { for: id, text: label }), input), input, value: () => input.value, put };
 }
 
 /**
@@ -76,7 +82,10 @@ export function choiceField(label, choices, changed = () => {}) {
  */
 export function tickField(label, checked) {
   const input = h("input", { type: "checkbox", checked });
-  return { element: h("label", { class: "field tick" }, input, h("span", { text: label })), input, value: () => input.checked };
+  const put = (/** @type {boolean} */ on) => {
+    input.checked = on;
+  };
+  return { element: h("label", { class: "field tick" }, input, h("span", { text: label })), input, value: () => input.checked, put };
 }
 
 /**

@@ -135,6 +135,12 @@ export type Draft = {
   rail_positions_mm: number[];
 };
 
+/** How a capture is called and kept; `name` empty: by the moment at which it is begun. */
+export type DraftWords = { name: string; label: string; licence: string; codec: CodecName };
+
+/** All that is typed on the page before a capture is begun. */
+export type WholeDraft = Draft & DraftWords;
+
 /** The size of one fovea's view, as seen from the rig. */
 export type ViewSize = { width_deg: number; height_deg: number };
 

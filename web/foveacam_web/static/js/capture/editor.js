@@ -2,7 +2,7 @@
 
 import { choiceField, numberField, tickField } from "../calibration/parts.js";
 import { h } from "../dom.js";
-import { asked, numberChips, segments } from "./parts.js";
+import { asked, named, numberChips, segments } from "./parts.js";
 import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
 import { makePoints } from "./points.js";
 
@@ -27,7 +27,11 @@ export function makeEditor({ store, troubles, changed }) {
   };
   const element = h("div", { class: "plan-editor", on: { input: said, change: said } },
     parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)));
-  return { element, read };
+  const put = (/** @type {Draft} */ draft) => {
+    for (const part of parts) part.put(draft);
+    for (const part of parts) part.show();
+  };
+  return { element, read, put };
 }
 
 /**
@@ -64,7 +68,7 @@ function makeDistance(troubles) {
   };
   show();
   const element = h("div", { class: "stack" }, mode.element, asked([given.element, assumed.element], note, troubles.place("distance")), each.element);
-  return { element, show, read: () => ({ mode: mode.value(), distance_m: given.value(), assumed_m: assumed.value(), each_point: each.value() }) };
+  return { element, show, ...named({ mode, distance_m: given, assumed_m: assumed, each_point: each }) };
 }
 
 /**
@@ -83,8 +87,7 @@ function makeExposures(troubles, changed) {
   const element = h("div", { class: "stack" },
     asked([bracket.element], troubles.place("exposures")),
     asked([frames.element, keep.element, wide.element], troubles.place("stack")));
-  const read = () => ({ exposures_ms: bracket.value(), stack_frames: frames.value(), stack_keep: keep.value(), wide: wide.value() });
-  return { element, show, read };
+  return { element, show, ...named({ exposures_ms: bracket, stack_frames: frames, stack_keep: keep, wide }) };
 }
 
 /**
@@ -97,5 +100,5 @@ function makeRail(troubles, changed) {
     lists: [{ text: "The paper's five", values: PAPER_RAIL_MM }, { text: "None", values: [] }], changed,
   });
   const note = h("p", { class: "why", text: "A full scan from each, in this order." });
-  return { element: h("div", { class: "stack" }, asked([places.element], note, troubles.place("rail"))), show: () => {}, read: () => ({ rail_positions_mm: places.value() }) };
+  return { element: h("div", { class: "stack" }, asked([places.element], note, troubles.place("rail"))), show: () => {}, ...named({ rail_positions_mm: places }) };
 }

@@ -5,23 +5,19 @@ import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
 import { fill, focusOn, h, need } from "../dom.js";
 import { icon } from "../icons.js";
-import { makeEditor } from "./editor.js";
-import { Estimator } from "./estimator.js";
+import { Bench } from "./bench.js";
 import { mountFigures } from "./figures.js";
 import { mountPartials } from "./partials.js";
-import { Troubles } from "./parts.js";
-import { planOf, viewSize } from "./plan.js";
 import { PlanPrints } from "./prints.js";
 import { mountRuns } from "./runs.js";
-import { makeStarter } from "./starter.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../types.js").Role} Role
  * @typedef {import("../video/views.js").Views} Views
- * @typedef {import("./documents.js").ViewSize} ViewSize
  * @typedef {{
- *   store: Store, views: Views, capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader
+ *   store: Store, views: Views, commands: import("../commands.js").Commands,
+ *   capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader
  * }} CaptureContext
  */
 
@@ -32,8 +28,8 @@ const ROLES = ["wide", "left", "right"];
  * @param {HTMLElement} place
  * @param {CaptureContext} context
  */
-export function mountCapturePage(place, { store, views, capture_orders: orders, capture_reader: reader }) {
-  const bench = makeBench({ store, orders });
+export function mountCapturePage(place, { store, views, commands, capture_orders: orders, capture_reader: reader }) {
+  const bench = new Bench({ store, commands, orders });
   const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
   mountRuns(runs, { store, orders, reader });
@@ -50,59 +46,7 @@ export function mountCapturePage(place, { store, views, capture_orders: orders, 
     if (capture_page) lend(views, places);
     else if (wizard === null && !rig_page) takeHome(views);
     turnPage(place, capture_page);
-    if (capture_page) bench.edited();
-  });
-}
-
-/**
- * Joins editor, estimate and button: what is typed is estimated, and what is refused is told where it was typed.
- * @param {{store: Store, orders: import("./orders.js").CaptureOrders}} context
- */
-function makeBench({ store, orders }) {
-  const troubles = new Troubles();
-  const estimator = new Estimator(store);
-  /** @type {ViewSize | null} */
-  let view = null;
-  const found = () => planOf(editor.read(), view);
-  const edited = () => {
-    const { plan, troubles: own } = found();
-    if (store.state.capture_page) estimator.want(own.length > 0 ? null : { plan, codec: starter.codec(), distance_m: editor.read().assumed_m });
-    starter.tell(own);
-  };
-  const editor = makeEditor({ store, troubles, changed: () => {
-    starter.forget();
-    edited();
-  } });
-  const starter = makeStarter({
-    store, orders, troubles, changed: edited, source: () => editor.read().source,
-    plan: () => {
-      const { plan, troubles: own } = found();
-      return own.length > 0 ? null : plan;
-    },
-  });
-  store.on(["estimate", "intrinsics"], ({ estimate: { document, stale }, intrinsics }) => {
-    if (document && intrinsics) view ??= viewSize(document, intrinsics);
-    if (!stale) starter.tell(found().troubles);
-  });
-  againWhenTheRigIsAnother(store, estimator);
-  return { editor: editor.element, starter: starter.element, edited, again: () => {
-    starter.forget(); // whoever had the rig has it no more
-    edited();
-    if (store.state.capture_page) estimator.again();
-  } };
-}
-
-/**
- * @param {Store} store
- * @param {Estimator} estimator
- */
-function againWhenTheRigIsAnother(store, estimator) {
-  let before = "";
-  store.on(["rig", "stream", "capture_page"], ({ rig, stream, capture_page }) => {
-    if (!capture_page || stream !== "open" || !rig) return;
-    const now = JSON.stringify([rig.calibration?.id, rig.state, rig.cameras.map(({ settings }) => settings), rig.trigger?.settle_us]);
-    if (now !== before && before !== "") estimator.again();
-    before = now;
+    if (capture_page) bench.ask();
   });
 }
 

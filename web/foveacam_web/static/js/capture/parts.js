@@ -70,7 +70,10 @@ export function segments(label, options) {
   const inputs = options.map(([value], index) => h("input", { type: "radio", name, value, checked: index === 0, id: `${name}-${value}` }));
   const element = h("div", { class: "segments", role: "radiogroup", "aria-label": label },
     options.map(([value, text], index) => [inputs[index], h("label", { for: `${name}-${value}`, text })]).flat());
-  return { element, value: () => /** @type {T} */ (inputs.find(({ checked }) => checked)?.value ?? options[0]?.[0]) };
+  const put = (/** @type {T} */ value) => {
+    for (const input of inputs) input.checked = input.value === value;
+  };
+  return { element, value: () => /** @type {T} */ (inputs.find(({ checked }) => checked)?.value ?? options[0]?.[0]), put };
 }
 
 /**
@@ -96,11 +99,14 @@ export function numberChips({ label, unit, empty, lists, changed }) {
   let values = [];
   const list = h("ul", { class: "chips", "aria-label": label });
   const input = h("input", { type: "number", id, step: "any", inputmode: "decimal" });
-  const set = (/** @type {readonly number[]} */ next) => {
+  const put = (/** @type {readonly number[]} */ next) => {
     values = [...next];
     fill(list, values.length === 0 ? h("li", { class: "none", text: empty }) : null, values.map((value, index) => h("li", {}, h("button", {
       type: "button", class: "chip", "aria-label": `${label}: take away ${value} ${unit}`, on: { click: () => set(values.filter((_, other) => other !== index)) },
     }, number(value, decimals(value)), icon("close")))));
+  };
+  const set = (/** @type {readonly number[]} */ next) => {
+    put(next);
     changed();
   };
   const add = () => {
@@ -112,6 +118,19 @@ export function numberChips({ label, unit, empty, lists, changed }) {
   const button = (/** @type {string} */ text, /** @type {() => void} */ act) => h("button", { type: "button", class: "plain", on: { click: act } }, text);
   const element = h("div", { class: "field chips-field" }, h("label", { for: id, text: label }), list,
     h("span", { class: "entry" }, input, h("span", { class: "unit", text: unit }), button("Add", add), lists.map(({ text, values: whole }) => button(text, () => set(whole)))));
-  fill(list, h("li", { class: "none", text: empty }));
-  return { element, value: () => values };
+  put([]);
+  return { element, value: () => values, put };
+}
+
+/**
+ * Fields by their names in the draft, read and put back together.
+ * @param {Record<string, {value: () => any, put: (value: any) => void}>} fields `any`: each field knows its own kind
+ */
+export function named(fields) {
+  return {
+    read: () => Object.fromEntries(Object.entries(fields).map(([name, { value }]) => [name, value()])),
+    put: (/** @type {Record<string, any>} */ draft) => {
+      for (const [name, field] of Object.entries(fields)) field.put(draft[name]);
+    },
+  };
 }

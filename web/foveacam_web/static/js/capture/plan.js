@@ -65,7 +65,7 @@ function extentOf({ field, across, down, columns, rows }, view, troubles) {
   if (field === "extent") return { half_width_deg: across, half_height_deg: down };
   if (field === "step") return { half_width_deg: halfOf(columns, across), half_height_deg: halfOf(rows, down) };
   if (across >= 100 || down >= 100) return wanting("Views that overlap wholly are one view: give less than 100 %.");
-  if (!view) return wanting("How large a view is comes with the first estimate of another field: choose all that both eyes reach, then come back.");
+  if (!view) return wanting("How large a view is comes with the first estimate.");
   return { half_width_deg: halfOf(columns, view.width_deg * (1 - across / 100)), half_height_deg: halfOf(rows, view.height_deg * (1 - down / 100)) };
 }
 
@@ -101,7 +101,7 @@ export function asSetPoints({ columns, rows, centre_ax_deg, centre_ay_deg, half_
   const [x, y] = [half_width_deg ?? 0, half_height_deg ?? 0];
   const corner = (/** @type {number} */ right, /** @type {number} */ down) => `${plain(centre_ax_deg + right * x)}, ${plain(centre_ay_deg + down * y)}`;
   return [
-    "# the corners, then all points between them: x deg (right), y deg (down) [, distance m] [, shift deg]",
+    "# right°, down°[, distance m][, shift°]", "# the corners, then all points between them",
     corner(-1, -1), corner(1, -1), corner(-1, 1), corner(1, 1),
     `@interpolate ${columns} ${rows}${order === "serpentine" ? " zigzag" : ""}`, "",
   ].join("\n");

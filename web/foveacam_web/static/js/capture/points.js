@@ -2,7 +2,7 @@
 
 import { choiceField, numberField } from "../calibration/parts.js";
 import { h, say } from "../dom.js";
-import { asked, segments } from "./parts.js";
+import { asked, named, segments } from "./parts.js";
 
 /**
  * @typedef {import("./documents.js").Draft} Draft
@@ -42,9 +42,14 @@ export function makePoints(troubles, asText, changed) {
     grid.show();
   };
   show();
+  const own = named({ source, text });
   return {
     element: h("div", { class: "stack" }, source.element, grid.element, text.element), show,
-    read: () => ({ source: source.value(), ...grid.read(), text: text.value() }),
+    read: () => ({ ...own.read(), ...grid.read() }),
+    put: (/** @type {Draft} */ draft) => {
+      own.put(draft);
+      grid.put(draft);
+    },
   };
 }
 
@@ -73,11 +78,11 @@ function makeGrid(troubles) {
     asked([columns.element, rows.element, order.element], troubles.place("size")),
     asked([field.element, h("div", { class: "fields" }, across.element, down.element)], note, troubles.place("field")),
     asked([x.element, y.element], troubles.place("centre")));
-  const read = () => ({
-    columns: columns.value(), rows: rows.value(), order: /** @type {Draft["order"]} */ (order.value()), centre_ax_deg: x.value(), centre_ay_deg: y.value(),
-    field: /** @type {Draft["field"]} */ (field.value()), across: across.value(), down: down.value(),
-  });
-  return { element, show, read };
+  const fields = named({ columns, rows, order, centre_ax_deg: x, centre_ay_deg: y, field, across, down });
+  return { element, show, read: fields.read, put: (/** @type {Draft} */ draft) => {
+    fields.put(draft);
+    shown = draft.field; // its numbers came along
+  } };
 }
 
 /**
@@ -87,7 +92,7 @@ function makeGrid(troubles) {
  */
 function makeText(troubles, asText, changed) {
   const input = h("textarea", { id: "set-points", rows: 9, spellcheck: "false", autocapitalize: "off", autocomplete: "off", wrap: "off" });
-  input.value = "# x deg (right), y deg (down) [, distance m] [, shift deg]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
+  input.value = "# right°, down°[, distance m][, shift°]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
   const begin = h("button", { type: "button", class: "plain", on: { click: () => {
     input.value = asText() ?? input.value;
     changed();
@@ -96,5 +101,8 @@ function makeText(troubles, asText, changed) {
   const element = h("div", { class: "stack asked-for" },
     h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input), troubles.place("text"),
     h("div", { class: "actions" }, begin), h("details", {}, h("summary", { text: "The language" }), words));
-  return { element, value: () => input.value };
+  const put = (/** @type {string} */ given) => {
+    input.value = given;
+  };
+  return { element, value: () => input.value, put };
 }

@@ -14,6 +14,7 @@ import { asked, textField } from "./parts.js";
  * @typedef {import("./documents.js").CaptureWish} CaptureWish
  * @typedef {import("./documents.js").CodecName} CodecName
  * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("./documents.js").DraftWords} DraftWords
  * @typedef {import("./documents.js").PlanWish} PlanWish
  * @typedef {import("./documents.js").Trouble} Trouble
  * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
@@ -59,12 +60,11 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
     const { problem, stale } = store.state.estimate;
     const of = (/** @type {ProblemDocument | null} */ document) => (document ? blamed(document, source()) : []);
     const estimated = of(problem).filter(({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"));
-    const all = own.length > 0 ? own : distinct([...of(refused), ...estimated]);
-    tellAbove(troubles.tell(all));
+    tellAbove(troubles.tell(distinct([...own, ...of(refused), ...estimated])));
     start.disabled = sending || own.length > 0 || problem?.status === 422;
   }
 
-  return { element, tell, codec: fields.codec, forget: () => (refused = null) };
+  return { element, tell, read: fields.read, put: fields.put, forget: () => (refused = null) };
 }
 
 /** @param {Troubles} troubles */
@@ -76,10 +76,20 @@ function makeFields(troubles) {
   const element = h("div", { class: "stack" }, asked([name.element], troubles.place("name")), asked([label.element], troubles.place("label")),
     asked([licence.element], troubles.place("licence")), asked([codec.element]));
   let given = name.value();
+  /** @returns {DraftWords} */
+  const read = () => ({ name: name.value() === given ? "" : name.value(), label: label.value(), licence: licence.value(), codec: /** @type {CodecName} */ (codec.value()) });
   return {
-    element, codec: () => /** @type {CodecName} */ (codec.value()),
+    element,
     /** @param {PlanWish} plan @returns {CaptureWish} */
-    wish: (plan) => ({ name: name.value(), plan, label: label.value(), licence: licence.value(), codec: /** @type {CodecName} */ (codec.value()) }),
+    wish: (plan) => ({ ...read(), name: name.value(), plan }),
+    read,
+    /** @param {DraftWords} words */
+    put: (words) => {
+      name.input.value = words.name || given;
+      label.input.value = words.label;
+      licence.input.value = words.licence;
+      codec.put(words.codec);
+    },
     nextName: () => {
       if (name.value() === given) name.input.value = given = usualName();
     },

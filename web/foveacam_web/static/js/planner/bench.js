@@ -57,15 +57,15 @@ export class Bench {
 
   /** @returns {MapDocument | null} */
   get map() {
-    return this.#own ? (this.#given?.document ?? null) : this.#drawn.answer.document;
+    return this.#own ? (this.#mine?.document ?? null) : this.#drawn.answer.document;
   }
 
   get picture() {
-    return this.plan.map.kind === "picture" ? (this.#given?.picture ?? null) : null;
+    return this.#mine?.picture ?? null;
   }
 
   get givenName() {
-    return this.#given && this.#own ? this.#given.name : "";
+    return this.#mine?.name ?? "";
   }
 
   /** @returns {Place[]} */
@@ -77,13 +77,19 @@ export class Bench {
     return this.plan.map.kind === "geojson" || this.plan.map.kind === "picture";
   }
 
+  /** The user's own map, while one of its kind is asked for. */
+  get #mine() {
+    const kind = this.#given?.picture ? "picture" : "geojson";
+    return this.plan.map.kind === kind ? this.#given : null;
+  }
+
   /** What is wrong now, each with its place on the page. */
   get troubles() {
     const empty = unfilled(this.plan.settings);
     const asked = empty.length > 0 ? [] : [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
     const map = this.#own ? null : this.#drawn.answer.problem;
     const found = [...empty, ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
-    const lost = this.#own && !this.#given ? [{ place: "map", words: "No map of your own is in this browser: load a file, or draw a map by lot" }] : [];
+    const lost = this.#own && !this.#mine ? [{ place: "map", words: `No ${this.plan.map.kind === "picture" ? "picture" : "map"} of your own is in this browser: load a file, or choose a random map` }] : [];
     return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
   }
 

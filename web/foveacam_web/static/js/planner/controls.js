@@ -17,7 +17,7 @@ import { makeSlide } from "./slide.js";
  */
 export function makeControls({ troubles, changed }) {
   const bound = choiceField("D_min and its error (Eq. 9)", BOUNDS.map(([value, text]) => /** @type {[string, string]} */ ([value, `ΔZ ${text}`])), (value) => changed({ bound: /** @type {Bound} */ (value) }));
-  const own = tickField("An area of its own; else twice as wide as the ring", true);
+  const own = tickField("Set here; otherwise twice as wide as the ring", true);
   own.input.addEventListener("change", () => changed({ own_domain: own.input.checked }));
   const slides = new Map(NAMES.map((name) => [name, makeSlide(NUMBERS[name], {
     place: troubles.place(name), changed: (value) => changed({ [name]: value }),

@@ -7,7 +7,11 @@ const MAP_KEY = "foveacam.planner.map";
 
 /** @returns {string} the last plan, as the address would tell it */
 export function keptPlan() {
-  return localStorage.getItem(PLAN_KEY) ?? "";
+  try {
+    return localStorage.getItem(PLAN_KEY) ?? "";
+  } catch {
+    return ""; // private mode: the first plan is always good
+  }
 }
 
 /** @param {string} words */
@@ -31,8 +35,9 @@ export function keptMap() {
 /** @param {GivenMap} given */
 export function keepMap(given) {
   try {
+    localStorage.removeItem(MAP_KEY); // a map that is too large must not leave the one before in its place
     localStorage.setItem(MAP_KEY, JSON.stringify(given));
   } catch {
-    localStorage.removeItem(MAP_KEY); // too large for this browser: it lasts until the page closes
+    // too large for this browser, or private mode: it lasts until the page closes
   }
 }

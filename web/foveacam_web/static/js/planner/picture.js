@@ -11,6 +11,8 @@ import { plainly } from "../rig/scale.js";
  * @typedef {{name: string, url: string, width: number, height: number}} Picture `url`: a data URL
  */
 
+const NO_SCALE = "The picture has no scale: press both ends of a known length and type it in, or type in the metres a pixel";
+
 /**
  * The sheet that asks for the scale.
  * @param {(picture: Picture, m_per_px: number | null) => Promise<string | null>} take gives why not, null when it is taken
@@ -59,7 +61,7 @@ export function makePictureSheet(take) {
   h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")));
   form.addEventListener("input", () => say(refused, ""));
   const give = async (/** @type {Picture} */ given) => {
-    const why = await take(given, scale.value());
+    const why = scale.value() === null ? NO_SCALE : await take(given, scale.value());
     say(refused, sentence(why));
     if (why === null) dialog.close();
   };

@@ -1,4 +1,4 @@
-// Where the map comes from: by lot, open ground, the user's GeoJSON, the user's picture.
+// Where the map comes from: a random one, open ground, the user's GeoJSON, the user's picture.
 
 import { numberField } from "../calibration/parts.js";
 import { segments } from "../capture/parts.js";
@@ -17,7 +17,7 @@ import { makePictureSheet, pictureOf } from "./picture.js";
  */
 
 /** @type {[MapKind, string][]} */
-const KINDS = [["random", "By lot"], ["open", "Open"], ["geojson", "GeoJSON"], ["picture", "Picture"]];
+const KINDS = [["random", "Random"], ["open", "Open"], ["geojson", "GeoJSON"], ["picture", "Picture"]];
 const LAST_SEED = 2 ** 31;
 
 /** @param {Options} options */
