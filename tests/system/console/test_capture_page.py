@@ -247,17 +247,18 @@ def is_overlap(order: Request) -> bool:
     return order.url.endswith("/estimates") and posted(order)["plan"]["points"]["half_width_deg"] is not None
 
 
-@pytest.mark.parametrize("change", ["kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"])
 def test_draft_of_another_version_or_damaged_is_passed_over(
-    stand_in: StandIn, open_console: OpenConsole, change: str
+    stand_in: StandIn, open_console: OpenConsole
 ) -> None:
     console = open_console(f"{stand_in.url}#/capture")
     columns = console.page.locator("#capture-page").get_by_label("Columns")
-    columns.fill("3")
-    console.until("localStorage.getItem('foveacam.capture.draft') !== null")
-    console.page.evaluate(CHANGED % change)
-    console.page.reload()
-    expect(columns).to_have_value("9")
+    for change in ("kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"):
+        columns.fill("3")
+        console.until("localStorage.getItem('foveacam.capture.draft') !== null")
+        console.page.evaluate(CHANGED % change)
+        console.page.reload()
+        expect(columns).to_have_value("9")
+        console.page.evaluate("localStorage.clear()")
 
 
 def test_browser_that_keeps_nothing_takes_plans_all_the_same(
