@@ -186,6 +186,9 @@ def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> Non
     until(server, capture_id, lambda document: document["state"] == "paused")
     refused = server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
     assert (refused.status_code, refused.json()["found"]) == (409, "capture paused is using the rig")
+    for made in ("mosaic", "reference"):
+        early = server.post(f"{URL}/{capture_id}/{made}")
+        assert (early.status_code, early.json()["found"]) == (409, "it is still running")
 
     server.post(f"{URL}/{capture_id}/continue")
 

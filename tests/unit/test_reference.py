@@ -10,6 +10,8 @@ import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated
 from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset.derived import begin_reference, drop_half_made, finish_reference
+from foveacam_pipeline.capture.rail_stops import stops_of
 from foveacam_pipeline.capture.reference import (
     Reference,
     ReferenceSettings,
@@ -21,7 +23,7 @@ from foveacam_pipeline.capture.reference.compare import compare
 from foveacam_pipeline.capture.reference.matching import Match
 from foveacam_pipeline.capture.reference.rail_model import RailModel
 from foveacam_pipeline.capture.reference.rays import Rays, linear
-from foveacam_pipeline.capture.reference.sights import Sight, sights_of, stops_of
+from foveacam_pipeline.capture.reference.sights import Sight, sights_of
 from foveacam_pipeline.capture.reference.values import RailTrust, Row
 from foveacam_server import cli
 
@@ -74,7 +76,7 @@ def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: Ref
     calibration = small_calibration()
     volts = scan[1].pose.volts
     assert volts is not None
-    look = sights_of(scan, stops_of(scan, FEW)[0], calibration, FEW)[2].look
+    look = sights_of(scan, stops_of(scan)[0], calibration, FEW)[2].look
     for row in reference.rows[:5]:
         u, v = look.plane(np.array([[row.x_px, row.y_px]]), 1.0 / Z_M)[0]
         assert np.arctan(u / calibration.fovea_f_px) == pytest.approx(row.ax_rad, abs=2e-6)
@@ -150,6 +152,18 @@ def test_a_reference_lies_beside_the_frames_and_the_index_stays(
     assert any("make the reference again" in finding for finding in check(scan.folder))
 
 
+def test_of_a_writer_that_was_ended_nothing_is_left_and_the_older_reference_is_there(tmp_path: Path) -> None:
+    (begin_reference(tmp_path) / "samples.csv").write_text("older")
+    finish_reference(tmp_path)
+    for between_the_renames in (False, True):
+        (begin_reference(tmp_path) / "samples.csv").write_text("newer")
+        if between_the_renames:
+            (tmp_path / "reference").rename(tmp_path / ".reference.older")
+        drop_half_made(tmp_path)
+        assert [path.name for path in tmp_path.iterdir()] == ["reference"]
+        assert (tmp_path / "reference" / "samples.csv").read_text() == "older"
+
+
 def test_what_makes_no_reference_is_refused_in_words(tmp_path: Path, scan: Dataset) -> None:
     with pytest.raises(NotCalibrated, match="no calibration"):
         build_reference(written(tmp_path / "bare", 2))
@@ -204,7 +218,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 def _rays(scan: Dataset) -> tuple[Rays, np.ndarray[tuple[int, int], np.dtype[np.float64]], RailModel]:
     """Return rays of made-up points, exact where the rail and the gazes are as told."""
     calibration = small_calibration()
-    stops, judged = stops_of(scan, FEW)
+    stops, judged = stops_of(scan)
     sights = sights_of(scan, stops, calibration, FEW)
     model = RailModel.of(
         stops, judged, sights=len(sights), trust=RailTrust(), calibration=calibration, depth_m=Z_M

@@ -111,7 +111,8 @@ def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) ->
 )
 def remove(capture_id: CaptureId, services: ServicesDep) -> None:
     """Move it to the trash, whence it can be restored."""
-    services.mosaics.check_idle(capture_id, "remove its capture")
+    for made in (services.mosaics, services.references):
+        made.check_idle(capture_id, "remove its capture")
     services.captures.remove(capture_id)
 
 

@@ -7,6 +7,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.capturing.documents import URL
 from foveacam_server.capturing.mosaic_shelf import FORMS, KeptMosaic
+from foveacam_server.capturing.points import brackets_of
 from foveacam_server.runtime.store import Document
 
 PICTURE_TILE_PX = 512
@@ -88,11 +89,7 @@ def _eye_rig_m(dataset: Dataset | None, eye: Role) -> list[float] | None:
 
 def choices_document(dataset: Dataset | None) -> Document:
     """Return of which scans and exposures a mosaic may be asked for."""
-    frames = [] if dataset is None else [frame for point in dataset for frame in point.frames]
-    return {
-        "scans": [] if dataset is None else list(dataset.scans),
-        "brackets": sorted({frame.bracket for frame in frames}),
-    }
+    return {"scans": [] if dataset is None else list(dataset.scans), "brackets": brackets_of(dataset)}
 
 
 def outlook(made: KeptMosaic) -> tuple[Point, Point]:

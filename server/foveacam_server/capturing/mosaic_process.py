@@ -1,22 +1,18 @@
 """Makes one mosaic in a process of its own, so that live views go on: `python -m` this module.
 
-Progress and trouble are told as JSON lines on stdout. It ends with whoever holds its stdin open, and
-may be killed at any time: what is on the disk by then is gone on with.
+It may be killed at any time: what is on the disk by then is gone on with.
 """
 
 import json
-import os
 import shutil
 import sys
-import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, Role
+from foveacam_hardware.contract import Role
+from foveacam_server.capturing.child_work import TellingWatch, work
 from foveacam_server.capturing.mosaic_shelf import begun_as
 
-NICENESS = 10
-"""Below the server's own work."""
 COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
 """What one fovea's step takes, in times of a tile; measured at full resolution."""
 
@@ -28,33 +24,6 @@ class MosaicWish:
     eye: str = Role.LEFT.value
     scan: int = 0
     bracket: int = 0
-
-
-class TellingWatch:
-    """Implements `MakingWatch`: tells each step on stdout. To be cancelled, its process is ended.
-
-    `share`: of the work that is over, as steps of different kinds take different times.
-    """
-
-    def __init__(self, views: int) -> None:
-        self._views, self._done, self._over = views, 0, 0.0
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Tell it."""
-        self._over += (done - self._done) * COSTS.get(note, 1.0)
-        self._done = done
-        whole = self._views * sum(COSTS.values()) + max(0, total - len(COSTS) * self._views)
-        tell({"done": done, "total": total, "note": note, "share": min(1.0, self._over / whole)})
-
-    def cancelled(self) -> bool:
-        """Go on."""
-        return False
-
-
-def tell(message: dict[str, object]) -> None:
-    """Write one line for the server."""
-    sys.stdout.write(json.dumps(message) + "\n")
-    sys.stdout.flush()
 
 
 def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
@@ -82,7 +51,7 @@ def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
         opened,
         folder,
         settings,
-        watch=TellingWatch(len(views)),
+        watch=TellingWatch(len(views), COSTS),
         mesh_file=lambda mesh: write_glb(mesh, y_up=True),
     )
     with disk_errors("the mosaic", folder.parent):
@@ -92,28 +61,7 @@ def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
 def main() -> int:
     """Do what the arguments say: dataset, folder, wish as JSON. Return 0, or 1 when it was told why not."""
     dataset, folder, wish = sys.argv[1:]
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    os.nice(NICENESS)
-    try:
-        make(Path(dataset), Path(folder), MosaicWish(**json.loads(wish)))
-    except FoveaError as error:
-        tell(
-            {
-                "error": type(error).__name__,
-                "detail": str(error),
-                "asked": error.asked,
-                "found": error.found,
-                "remedy": error.remedy,
-            }
-        )
-        return 1
-    return 0
-
-
-def _end_with_parent() -> None:
-    while os.read(sys.stdin.fileno(), 1):  # not by the file object: its lock would be held at exit
-        pass
-    os._exit(2)
+    return work(lambda: make(Path(dataset), Path(folder), MosaicWish(**json.loads(wish))))
 
 
 if __name__ == "__main__":

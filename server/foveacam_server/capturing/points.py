@@ -24,6 +24,11 @@ def readable(kept: Kept) -> Dataset:
     return kept.dataset
 
 
+def brackets_of(dataset: Dataset | None) -> list[int]:
+    """Return the exposures that any camera has frames of, by number."""
+    return sorted({frame.bracket for point in dataset or () for frame in point.frames})
+
+
 def point_of(kept: Kept, index: int) -> DatasetPoint:
     """Return a point by its number in the plan; raise InvalidInput when it was not taken."""
     dataset = readable(kept)

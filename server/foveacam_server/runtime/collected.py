@@ -1,4 +1,4 @@
-"""Opens what the rig's pictures are collected in: captures, stills, recordings, mosaics."""
+"""Opens what the rig's pictures are collected in: captures with what is made of them, stills, recordings."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,10 @@ from foveacam_server.runtime.ground import Ground, Lore, Sights
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.mosaics import MosaicService, MosaicTools
+from foveacam_server.runtime.making import MakingTools
+from foveacam_server.runtime.mosaics import MosaicService
 from foveacam_server.runtime.recordings import RecordingService, RecordingTools
+from foveacam_server.runtime.references import ReferenceService
 from foveacam_server.runtime.stills import StillService
 from foveacam_server.settings import Settings
 
@@ -24,6 +26,7 @@ class Collected:
     stills: StillService
     recordings: RecordingService
     mosaics: MosaicService
+    references: ReferenceService
 
 
 def open_collected(
@@ -32,11 +35,13 @@ def open_collected(
     """Open all of them; their jobs have handlers then."""
     tools = _capture_tools(ground, lore, sights, hardware=hardware, jobs=jobs)
     captures = CaptureService(ground.store.subfolder(CAPTURES), tools)
+    making = MakingTools(captures=captures, jobs=jobs, events=ground.events, clock=ground.clock)
     return Collected(
         captures=captures,
         stills=StillService(ground.store.subfolder(STILLS), tools),
         recordings=_recordings(ground, lore, sights, hardware=hardware, jobs=jobs),
-        mosaics=_mosaics(ground, sights, captures, jobs=jobs),
+        mosaics=MosaicService(making, sights.viewer),
+        references=ReferenceService(making),
     )
 
 
@@ -76,10 +81,3 @@ def _recordings(
     recordings = RecordingService(ground.store.subfolder(RECORDINGS), tools)
     ground.stack.callback(recordings.close)
     return recordings
-
-
-def _mosaics(ground: Ground, sights: Sights, captures: CaptureService, *, jobs: JobRunner) -> MosaicService:
-    tools = MosaicTools(
-        captures=captures, jobs=jobs, events=ground.events, viewer=sights.viewer, clock=ground.clock
-    )
-    return MosaicService(tools)

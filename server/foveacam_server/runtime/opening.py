@@ -81,6 +81,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         stills=collected.stills,
         recordings=collected.recordings,
         mosaics=collected.mosaics,
+        references=collected.references,
         fixations=study.fixations,
         viewer=sights.viewer,
     )

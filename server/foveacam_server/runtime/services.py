@@ -27,6 +27,7 @@ from foveacam_server.runtime.pan_tilt import PanTiltDesk
 from foveacam_server.runtime.ports import Viewer
 from foveacam_server.runtime.rail import RailDesk
 from foveacam_server.runtime.recordings import RecordingService
+from foveacam_server.runtime.references import ReferenceService
 from foveacam_server.runtime.settle_desk import SettleDesk
 from foveacam_server.runtime.stills import StillService
 from foveacam_server.runtime.stop import StopSwitch
@@ -69,6 +70,7 @@ class Services:
     recordings: RecordingService
     stills: StillService
     mosaics: MosaicService
+    references: ReferenceService
     fixations: FixationService
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""

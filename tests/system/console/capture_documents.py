@@ -124,3 +124,29 @@ def estimate(columns: int = 2, rows: int = 2, **more: object) -> Document:
 
 def _box(x: float, y: float) -> list[list[float]]:
     return [[x, y], [x + 100.0, y], [x + 100.0, y + 80.0], [x, y + 80.0]]
+
+
+def reference(state: str = "none", *, stops: int = 3, **more: object) -> Document:
+    """What there is of the reference of a capture from places 300 mm apart."""
+    url = f"/api/v1/captures/{CAPTURE_ID}/reference"
+    places = [{"scan": scan, "rail_m": 0.3 * scan} for scan in range(stops)]
+    comparison = {"bias_rel": -0.00012, "rms_rel": 0.00034, "stated_sigma_rel": 0.00014, "wrong": 0.015}
+    made = {"scan": 1, "bracket": 0, "across": 10, "rail_sigma_m": 1e-4, "made_utc": UTC, "stops": places}
+    made |= {"baseline_m": 0.8, "short_baseline_m": 0.2, "samples": 520, "referenced": 485}
+    made |= {"comparison": comparison, "samples_url": f"{url}/samples.csv?made=1"}
+    made |= {f"{form}_url": f"{url}/comparison.{form}?made=1" for form in ("svg", "png")}
+    steps = {"done": 1, "total": 3, "eta_s": 40.0, "note": "depth of the pairs"}
+    found = {
+        "capture_id": CAPTURE_ID,
+        "name": "bench",
+        "state": state,
+        "job_id": JOB_ID if state == "building" else None,
+        "progress": steps if state == "building" else None,
+        "refusal": None,
+        "outdated": False,
+        "stops": places,
+        "brackets": [0],
+        "made": made if state == "complete" else None,
+        "url": url,
+    }
+    return found | more

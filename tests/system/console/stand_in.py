@@ -220,7 +220,7 @@ def application(stand_in: StandIn) -> FastAPI:
 
     @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     async def rest(path: str, request: Request) -> Response:
-        if path.endswith((".png", ".jpg")):
+        if path.endswith((".png", ".jpg", ".svg")):
             return Response(picture(Path(path).name), media_type="image/jpeg")
         body = json.loads(await request.body() or b"null")
         status, document = stand_in.answer(request.method, f"/{path}", body)

@@ -14,8 +14,9 @@ from tests.unit.mosaic_scenes import scan
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 
 from .browsing import TOUCH, Console, OpenConsole
+from .capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
 from .own_server import Server, servers
-from .stand_in import Json, StandIn, stood_in
+from .stand_in import Json, StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -229,3 +230,70 @@ def test_a_capture_that_runs_shows_its_progress_and_the_focus_stays_on_a_phone(
     expect(link).to_be_focused()
     expect(card(console, "night").get_by_role("button", name="Put night in the trash")).to_be_disabled()
     assert console.overflow_px() <= 0
+
+
+REFERENCE = f"/captures/{CAPTURE_ID}/reference"
+
+
+def long_baselines(console: Console) -> Locator:
+    return console.page.get_by_role("region", name="Depth against long baselines")
+
+
+def on_the_rail(stand_in: StandIn, told: Json) -> str:
+    """Let there be a capture of this reference; return the address of its page."""
+    points = {"rows": 1, "columns": 1, "points": [], "skipped": []}
+    stand_in.answers[f"/captures/{CAPTURE_ID}"] = capture("complete", folder="/data/bench")
+    stand_in.answers |= {f"/captures/{CAPTURE_ID}/points": points, REFERENCE: told}
+    return f"{stand_in.url}#/gallery/datasets/{CAPTURE_ID}"
+
+
+def become(stand_in: StandIn, told: Json) -> None:
+    stand_in.answers[REFERENCE] = told
+    stand_in.tell("reference.ended", {"capture_id": CAPTURE_ID})
+
+
+def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phone(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    console = open_console(on_the_rail(stand_in, reference()), options=TOUCH)
+    section = long_baselines(console)
+    section.get_by_text("Settings").click()
+    section.get_by_label("Depth of").select_option("scan 3, at 600 mm")
+    section.get_by_label("Samples across").fill("20")
+    section.get_by_label("Error of a place").fill("0.2")
+    stand_in.answers[REFERENCE] = reference("building")
+    section.get_by_role("button", name="Make the reference").click()
+    expect(section.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "33")
+    assert stand_in.orders(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]
+    stand_in.until_heard()
+    stand_in.tell("job.updated", job(progress={"done": 2, "total": 3, "eta_s": 18.0, "note": "matching"}))
+    expect(section.locator(".words")).to_have_text("Matching · step 2 of 3 · about 20 s left")
+    with console.page.expect_request(f"**/jobs/{JOB_ID}/cancel"):
+        section.get_by_role("button", name="Cancel").click()
+
+    stand_in.answers[f"/jobs/{JOB_ID}"] = job("failed", problem=problem(422, "No", "views do not overlap"))
+    become(stand_in, reference())
+    expect(section.get_by_role("alert")).to_contain_text("Views do not overlap.")
+    become(stand_in, reference("complete"))
+    loaded(section.get_by_role("img"))
+    expect(section).to_contain_text("485 of 520 samples have a reference over 800 mm")
+    expect(section).to_contain_text("0.034\u00a0% rms, bias −0.012\u00a0%, without the 1.5\u00a0% of samples")
+    expect(section.get_by_role("link", name="Samples (CSV)")).to_be_visible()
+    remove = section.get_by_role("button", name="Remove")
+    assert remove.evaluate("button => button.getBoundingClientRect().right < innerWidth")  # the plot scrolls
+    stand_in.answers[REFERENCE] = reference()
+    remove.click()
+    expect(section.get_by_role("button", name="Make the reference")).to_be_visible()
+    assert ("DELETE", REFERENCE, None) in stand_in.asked
+
+
+def test_where_no_reference_can_be_made_it_is_said_and_without_a_rail_nothing_is(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    refused = reference(refusal=problem(409, "No", "the dataset has no calibration"))
+    section = long_baselines(open_console(on_the_rail(stand_in, refused), options=TOUCH))
+    expect(section.get_by_role("status")).to_contain_text("The dataset has no calibration.")
+    expect(section.get_by_role("button")).to_have_count(0)
+    stand_in.until_heard()
+    become(stand_in, reference(stops=1))
+    expect(section).to_have_count(0)

@@ -11,6 +11,7 @@ from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import views_of
+from foveacam_pipeline.capture.rail_stops import Stop, footing_of
 from foveacam_pipeline.capture.reference.adjust import Adjusted, adjusted, longest_m
 from foveacam_pipeline.capture.reference.compare import compare
 from foveacam_pipeline.capture.reference.guess import Sample, samples_of
@@ -30,10 +31,7 @@ from foveacam_pipeline.capture.reference.sights import (
     Pictures,
     Sight,
     Stand,
-    Stop,
-    calibration_of,
     sights_of,
-    stops_of,
 )
 from foveacam_pipeline.capture.reference.values import (
     Floats,
@@ -75,15 +73,10 @@ def build_reference(
     Raise InvalidInput (one place only, no overlap, a damaged frame), NotCalibrated, Cancelled.
     """
     settings = settings or ReferenceSettings()
-    calibration = calibration_of(dataset)
-    stops, judged = stops_of(dataset, settings)
+    footing = footing_of(dataset, scan=settings.scan, bracket=settings.bracket)
+    calibration, stops, judged = footing.calibration, footing.stops, footing.judged
     sights = sights_of(dataset, stops, calibration, settings)
     anchors = _anchors(sights, judged)
-    if not anchors:
-        raise InvalidInput(
-            f"{dataset.folder}, scan {stops[judged].scan} has no pair of bracket {settings.bracket} with the "
-            "volts of its mirrors; choose another scan or bracket"
-        )
     work = _Work(
         dataset=dataset,
         calibration=calibration,

@@ -1,4 +1,4 @@
-"""A reference in its dataset's folder: `reference/`, whose document is written last and names the others."""
+"""A reference in its dataset's folder: `reference/`, a document that names the other files, and these."""
 
 import csv
 import hashlib
@@ -9,29 +9,30 @@ from dataclasses import asdict, astuple, fields
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, REFERENCE_FORMAT, VERSION
-from foveacam_pipeline.capture.dataset.disk import (
-    disk_errors,
-    finish_part,
-    sync_folder,
-    write_file,
-    write_part,
+from foveacam_pipeline.capture.dataset.derived import (
+    REFERENCE,
+    REFERENCE_DOCUMENT,
+    REFERENCE_FORMAT,
+    REFERENCE_PICTURE,
+    REFERENCE_SAMPLES,
+    VERSION,
+    begin_reference,
+    drop_half_made,
+    finish_reference,
 )
+from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder, write_file
 from foveacam_pipeline.capture.reference.plot import comparison_pictures
 from foveacam_pipeline.capture.reference.values import Reference, Row
 
-SAMPLES = "samples.csv"
-
 
 def write_reference(dataset: Path, reference: Reference) -> Path:
-    """Put a reference beside the frames of a dataset; return its folder. An older one is replaced.
+    """Put a reference beside the frames of a dataset; return its folder. It takes an older one's place.
 
     Raise DeviceFault when the disk does not take it.
     """
-    folder = dataset / REFERENCE
-    contents = {SAMPLES: rows_text(reference.rows).encode()}
+    contents = {REFERENCE_SAMPLES: rows_text(reference.rows).encode()}
     pictures = comparison_pictures(reference)
-    contents |= {f"comparison.{form}": content for form, content in pictures.items()}
+    contents |= {f"{REFERENCE_PICTURE}.{form}": content for form, content in pictures.items()}
     document = {
         "format": REFERENCE_FORMAT,
         "version": VERSION,
@@ -42,19 +43,22 @@ def write_reference(dataset: Path, reference: Reference) -> Path:
         },
     }
     text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    contents[REFERENCE_DOCUMENT] = text.encode()
     with disk_errors("the reference", dataset):
-        folder.mkdir(exist_ok=True)
-        for name, content in contents.items():
-            write_part(folder / name, content)
-            finish_part(folder / name)
-        sync_folder(folder)
-        write_file(folder / REFERENCE_DOCUMENT, text.encode())
+        try:
+            making = begin_reference(dataset)
+            for name, content in contents.items():
+                write_file(making / name, content)
+            folder = finish_reference(dataset)
+            sync_folder(dataset)
+        finally:
+            drop_half_made(dataset)
     return folder
 
 
 def read_rows(dataset: Path) -> tuple[Row, ...]:
     """Return the samples of a dataset's reference; raise InvalidInput when there is none to read."""
-    path = dataset / REFERENCE / SAMPLES
+    path = dataset / REFERENCE / REFERENCE_SAMPLES
     kinds = {field.name: field.type for field in fields(Row)}
     try:
         with path.open(newline="", encoding="utf-8") as file:

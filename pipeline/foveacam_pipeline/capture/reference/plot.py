@@ -101,7 +101,9 @@ def _dress(axes: Axes) -> None:
 
 def _title(reference: Reference, found: Comparison) -> str:
     figures = reference.figures
+    rail_m = next(stop.rail_m for stop in figures.stops if stop.scan == figures.scan)
     return (
-        f"scan {figures.scan}: {found.samples} samples, rig of {1e3 * figures.short_baseline_m:.0f} mm, "
+        f"from {1e3 * rail_m:.0f} mm on the rail: {found.samples} samples, "
+        f"rig of {1e3 * figures.short_baseline_m:.0f} mm, "
         f"reference from {len(figures.stops)} stops (median {1e3 * figures.baseline_m:.0f} mm)"
     )

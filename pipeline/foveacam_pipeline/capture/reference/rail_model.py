@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.reference.sights import EYES, Stand, Stop
+from foveacam_pipeline.capture.rail_stops import EYES, Stop
+from foveacam_pipeline.capture.reference.sights import Stand
 from foveacam_pipeline.capture.reference.values import Floats, RailTrust
 from foveacam_pipeline.models.calibration import Calibration
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.capture.rail_stops import EYES
 from foveacam_pipeline.capture.reference.matching import Match
 from foveacam_pipeline.capture.reference.rail_model import COLUMNS, RAIL, STOP, RailModel, Whole
-from foveacam_pipeline.capture.reference.sights import EYES, Sight
+from foveacam_pipeline.capture.reference.sights import Sight
 from foveacam_pipeline.capture.reference.values import Floats
 from foveacam_pipeline.models.calibration import Calibration
 

@@ -19,6 +19,7 @@ const KINDS = [
   "recording.created", "recording.progress", "recording.updated", "recording.removed", "recording.ended",
   "still.taken", "still.kept", "still.updated", "still.removed",
   "mosaic.begun", "mosaic.ended", "mosaic.shown", "mosaic.hidden", "mosaic.removed",
+  "reference.begun", "reference.ended", "reference.removed",
 ];
 
 /**

@@ -12,6 +12,7 @@ import { conditionsOf, makeCalibration, planOf } from "./dataset_origin.js";
 import { DatasetReader } from "./dataset_reader.js";
 import { makeSheet } from "./dataset_sheet.js";
 import { makeDrawn } from "./drawn.js";
+import { makeReference } from "./reference.js";
 import { galleryAddress } from "./route.js";
 import { makeSnippet } from "./snippet.js";
 
@@ -29,7 +30,7 @@ import { makeSnippet } from "./snippet.js";
 export function openDataset(id, context) {
   const reader = new DatasetReader(id, () => show());
   const orders = new DatasetOrders(context);
-  const page = makePage(orders, reader, context);
+  const page = makePage(orders, reader, context, makeReference(id, context));
   const place = h("div", { class: "dataset" }, nothing("Loading …"));
   const show = () => {
     const { dataset, points, missing } = reader;
@@ -50,9 +51,10 @@ function missingOf(missing) {
  * @param {DatasetOrders} orders
  * @param {DatasetReader} reader
  * @param {GalleryContext} context
+ * @param {HTMLElement} reference
  */
-function makePage(orders, reader, { store, signal }) {
-  const pictures = makePictures(signal);
+function makePage(orders, reader, { store, signal }, reference) {
+  const pictures = makePictures(signal, reference);
   const [head, about, check, python, calibration] = [makeHead(orders), makeAbout(orders, reader), makeCheck(orders), makeSnippet(), makeCalibration(store, signal)];
   const [plan, conditions] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
   const showPlan = changing(plan, planOf);
@@ -69,14 +71,17 @@ function makePage(orders, reader, { store, signal }) {
   } };
 }
 
-/** @param {AbortSignal} signal */
-function makePictures(signal) {
+/**
+ * @param {AbortSignal} signal
+ * @param {HTMLElement} reference
+ */
+function makePictures(signal, reference) {
   const sheet = makeSheet(signal);
   const coverage = makeDrawn({ width: 720, height: 540 });
   const none = h("div", { class: "stack" });
   const showNone = changing(none, (/** @type {string} */ words) => (words === "" ? [] : [nothing(words)]));
   const panels = [panel("Contact sheet", sheet.element), panel("Coverage", h("figure", { class: "cover-map" }, coverage.element, h("figcaption", { text: "The wide view at the middle of the plan, and what each fovea saw: left red, right cyan." })))];
-  return { element: h("div", { class: "column" }, none, panels), show: (/** @type {DatasetDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
+  return { element: h("div", { class: "column" }, none, panels, reference), show: (/** @type {DatasetDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
     const empty = points === null || points.points.length === 0;
     showNone(!empty ? "" : dataset.state === "damaged" ? "Its pictures are not shown, as it cannot be read. Its files were left alone." : "Nothing was taken yet.");
     for (const each of panels) each.hidden = empty;

@@ -4,10 +4,10 @@ import { badge, nothing } from "../calibration/parts.js";
 import { changing, fill, h } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { MadeReader } from "./made_reader.js";
 import { makeFacts } from "./mosaic_facts.js";
 import { makeMaking } from "./mosaic_making.js";
 import { MosaicOrders } from "./mosaic_orders.js";
-import { MosaicReader } from "./mosaic_reader.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./mosaic_tools.js";
 import { MosaicViewer } from "./mosaic_viewer.js";
 import { galleryAddress } from "./route.js";
@@ -25,12 +25,13 @@ import { galleryAddress } from "./route.js";
  */
 export function openMosaic(at, context) {
   const id = at.id ?? "";
-  const reader = new MosaicReader(id, () => show());
+  /** @type {MadeReader<MosaicDocument>} */
+  const reader = new MadeReader(id, "mosaic", () => show());
   const orders = new MosaicOrders(id, { commands: context.commands, reader });
   const page = makePage(id, orders, reader, context.signal);
   const place = h("div", { class: "mosaic-place" }, nothing("Loading …"));
   const show = () => {
-    const { mosaic, missing } = reader;
+    const { document: mosaic, missing } = reader;
     if (mosaic === null) return fill(place, nothing(sentence(missing)), h("p", { class: "lead" }, h("a", { href: galleryAddress("datasets"), text: "To the datasets" })));
     if (place.firstChild !== page.element) fill(place, page.element);
     page.show(mosaic);
@@ -42,7 +43,7 @@ export function openMosaic(at, context) {
 /**
  * @param {string} id
  * @param {MosaicOrders} orders
- * @param {MosaicReader} reader
+ * @param {MadeReader<MosaicDocument>} reader
  * @param {AbortSignal} signal
  */
 function makePage(id, orders, reader, signal) {

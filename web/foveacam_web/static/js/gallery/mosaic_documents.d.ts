@@ -1,6 +1,6 @@
 // What the server says of mosaics. Types only: no browser loads this file.
 
-import type { ProblemDocument } from "../types.js";
+import type { MakingDocument } from "./made_documents.js";
 
 export type MosaicLayer = {
   name: "picture" | "depth";
@@ -40,22 +40,13 @@ export type MadeMosaic = {
 
 export type MosaicNeeds = { views: number; width: number; height: number; needed_bytes: number; free_bytes: number };
 
-export type MosaicProgress = { done: number; total: number; eta_s: number | null; note: string };
-
-export type MosaicDocument = {
-  capture_id: string;
-  name: string;
-  state: "none" | "unfinished" | "building" | "complete";
+export type MosaicDocument = MakingDocument & {
   outdated: boolean;
-  job_id: string | null;
-  progress: MosaicProgress | null;
   needs: MosaicNeeds | null;
-  refusal: ProblemDocument | null;
   scans: number[];
   brackets: number[];
   in_scene: boolean;
   made: MadeMosaic | null;
-  url: string;
 };
 
 export type MosaicWish = { eye: "left" | "right"; scan: number; bracket: number };

@@ -1,17 +1,16 @@
 // Making a mosaic: what it would take or why it cannot be, how far it is, how it ended.
 
-import { bar, choiceField } from "../calibration/parts.js";
+import { choiceField } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
-import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords } from "./dataset_words.js";
-import { leftOf, size } from "./mosaic_words.js";
+import { progressOf, refusalOf, troubleOf } from "./made_parts.js";
+import { size } from "./mosaic_words.js";
 
 /**
  * @typedef {import("../types.js").ProblemDocument} ProblemDocument
  * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
  * @typedef {import("./mosaic_documents.js").MosaicNeeds} MosaicNeeds
- * @typedef {import("./mosaic_documents.js").MosaicProgress} MosaicProgress
  * @typedef {import("./mosaic_documents.js").MosaicWish} MosaicWish
  * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
  * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeeds | null, scans: number[], brackets: number[], eye: MosaicWish["eye"]}} Offer
@@ -19,15 +18,15 @@ import { leftOf, size } from "./mosaic_words.js";
 
 /**
  * @param {MosaicOrders} orders
- * @param {import("./mosaic_reader.js").MosaicReader} reader
+ * @param {import("./made_reader.js").MadeReader<MosaicDocument>} reader
  */
 export function makeMaking(orders, reader) {
   const [trouble, refusal, offer, progress] = [h("div"), h("div"), h("div"), h("div")];
-  const showTrouble = changing(trouble, (/** @type {ProblemDocument | null} */ problem) => (problem ? troubleOf(problem, reader) : []));
-  const showRefusal = changing(refusal, (/** @type {ProblemDocument | null} */ problem) => (problem ? refusalOf(problem) : []));
+  const showTrouble = changing(trouble, (/** @type {ProblemDocument | null} */ problem) => (problem ? troubleOf(problem, reader, "mosaic") : []));
+  const showRefusal = changing(refusal, (/** @type {ProblemDocument | null} */ problem) => (problem ? refusalOf(problem, "mosaic") : []));
   const showOffer = changing(offer, (/** @type {Offer | null} */ now) => (now ? offerOf(now, orders) : []));
-  const showProgress = changing(progress, (/** @type {{progress: MosaicProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders) : []));
-  const element = h("div", { class: "mosaic-making" }, trouble, refusal, offer, progress);
+  const showProgress = changing(progress, (/** @type {{progress: import("./made_documents.js").MakingProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders, "mosaic") : []));
+  const element = h("div", { class: "making" }, trouble, refusal, offer, progress);
   return { element, show: (/** @type {MosaicDocument} */ { state, made, outdated, needs, refusal: why, progress: now, scans, brackets }) => {
     const building = state === "building";
     showTrouble(building ? null : reader.trouble);
@@ -38,20 +37,6 @@ export function makeMaking(orders, reader) {
     for (const part of [trouble, refusal, offer, progress]) part.hidden = part.childElementCount === 0;
     element.hidden = [trouble, refusal, offer, progress].every((part) => part.hidden);
   } };
-}
-
-/**
- * @param {ProblemDocument} problem
- * @param {import("./mosaic_reader.js").MosaicReader} reader
- */
-function troubleOf(problem, reader) {
-  return [h("div", { class: "strip bad", role: "alert" }, icon("warn"), h("div", {}, h("strong", { text: "The last mosaic was not finished. " }), sentence(problem.detail)),
-    h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.forget() } }, icon("close")))];
-}
-
-/** @param {ProblemDocument} problem */
-function refusalOf({ detail }) {
-  return [h("div", { class: "strip warn", role: "status" }, icon("warn"), h("div", {}, h("strong", { text: "No mosaic can be made of it. " }), sentence(detail)))];
 }
 
 /**
@@ -77,16 +62,4 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, orders) {
 /** @param {MosaicNeeds} needs */
 function needsOf({ views, width, height, needed_bytes, free_bytes }) {
   return h("p", { class: "number", text: `${views} foveae · ${size(width, height)} · up to ${sizeWords(needed_bytes)} on the disk (${sizeWords(free_bytes)} free)` });
-}
-
-/**
- * @param {MosaicProgress | null} progress
- * @param {MosaicOrders} orders
- */
-function progressOf(progress, orders) {
-  const share = progress && progress.total > 0 && progress.done > 0 ? progress.done / progress.total : null;
-  const note = progress?.note ? sentence(progress.note).slice(0, -1) : "Reading the dataset";
-  const words = [note, share === null ? "" : `step ${progress?.done} of ${progress?.total}`, leftOf(progress?.eta_s ?? null)].filter(Boolean).join(" · ");
-  return [h("div", { class: "job running" }, h("div", { class: "words", text: words }), h("div", { class: "progress" }, bar("Making the mosaic", { share, text: words })),
-    h("button", { type: "button", class: "plain", data: { keep: "cancel" }, on: { click: () => void orders.cancel() } }, "Cancel"))];
 }

@@ -1,0 +1,120 @@
+"""Where on the rail a dataset's scans were taken, and whether a reference can be made of them.
+
+The dataset's index tells all of it: no picture is read. The work itself is that of `capture.reference`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
+from foveacam_pipeline.models.calibration import Calibration
+
+EYES = (Role.LEFT, Role.RIGHT)
+LEAST_APART_M = 0.01
+"""Scans nearer to each other than this are of one place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stop:
+    """A scan's place on the rail; `along_m`: from the judged scan's, as the rail said."""
+
+    scan: int
+    rail_m: float
+    along_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Footing:
+    """What a reference stands on. `judged`: which stop's depth, by its number; `pairs`: how many it has."""
+
+    calibration: Calibration
+    stops: tuple[Stop, ...]
+    judged: int
+    pairs: int
+
+
+def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -> Footing:
+    """Return what a reference can stand on; `scan` None: the one nearest to the middle.
+
+    Raise NotCalibrated or InvalidInput where none can be made.
+    """
+    calibration = calibration_of(dataset)
+    stops, judged = stops_of(dataset, scan)
+    chosen = stops[judged].scan
+    pairs = sum(_has_pair(point, bracket) for point in dataset.scan(chosen))
+    if not pairs:
+        raise InvalidInput(
+            f"{dataset.folder}, scan {chosen} has no pair of bracket {bracket} with the volts of its mirrors;"
+            " choose another scan or bracket"
+        )
+    return Footing(calibration=calibration, stops=stops, judged=judged, pairs=pairs)
+
+
+def calibration_of(dataset: Dataset) -> Calibration:
+    """Return the dataset's calibration or refuse."""
+    if dataset.calibration is None:
+        raise NotCalibrated(
+            f"{dataset.folder} has no calibration: where its views look is not known; capture with one"
+        )
+    bearings = {(point.place.pan_rad, point.place.tilt_rad) for point in dataset}
+    if len(bearings) > 1:
+        raise InvalidInput(
+            f"{dataset.folder} was taken from {len(bearings)} bearings of the pan-tilt, whose axes are not "
+            "calibrated; a reference needs scans that differ by the rail alone"
+        )
+    return dataset.calibration
+
+
+def rail_places_m(dataset: Dataset) -> dict[int, float]:
+    """Return where every scan stood on the rail, m; those of which that is not known are left out."""
+    places = {number: _rail_m(dataset, number) for number in dataset.scans}
+    return {number: rail_m for number, rail_m in places.items() if rail_m is not None}
+
+
+def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[Stop, ...], int]:
+    """Return the stops and which of them is judged; refuse a dataset of one place."""
+    known = rail_places_m(dataset)
+    spread_m = max(known.values(), default=0.0) - min(known.values(), default=0.0)
+    if spread_m < LEAST_APART_M:
+        raise InvalidInput(
+            f"{dataset.folder}: a reference was asked for, which needs scans from two places on the rail or "
+            f"more; {_found(known)}; capture with several rail positions",
+            asked="scans from two places on the rail or more",
+            found=_found(known),
+            remedy="capture with several rail positions",
+        )
+    chosen = scan
+    if chosen is None:
+        middle_m = (max(known.values()) + min(known.values())) / 2.0
+        chosen = min(known, key=lambda number: abs(known[number] - middle_m))
+    if chosen not in known:
+        raise InvalidInput(
+            f"{dataset.folder} has no scan {chosen} on the rail; its scans are {sorted(known)}"
+        )
+    stops = tuple(
+        Stop(scan=number, rail_m=rail_m, along_m=rail_m - known[chosen]) for number, rail_m in known.items()
+    )
+    return stops, list(known).index(chosen)
+
+
+def _has_pair(point: DatasetPoint, bracket: int) -> bool:
+    roles = {kept.role for kept in point.frames if kept.bracket == bracket}
+    return point.pose.volts is not None and roles.issuperset(EYES)
+
+
+def _rail_m(dataset: Dataset, scan: int) -> float | None:
+    """Return where a scan stood on the rail; None where that is not known or changed by itself."""
+    said = [point.place.rail_m for point in dataset.scan(scan)]
+    known = [rail_m for rail_m in said if rail_m is not None]
+    if not known or len(known) < len(said) or max(known) - min(known) > LEAST_APART_M / 10.0:
+        return None
+    return float(np.median(known))
+
+
+def _found(known: dict[int, float]) -> str:
+    if not known:
+        return "it does not say where on a rail any scan was taken"
+    places = ", ".join(f"{1e3 * rail_m:g} mm" for rail_m in sorted(set(known.values())))
+    return f"it has {len(known)} scan{'s' if len(known) > 1 else ''} from {places}"

@@ -1,0 +1,95 @@
+"""The reference of a capture, depth over the rail's long baselines: made as a job, its figures, its files."""
+
+import asyncio
+from typing import Literal
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+from pydantic import ValidationError
+
+from foveacam_pipeline.capture.dataset.derived import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.api.answers import IdempotencyHeader, PreferHeader, file_responses, job_answer, problems
+from foveacam_server.api.captures import CaptureId
+from foveacam_server.api.models import JobDocument
+from foveacam_server.api.reference_models import ReferenceDocument, ReferenceRequest
+from foveacam_server.capturing.reference_documents import reference_file
+from foveacam_server.capturing.reference_process import ReferenceWish
+from foveacam_server.runtime.services import Services, ServicesDep
+
+router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
+
+_MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Make a capture's reference",
+    response_model=JobDocument,
+    responses={
+        200: {"model": ReferenceDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def make(
+    capture_id: CaptureId,
+    services: ServicesDep,
+    request: ReferenceRequest | None = None,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+) -> JSONResponse:
+    """Queue it as a job beside the rig; refuse at once what the capture's index tells cannot be made.
+
+    An older reference of the capture stays until the new one is whole.
+    """
+    wish = ReferenceWish(**(request or ReferenceRequest()).model_dump(mode="json"))
+    job = await asyncio.to_thread(
+        services.references.start, capture_id, wish, idempotency_key=idempotency_key
+    )
+    return await job_answer(services, job, prefer=prefer, result=services.references.at_url)
+
+
+@router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> ReferenceDocument:
+    """Return its figures and files, how its making goes, or why there can be none."""
+    document = services.references.document(capture_id)
+    try:
+        return ReferenceDocument.model_validate(document)
+    except ValidationError:  # its file was edited by hand: there is none that can be shown
+        state = "none" if document["job_id"] is None else "building"
+        return ReferenceDocument.model_validate({**document, "made": None, "state": state})
+
+
+@router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
+def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+    """Remove its files; the capture stays."""
+    services.references.remove(capture_id)
+
+
+@router.get(
+    f"/{REFERENCE_PICTURE}.{{form}}",
+    summary="The comparison as a picture",
+    response_class=Response,
+    responses=file_responses("image/svg+xml"),
+)
+def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: ServicesDep) -> Response:
+    """Return how far the rig's own depth is off the reference, over depth."""
+    return _sent(services, capture_id, f"{REFERENCE_PICTURE}.{form}")
+
+
+@router.get(
+    f"/{REFERENCE_SAMPLES}",
+    summary="The samples as a table",
+    response_class=Response,
+    responses=file_responses("text/csv"),
+)
+def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
+    """Return one row a sample: where it lies, its depth by the rig and by the reference, their errors."""
+    return _sent(services, capture_id, REFERENCE_SAMPLES)
+
+
+def _sent(services: Services, capture_id: str, name: str) -> Response:
+    content = reference_file(services.captures.shelf.get(capture_id), name)
+    return Response(
+        content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}
+    )

@@ -1,0 +1,82 @@
+"""References over long baselines as REST shows them: on which stops, their figures, their files."""
+
+import json
+from datetime import UTC, datetime
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.dataset.derived import (
+    REFERENCE,
+    REFERENCE_DOCUMENT,
+    REFERENCE_PICTURE,
+    REFERENCE_SAMPLES,
+    reference_files,
+)
+from foveacam_pipeline.capture.rail_stops import footing_of, rail_places_m
+from foveacam_server.capturing.documents import URL
+from foveacam_server.capturing.shelf import Kept
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.store import Document
+
+
+def reference_url(capture_id: str) -> str:
+    """Return where a capture's reference is told."""
+    return f"{URL}/{capture_id}/reference"
+
+
+def made_document(kept: Kept) -> Document | None:
+    """Return the reference of a capture, if it has one that can be read."""
+    path = kept.folder / REFERENCE / REFERENCE_DOCUMENT
+    try:
+        if not reference_files(kept.folder):
+            return None
+        made_ns = path.stat().st_mtime_ns
+        document = json.loads(path.read_text(encoding="utf-8"))
+        settings = document["recipe"]["settings"]
+        found = {
+            **document["figures"],
+            "bracket": settings["bracket"],
+            "across": settings["across"],
+            "rail_sigma_m": settings["rail"]["along_m"],
+        }
+    except (OSError, ValueError, KeyError, TypeError, FoveaError):
+        return None
+    url = reference_url(kept.id)
+    return {
+        **found,
+        "made_utc": datetime.fromtimestamp(made_ns / 1e9, tz=UTC).isoformat(timespec="seconds"),
+        "svg_url": f"{url}/{REFERENCE_PICTURE}.svg?made={made_ns:x}",
+        "png_url": f"{url}/{REFERENCE_PICTURE}.png?made={made_ns:x}",
+        "samples_url": f"{url}/{REFERENCE_SAMPLES}?made={made_ns:x}",
+    }
+
+
+def outdated(dataset: Dataset | None, made: Document) -> bool:
+    """Tell whether the capture has grown since: a dataset's points are never changed, only added."""
+    if dataset is None:
+        return False
+    try:
+        footing = footing_of(dataset, scan=made["scan"], bracket=made["bracket"])
+        return footing.pairs != made["points"] or len(footing.stops) != len(made["stops"])
+    except (FoveaError, KeyError, TypeError):
+        return False
+
+
+def stops_document(dataset: Dataset | None) -> list[Document]:
+    """Return the scans whose place on the rail is known."""
+    places_m = {} if dataset is None else rail_places_m(dataset)
+    return [{"scan": scan, "rail_m": rail_m} for scan, rail_m in places_m.items()]
+
+
+def reference_file(kept: Kept, name: str) -> bytes:
+    """Return one file of a capture's reference or raise NotFound; `name` is never what a request says."""
+    try:
+        return (kept.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment
+    except FileNotFoundError:
+        order = f"make one: POST {reference_url(kept.id)}"
+        raise NotFound(
+            f"capture {kept.id} has no reference; {order}",
+            asked=f"{name} of the reference of {kept.id}",
+            found="none was made",
+            remedy=order,
+        ) from None

@@ -1,0 +1,85 @@
+// Keeps a dataset's mosaic or reference equal to the server's while its page is open; follows the job that makes it.
+
+import { Problem, request } from "../api.js";
+import { QuietReads } from "../quiet.js";
+import { capturePath } from "./dataset_orders.js";
+
+/**
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("./made_documents.js").MakingDocument} MakingDocument
+ */
+
+/**
+ * Reads for one thing.
+ * @template {MakingDocument} T
+ */
+export class MadeReader {
+  #id;
+  #kind;
+  #changed;
+  #reads = new QuietReads();
+  /** @type {T | null} */
+  document = null;
+  /** Why the last making ended without one. @type {ProblemDocument | null} */
+  trouble = null;
+  /** Why there is no such dataset: the server's words. */
+  missing = "";
+
+  /**
+   * @param {string} id of the dataset
+   * @param {"mosaic" | "reference"} kind
+   * @param {() => void} changed
+   */
+  constructor(id, kind, changed) {
+    this.#id = id;
+    this.#kind = kind;
+    this.#changed = changed;
+  }
+
+  readAll() {
+    return this.#reads.read(this.#kind, async () => {
+      try {
+        const document = /** @type {T} */ (await request("GET", capturePath(this.#id, `/${this.#kind}`)));
+        const ended = this.document?.job_id && document.job_id === null ? this.document.job_id : null;
+        if (ended !== null) await this.#readEnd(ended);
+        Object.assign(this, { document, missing: "" });
+      } catch (error) {
+        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        Object.assign(this, { document: null, missing: error.message });
+      }
+      this.#changed();
+    });
+  }
+
+  /** @param {T} document as an order has answered */
+  adopt(document) {
+    this.document = document;
+    this.#changed();
+  }
+
+  /** Forget how the last making ended. */
+  forget() {
+    this.trouble = null;
+    this.#changed();
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    const [of, what] = kind.split(".");
+    if (data?.["capture_id"] === this.#id && (of === this.#kind || (of === "capture" && what !== "progress"))) return void this.readAll();
+    const { document } = this;
+    if (kind !== "job.updated" || !document?.job_id || data?.["id"] !== document.job_id) return;
+    const job = /** @type {JobDocument} */ (/** @type {unknown} */ (data));
+    if (job.ended_utc !== null || job.progress === null) return void this.readAll();
+    const { done, total, eta_s, note } = job.progress;
+    this.adopt({ ...document, progress: { done, total: total ?? 0, eta_s, note: note ?? "" } });
+  }
+
+  /** @param {string} job_id */
+  async #readEnd(job_id) {
+    const job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job_id}`));
+    this.trouble = job.state === "failed" ? job.problem : null;
+  }
+}
