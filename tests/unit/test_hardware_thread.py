@@ -304,3 +304,10 @@ def test_stop_keeps_who_engaged_it_first(setup: Setup) -> None:
     stop.engage("Ada")
     stop.engage("Bob")
     assert stop.state.by == "Ada"
+    stop.release("Cyd")
+    told = [event.data["stop"] for event in setup.events.recent(3) if event.kind.startswith("stop.")]
+    assert [(found["engaged"], found["by"]) for found in told] == [
+        (True, "Ada"),
+        (True, "Ada"),
+        (False, None),
+    ]

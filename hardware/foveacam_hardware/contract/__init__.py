@@ -32,6 +32,7 @@ from foveacam_hardware.contract.errors import (
     Stopped,
     Timeout,
 )
+from foveacam_hardware.contract.extras import install_command
 from foveacam_hardware.contract.trigger import TriggerBudget, same_exposure, trigger_budget
 from foveacam_hardware.contract.values import (
     PARKED,
@@ -111,6 +112,7 @@ __all__ = [
     "TriggerHead",
     "TriggerSource",
     "VirtualClock",
+    "install_command",
     "same_exposure",
     "trigger_budget",
 ]

@@ -12,7 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, install_command
 from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.study.tokens import STREAMS, SplitTime, TokenTimes, split_tokens
 
@@ -159,5 +159,5 @@ def _torch() -> ModuleType:
         return import_module("torch")
     except ImportError as error:
         raise InvalidInput(
-            "timing attention needs torch, which is not installed; pip install 'foveacam-duo[learn]'"
+            f"timing attention needs torch, which is not installed; {install_command('learn')}"
         ) from error

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, install_command
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.stereo.rectify import SCALES
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -128,5 +128,5 @@ def _torch() -> ModuleType:
         return import_module("torch")
     except ImportError as error:
         raise InvalidInput(
-            "a dataset for PyTorch needs torch, which is not installed; pip install 'foveacam-duo[learn]'"
+            f"a dataset for PyTorch needs torch, which is not installed; {install_command('learn')}"
         ) from error

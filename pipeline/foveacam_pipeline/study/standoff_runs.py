@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import joblib
 import shapely
 
-from foveacam_hardware.contract import InvalidInput, NotConnected
+from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
 from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.study.coverage import Coverage, closed_path, coverage
 from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
@@ -165,8 +165,7 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
         from distributed import Client
     except ImportError as error:
         raise InvalidInput(
-            f"the cluster {cluster} was asked for, and Dask is not installed; "
-            "pip install 'foveacam-duo[cluster]'"
+            f"the cluster {cluster} was asked for, and Dask is not installed; {install_command('cluster')}"
         ) from error
     _probe(cluster)
     try:

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from foveacam_hardware.contract import NotConnected, Timeout
+from foveacam_hardware.contract import NotConnected, Timeout, install_command
 from foveacam_server.bench.server_process import ServerProcess, free_port
 
 if TYPE_CHECKING:
@@ -65,10 +65,10 @@ def _browser() -> "Iterator[Browser]":
     except ImportError as error:
         raise NotConnected(
             "the bench 'console' drives a browser by Playwright, which is not installed here; "
-            "install the extra: pip install 'foveacam-duo[dev]'",
+            f"install the extra: {install_command('dev')}",
             asked="playwright",
             found="nothing",
-            remedy="pip install 'foveacam-duo[dev]'",
+            remedy=install_command("dev"),
         ) from error
     if not CHROMIUM.exists():
         raise NotConnected(

@@ -17,7 +17,7 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, Sighting
+from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, Sighting, install_command
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -91,7 +91,7 @@ def _published_pair() -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.
         from skimage.data import stereo_motorcycle
     except ImportError as error:
         raise InvalidInput(
-            "bench stereo needs scikit-image, which carries the real pair; pip install 'foveacam-duo[dev]'"
+            f"bench stereo needs scikit-image, which carries the real pair; {install_command('dev')}"
         ) from error
     left, right, truth_px = stereo_motorcycle()  # type: ignore[no-untyped-call]  # it ships no types
     return left, right, truth_px

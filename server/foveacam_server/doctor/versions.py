@@ -5,12 +5,13 @@ import platform
 from collections.abc import Callable, Mapping
 from importlib import metadata
 
+from foveacam_hardware.contract import install_command
 from foveacam_hardware.drivers.cameras.aravis_library import LIBRARY
 from foveacam_server.doctor.findings import Finding, fine, problem
 from foveacam_server.doctor.needs import Needs
 
 REMEDIES = {
-    "pypylon": "pip install 'foveacam-duo[pylon]'",
+    "pypylon": install_command("pylon"),
     "libaravis": "sudo apt install libaravis-0.8-0",
 }
 NEEDED_BY = {"pypylon": "pylon", "libaravis": "aravis"}

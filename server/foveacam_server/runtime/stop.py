@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Protocol
 
 from foveacam_server.runtime.events import EventLog, Level
@@ -53,10 +53,12 @@ class StopSwitch:
         with self._lock:
             if not self._state.engaged:
                 self._state = StopState(engaged=True, since_utc=utc_now(), by=by)
+            state = self._state
         parked = self._hardware.halt()
         self._cancel_jobs("the stop was engaged")
         message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
-        self._events.emit("stop.engaged", message, level=Level.WARNING, data={"by": by, "parked": parked})
+        data = {"by": by, "parked": parked, "stop": asdict(state)}
+        self._events.emit("stop.engaged", message, level=Level.WARNING, data=data)
         return parked
 
     def release(self, by: str) -> StopState:
@@ -66,5 +68,6 @@ class StopSwitch:
             self._state = RELEASED
             self._hardware.resume()
         if was_engaged:
-            self._events.emit("stop.released", "the stop was released", data={"by": by})
+            data = {"by": by, "stop": asdict(RELEASED)}
+            self._events.emit("stop.released", "the stop was released", data=data)
         return self._state

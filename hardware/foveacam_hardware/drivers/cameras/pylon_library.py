@@ -3,7 +3,7 @@
 import warnings
 from importlib import import_module
 
-from foveacam_hardware.contract import DeviceInfo, NotConnected
+from foveacam_hardware.contract import DeviceInfo, NotConnected, install_command
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
 
@@ -20,7 +20,7 @@ def load_library() -> Vendor:
     except ImportError as error:
         raise NotConnected(
             f"Basler cameras need the vendor's library, which cannot be loaded ({error});"
-            " pip install 'foveacam-duo[pylon]'"
+            f" {install_command('pylon')}"
         ) from error
 
 

@@ -61,6 +61,7 @@ async function answerTo(method, path, options) {
       headers: body === undefined ? headers : { "Content-Type": "application/json", ...headers },
       body: body === undefined ? null : JSON.stringify(body),
       cache: "no-store",
+      priority: method === "GET" ? "low" : "high", // an order, STOP above all, waits for no reading of other tabs
       keepalive,
       signal: AbortSignal.timeout(patience_ms),
     });

@@ -25,6 +25,7 @@ export class Sync {
   #fixations;
   #reads = new QuietReads();
   #others;
+  #stops_told = 0;
 
   /** @param {{store: Store, fixations: Fixations, others?: Reader[]}} context */
   constructor({ store, fixations, others = [] }) {
@@ -78,7 +79,9 @@ export class Sync {
 
   #readStop() {
     return this.#reads.read("stop", async () => {
-      this.#store.set({ stop: /** @type {StopDocument} */ (await request("GET", "/stop")) });
+      const told = this.#stops_told;
+      const stop = /** @type {StopDocument} */ (await request("GET", "/stop"));
+      if (told === this.#stops_told) this.#store.set({ stop }); // else an event has told what is newer
     });
   }
 
@@ -97,6 +100,19 @@ export class Sync {
     });
   }
 
+  /**
+   * Its event tells all of it, and one of the rig's state follows: were every page to ask, a dozen of them would keep
+   * the next order waiting.
+   * @param {RigEvent} event
+   */
+  #hearStop({ data }) {
+    const stop = /** @type {StopDocument | undefined} */ (data?.["stop"]);
+    if (stop) {
+      this.#stops_told += 1;
+      this.#store.set({ stop });
+    } else void this.#readStop();
+  }
+
   /** @param {RigEvent} event */
   #hear(event) {
     this.#store.set({ log: withEvent(this.#store.state.log, event) });
@@ -105,7 +121,7 @@ export class Sync {
     const subject = event.kind.split(".")[0];
     if (subject === "target") void this.#readTargets();
     else if (subject === "cloud") void this.#readClouds();
-    else if (subject === "stop") void Promise.all([this.#readStop(), this.readRig()]);
+    else if (subject === "stop") this.#hearStop(event);
     else if (subject === "lease") void this.#readLease();
     else if (subject === "rig" || subject === "device" || subject === "camera" || subject === "mirrors") void this.readRig();
   }

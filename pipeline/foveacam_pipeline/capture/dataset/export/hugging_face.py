@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_hardware.contract import InvalidInput, Role, install_command
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
 from foveacam_pipeline.capture.dataset.images import Codec, encode
@@ -118,6 +118,5 @@ def _pyarrow() -> tuple[ModuleType, ModuleType]:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError as error:
         raise InvalidInput(
-            "an export for Hugging Face needs pyarrow, which is not installed; "
-            "pip install 'foveacam-duo[export]'"
+            f"an export for Hugging Face needs pyarrow, which is not installed; {install_command('export')}"
         ) from error
