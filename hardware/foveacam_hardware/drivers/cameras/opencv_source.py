@@ -95,6 +95,7 @@ def _capture(source: Source, kind: SourceKind) -> Capture:
     if kind is SourceKind.STREAM:
         deadlines = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPEN_TIMEOUT_MS]
         deadlines += [cv2.CAP_PROP_READ_TIMEOUT_MSEC, READ_TIMEOUT_MS]
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)  # why it cannot be opened, we say
     capture = cv2.VideoCapture(source, _BACKENDS[kind], deadlines)
     return cast(Capture, capture)  # its own types allow for pictures on a graphics card
 
