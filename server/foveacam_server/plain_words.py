@@ -67,7 +67,10 @@ def _tell(error: Failure) -> PlainWords:
         reason = str(context.get("error", "it cannot be parsed"))
         detail = f"The body is not JSON: {reason}."
         return PlainWords(detail=detail, asked="a JSON body", found=reason, remedy="Send JSON.")
-    needed = _needed(kind, context) or str(error.get("msg", "another value")).removeprefix("Value error, ")
+    if kind == "value_error":  # a sentence of our own, about how parts go together
+        said = str(error.get("msg", "")).removeprefix("Value error, ")
+        return PlainWords(detail=f"{where}: {said}.", asked=where, found=_show(value), remedy=None)
+    needed = _needed(kind, context) or str(error.get("msg", "another value"))
     shown = _show(value)
     return PlainWords(
         detail=f"{where} is {shown}; needed is {needed}.",
