@@ -8,14 +8,15 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
 
 from .calibration_room import make_grey
-from .conftest import Running
+from .conftest import PATIENCE_S, Running
 
 pytestmark = pytest.mark.timeout(300)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _grey(server: Running) -> None:
-    make_grey(server.rig)
+    rig = server.rig  # its devices belong to one thread: an exposure that is under way would be lost
+    server.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
 
 
 def test_drift_check_is_refused_while_the_stop_is_engaged(server: Running) -> None:
