@@ -17,7 +17,7 @@ from foveacam_server.runtime import ground, opening
 from foveacam_server.runtime.events import Event
 
 from .calibration_room import changed_room, make_grey
-from .conftest import API, Running, running
+from .conftest import API, PATIENCE_S, Running, running
 
 PATIENCE_S, PERIOD_S = 200.0, 0.2
 LIVE_HZ = 0.1, 0.1
@@ -119,9 +119,14 @@ def virtual_desk(folder: Path, *, plain: bool = True, rig_file: str = "") -> Ite
         patch.setattr(opening, "open_rig", _in_virtual_time)
         with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as room:
             rig = room.rig
-            make_grey(rig)
-            rig.wide.configure(replace(rig.wide.settings, frame_rate_hz=WIDE_HZ))
+            room.services.hardware.submit(lambda _: _set_cameras(rig)).result(PATIENCE_S)
             yield Desk(room, data)
+
+
+def _set_cameras(rig: Rig) -> None:
+    """Let cameras cost little; in the thread that owns them, for an exposure under way would be lost."""
+    make_grey(rig)
+    rig.wide.configure(replace(rig.wide.settings, frame_rate_hz=WIDE_HZ))
 
 
 def _in_virtual_time(config: SimulatedRigConfig, *, clock: Clock, **_given: object) -> Rig:
