@@ -17,7 +17,7 @@ from foveacam_server.runtime import ground, opening
 from foveacam_server.runtime.events import Event
 
 from .calibration_room import changed_room, make_grey
-from .conftest import API, PATIENCE_S, Running, running
+from .conftest import API, Running, running
 
 PATIENCE_S, PERIOD_S = 200.0, 0.2
 LIVE_HZ = 0.1, 0.1
