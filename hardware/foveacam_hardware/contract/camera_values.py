@@ -116,7 +116,7 @@ class CameraCounters:
     skipped: int = 0
     """Frames that came whole and that nobody read before newer ones took their place; nothing is wrong."""
     dropped: int = 0
-    """Frames that never came, by the gap in the camera's numbers."""
+    """Frames that never came: by the gap in the camera's numbers, or asked for in vain."""
     incomplete: int = 0
     late: int = 0
     underrun: int = 0

@@ -28,7 +28,7 @@ class LiveRecording:
     label: str
     asked_s: float | None
     every: bool
-    """Whether all frames are wanted, or those that live views show."""
+    """Whether frames come as fast as the rig can bring them, or as live views show them."""
     begun_ns: int
     created_utc: str = field(default_factory=utc_now)
     recorder: Recorder | None = None

@@ -14,8 +14,8 @@ IDLE_FOVEA_HZ = 1.0
 """Rates while nobody watches: snapshots stay fresh and a lost device is noticed, at little cost."""
 EVERY_WIDE_HZ = 120.0
 EVERY_FOVEA_HZ = 1000.0
-"""Rates while all frames are wanted: a free-running camera is asked oftener than it has new ones, and looks
-follow each other as fast as they are over."""
+"""Limits while somebody records: looks follow each other as fast as they are over, and between them a
+free-running camera is asked for its newest frame; what it had meanwhile is skipped."""
 LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
