@@ -23,7 +23,7 @@ class RecordingRequest(Asked):
     )
     duration_s: Annotated[float, Field(ge=0.1, le=86_400.0)] | None = None
     rate: Rate = "full"
-    """As fast as looks follow each other, with the newest wide frame between them; or what live views show."""
+    """Look after look with the newest wide frame between them, or what live views show."""
     label: Text = ""
 
 

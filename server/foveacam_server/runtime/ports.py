@@ -107,7 +107,7 @@ class PictureSink(Protocol):
         ...
 
     def wants_every(self, view: str) -> bool:
-        """Tell whether somebody wants `view` as fast as the rig can bring it, more than a viewer can follow."""
+        """Tell whether somebody wants `view` as fast as the rig can bring it."""
         ...
 
 
