@@ -257,6 +257,23 @@ def test_noise_differs_from_frame_to_frame(bench: Bench) -> None:
     assert not np.array_equal(first.image, camera.read().image)
 
 
+def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: Stage) -> None:
+    clock = VirtualClock()
+    world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+    camera = SimCamera(world, Role.LEFT, clock=clock)
+    camera.connect()
+    camera.configure(replace(camera.settings, triggered=True))
+    camera.start()
+    for wait_ns in (20_000_000, 1_000_000):
+        clock.sleep_until_ns(clock.now_ns() + wait_ns)
+        world.trigger(clock.now_ns(), pulse_us=1000, cameras=6)
+    camera.read()
+    counters = camera.counters
+    camera.close()
+
+    assert (counters.delivered, counters.skipped, counters.dropped) == (1, 0, 1)
+
+
 def test_two_readers_share_the_frames_and_none_is_given_twice(stage: Stage) -> None:
     clock = MonotonicClock()
     world = World(stage=stage, preset=RIG120, seed=0, clock=clock)

@@ -63,6 +63,8 @@ class SimCamera:
         self._epoch = 0
         self._delivered = 0
         self._skipped = 0
+        self._missed = 0
+        """Of schedules that are over."""
         self._last: Frame | None = None
         world.wire(role, self)
 
@@ -87,8 +89,9 @@ class SimCamera:
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered and skipped since `start`; rendered ones are never dropped, incomplete or late."""
-        return CameraCounters(delivered=self._delivered, skipped=self._skipped)
+        """Frames delivered, skipped and missed since `start`; rendered ones are never incomplete or late."""
+        missed = self._missed + (0 if self._schedule is None else self._schedule.missed)
+        return CameraCounters(delivered=self._delivered, skipped=self._skipped, dropped=missed)
 
     @property
     def ranges(self) -> CameraRanges:
@@ -134,7 +137,7 @@ class SimCamera:
         self._require_connected("start")
         with self._lock:
             if self._schedule is None:
-                self._delivered = self._skipped = 0
+                self._delivered = self._skipped = self._missed = 0
                 self._begin()
 
     def stop(self) -> None:
@@ -142,6 +145,7 @@ class SimCamera:
         with self._lock:
             if self._schedule is not None:
                 self._seq = self._schedule.next_seq
+                self._missed += self._schedule.missed
             self._schedule = None
             self._last = None
 
@@ -202,6 +206,7 @@ class SimCamera:
 
     def _begin(self) -> None:
         seq = self._seq if self._schedule is None else self._schedule.next_seq
+        self._missed += 0 if self._schedule is None else self._schedule.missed
         if self._settings.triggered:
             self._schedule = Triggered(self._settings, first_seq=seq)
         else:

@@ -32,6 +32,9 @@ class Exposure:
 class Schedule(Protocol):
     """The exposures of a camera, in order; one reader takes them."""
 
+    missed: int
+    """Edges that came while the sensor was busy: they exposed nothing."""
+
     def first(self, now_ns: int) -> Exposure | None:
         """Return the oldest exposure not taken (it may still be running); None when none is known."""
         ...
@@ -87,6 +90,7 @@ class FreeRun:
         self._stretches = [Stretch(first_slot=0, start_ns=start_ns, settings=settings)]
         self._first_seq = first_seq
         self._untaken = 0  # slot
+        self.missed = 0
 
     @property
     def next_seq(self) -> int:
@@ -148,6 +152,7 @@ class Triggered:
         self._next_edge_seq = first_seq
         self._free_ns = 0
         self._lost = 0
+        self.missed = 0
 
     @property
     def next_seq(self) -> int:
@@ -158,7 +163,7 @@ class Triggered:
         """Begin an exposure, unless the sensor is still busy with the last one."""
         with self._lock:
             if t_ns < self._free_ns:
-                self._lost += 1
+                self.missed += 1
                 return
             interval = Interval(start_ns=t_ns, length_ns=self._settings.exposure_ns)
             self._queue.append(Exposure(seq=self._next_edge_seq, interval=interval, settings=self._settings))
