@@ -48,8 +48,8 @@ export class Fixations {
    */
   follow(job, request_body, mine) {
     const current = this.#store.state.current;
-    const steps = current?.job_id === job.id ? current.steps : []; // its events may have come before its answer
-    this.#set({ ...fresh(job.id, request_body, mine), steps });
+    const known = current?.job_id === job.id ? current : fresh(job.id, null, mine); // its events may have come before its answer
+    this.#set({ ...known, request: request_body, mine });
     this.#take(job);
   }
 
@@ -62,7 +62,7 @@ export class Fixations {
   hear(event) {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
-    else if (event.kind === "fixation.done") this.#done(data);
+    else if (event.kind === "fixation.done") this.#ended(/** @type {FixationDocument} */ (data)); // it tells all of it
     else if (event.kind === "job.updated") this.#job(data);
     else if (event.kind === "cloud.created") this.#cloud(data);
     else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string") void this.recall(data["fixation_id"]);
@@ -107,15 +107,6 @@ export class Fixations {
     const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort((a, b) => a.index - b.index);
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
     this.#watch();
-  }
-
-  /** @param {Record<string, unknown>} data */
-  #done(data) {
-    const job_id = data["job_id"];
-    const id = data["fixation_id"] ?? data["id"];
-    const current = this.#store.state.current;
-    if (typeof id !== "string" || (current?.job_id && typeof job_id === "string" && current.job_id !== job_id)) return;
-    void this.#load(`/fixations/${id}`);
   }
 
   /**
@@ -178,16 +169,20 @@ export class Fixations {
 
   /** @param {string} path */
   async #load(path) {
-    clearTimeout(this.#look);
     try {
-      const fixation = /** @type {FixationDocument} */ (await request("GET", path));
-      const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
-      if (current.job_id !== fixation.job_id) return; // another one has begun meanwhile
-      this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
+      this.#ended(await request("GET", path));
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       this.#fail(error.document);
     }
+  }
+
+  /** @param {FixationDocument} fixation */
+  #ended(fixation) {
+    const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
+    if (current.job_id !== fixation.job_id) return; // another one has begun meanwhile
+    clearTimeout(this.#look);
+    this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
   }
 
   /** @param {CurrentFixation} current */

@@ -28,6 +28,7 @@ export function mountFixation(place, announcer, { store, commands }) {
   fill(place, head, plot);
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
+    place.dataset["fixation"] = current?.fixation?.id ?? "";
     fill(head, ...outcome(current, commands));
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
