@@ -3,10 +3,12 @@
 What only a simulated world can show (light, noise, virtual time) stands in test_cameras.py.
 """
 
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -123,6 +125,17 @@ def test_the_newest_frame_is_repeated_while_it_is_young_enough(streaming: Camera
 
     assert again.seq >= first.seq
     assert streaming.counters.delivered >= 1
+
+
+def test_what_waits_for_its_reader_is_had_at_once_and_in_order(streaming: Camera) -> None:
+    streaming.read(timeout_ms=PATIENCE_MS)
+    end_s = time.monotonic() + PATIENCE_MS / 1000.0
+    while streaming.waiting < 2 and time.monotonic() < end_s:
+        time.sleep(0.01)
+    frames = [streaming.read(timeout_ms=0.0) for _ in range(streaming.waiting)]
+
+    assert len(frames) >= 2
+    assert [later.seq - frame.seq for frame, later in pairwise(frames)] == [1] * (len(frames) - 1)
 
 
 def test_a_start_begins_the_counters_anew_and_the_numbers_go_on(streaming: Camera) -> None:

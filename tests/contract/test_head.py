@@ -22,6 +22,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.world import World
 
@@ -62,6 +63,21 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         late_ms = (sighting.wide.t_ns - sighting.left.t_ns) / 1e6
 
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
+
+
+def test_a_look_brings_the_wide_frames_that_waited_before_its_own(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = rig.head.look(both(0.0, 0.0))
+    rig.clock.sleep_until_ns(rig.clock.now_ns() + 150_000_000)
+    monkeypatch.setattr(SimCamera, "waiting", 3)
+    second = rig.head.look(both(10.0, 0.0))
+    wides = [first.wide, *second.wide_before, second.wide]
+
+    assert first.wide_before == ()
+    assert [frame.seq - first.wide.seq for frame in wides] == list(range(len(wides)))
+    assert len(wides) > 4  # three that waited, and then the one that the look needs
+    assert wides[-2].t_ns < second.left.t_ns <= second.wide.t_ns
 
 
 def test_the_mirrors_move_on_while_the_last_exposure_is_read(rig: Rig) -> None:

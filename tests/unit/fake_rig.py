@@ -148,6 +148,7 @@ class FakeCamera:
         self.failure: FoveaError | None = None
         self._clock = clock
         self._seq = 0
+        self.waiting = 0
 
     @property
     def ranges(self) -> CameraRanges:

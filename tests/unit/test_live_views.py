@@ -1,8 +1,10 @@
 """How often the live views are due: as often as they are allowed, and more seldom while nobody looks."""
 
+from dataclasses import replace
+
 import pytest
 
-from foveacam_hardware.contract import VirtualClock
+from foveacam_hardware.contract import PARKED, VirtualClock
 from foveacam_server.runtime.live_views import (
     IDLE_FOVEA_HZ,
     IDLE_WIDE_HZ,
@@ -11,7 +13,7 @@ from foveacam_server.runtime.live_views import (
     LiveViews,
 )
 
-from .fake_rig import Pictures
+from .fake_rig import FakeRig, Pictures
 
 LOOKING, NOBODY = {"wide", "left"}, set[str]()
 
@@ -40,6 +42,27 @@ def test_what_wants_all_frames_has_them_as_fast_as_they_come_whatever_the_limits
     assert due_after_s(NOBODY, 15.0, wide=True, recording=LOOKING) < 0.01
     assert due_after_s(NOBODY, 15.0, wide=False, recording=LOOKING) <= 0.001
     assert due_after_s(NOBODY, 15.0, wide=False, recording={"wide"}) > 0.9
+
+
+@pytest.mark.parametrize(("recording", "shown"), [(NOBODY, 1), ({"wide"}, 4)])
+def test_what_wants_all_frames_has_those_that_waited_too(recording: set[str], shown: int) -> None:
+    sink, rig = Pictures(recording=recording), FakeRig(VirtualClock())
+    rig.wide.waiting = 3
+    views = LiveViews(sink=sink, clock=rig.clock, limits=LiveRates(), overlay=lambda _: None)
+    newest = views.take_wide(rig, gaze=PARKED)
+
+    assert (sink.counts, newest.seq) == ({"wide": shown}, shown)
+
+
+@pytest.mark.parametrize(("recording", "shown"), [(NOBODY, 1), ({"wide"}, 3)])
+def test_what_wants_all_frames_has_those_of_looks_too(recording: set[str], shown: int) -> None:
+    sink, rig = Pictures(recording=recording), FakeRig(VirtualClock())
+    before = rig.wide.read(), rig.wide.read()
+    seen = replace(rig.head.look(PARKED), wide_before=before)
+    views = LiveViews(sink=sink, clock=rig.clock, limits=LiveRates(), overlay=lambda _: None)
+    views.show_sighting(seen)
+
+    assert sink.counts == {"wide": shown, "left": 1, "right": 1}
 
 
 def due_after_s(

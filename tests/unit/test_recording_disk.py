@@ -78,6 +78,15 @@ def test_a_disk_that_turns_read_only_leaves_what_it_took(tmp_path: Path) -> None
         assert len(list(recording.frames())) == sum(found.written for found in recorder.statistics.values())
 
 
+def test_numbers_that_never_came_are_counted_beside_what_was_published(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
+        for tick in (4, 5, 9, 9, 10):
+            recorder.publish("left", raw(picture("left", tick), tick=tick))
+
+    found = recorder.statistics["left"].document()
+    assert (found["published"], found["written"], found["missing"]) == (5, 5, 3)
+
+
 def test_a_disk_without_room_for_the_beginning_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(DeviceFault, match="nothing was recorded"):
         Recorder(tmp_path / "a.fcap", SESSION, disk=SmallDisk(tmp_path / "a.fcap", room=100))

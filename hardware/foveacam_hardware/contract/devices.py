@@ -58,6 +58,11 @@ class Camera(Protocol):
         """Whether it delivers, and if not, why."""
         ...
 
+    @property
+    def waiting(self) -> int:
+        """How many frames wait to be read; 0 where a frame is made only when asked for."""
+        ...
+
     def connect(self) -> None:
         """Open the device and verify it."""
         ...

@@ -83,6 +83,8 @@ class Sighting:
     wide: Frame
     volts: StereoVolts
     """Mean drive of both mirrors during the exposure, as the controller reported it."""
+    wide_before: tuple[Frame, ...] = ()
+    """Wide frames that waited unread before `wide`, oldest first: a recording wants them all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -61,9 +61,10 @@ class TriggeredHead:
         """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
         wait_us = self.settle_us if settle_us is None else settle_us
         receipt = self._mirrors.expose(volts, settle_us=wait_us, pulse_us=self._pulse_us())
-        wide = self.wide_since(receipt.t_exposure_ns)  # first: it runs freely, and soon there is a newer one
+        # first: it runs freely, and soon there is a newer one
+        *before, wide = self._wides_until(receipt.t_exposure_ns)
         left, right = self.frames_of(receipt)
-        return Sighting(left=left, right=right, wide=wide, volts=receipt.volts)
+        return Sighting(left=left, right=right, wide=wide, volts=receipt.volts, wide_before=tuple(before))
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
         """Begin to steer, settle and expose both foveae; what the one before saw can be read meanwhile."""
@@ -83,11 +84,7 @@ class TriggeredHead:
 
     def wide_since(self, t_ns: int) -> Frame:
         """Return the newest wide frame exposed at `t_ns` or later; wait for one where there is none."""
-        age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
-        frame = self._wide.latest(max_age_ms=age_ms)
-        while frame.t_ns < t_ns:
-            frame = self._wide.read(timeout_ms=READ_TIMEOUT_MS)
-        return frame
+        return self._wides_until(t_ns)[-1]
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame without moving anything."""
@@ -104,6 +101,16 @@ class TriggeredHead:
         before_hz = self._mirrors.low_pass_hz
         self._mirrors.set_low_pass(cutoff_hz)
         return before_hz
+
+    def _wides_until(self, t_ns: int) -> list[Frame]:
+        """Return the wide frames that wait, oldest first; the last one is of `t_ns` or later."""
+        frames = [self._wide.read(timeout_ms=READ_TIMEOUT_MS) for _ in range(self._wide.waiting)]
+        if not frames:
+            age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
+            frames.append(self._wide.latest(max_age_ms=age_ms))
+        while frames[-1].t_ns < t_ns:
+            frames.append(self._wide.read(timeout_ms=READ_TIMEOUT_MS))
+        return frames
 
     def _pulse_us(self) -> int:
         for camera in (self._left, self._right):

@@ -94,6 +94,11 @@ class SimCamera:
         return CameraCounters(delivered=self._delivered, skipped=self._skipped, dropped=missed)
 
     @property
+    def waiting(self) -> int:
+        """None: a frame is rendered when somebody reads it."""
+        return 0
+
+    @property
     def ranges(self) -> CameraRanges:
         """What the sensor can do."""
         return RANGES

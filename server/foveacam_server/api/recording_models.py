@@ -23,7 +23,7 @@ class RecordingRequest(Asked):
     )
     duration_s: Annotated[float, Field(ge=0.1, le=86_400.0)] | None = None
     rate: Rate = "full"
-    """Look after look with the newest wide frame between them, or what live views show."""
+    """Look after look with the wide camera's frames between them, or what live views show."""
     label: Text = ""
 
 
@@ -37,6 +37,7 @@ class StreamDocument(Told):
     """One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where nobody counted.
 
     `frames`: those on the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
+    `missing`: numbers between the published frames that nobody read or that never came, beside `published`.
     """
 
     name: str
@@ -50,6 +51,7 @@ class StreamDocument(Told):
     published: int | None
     written: int | None
     dropped: int | None
+    missing: int | None
     waiting: int
     losses: dict[str, int]
     bytes: int | None

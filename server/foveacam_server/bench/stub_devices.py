@@ -123,6 +123,10 @@ class StubCamera:
         self.did.append((self.clock.now_ns(), f"{self.role} read"))
         return frame
 
+    @property
+    def waiting(self) -> int:
+        return 0
+
     def latest(self, *, max_age_ms: float) -> Frame:
         frame = self._free_frame(later=0)
         old_ns = self.clock.now_ns() - frame.t_ns

@@ -97,9 +97,10 @@ def _looks(
     begin_ns, last_wide = rig.clock.now_ns(), -1
     while (done_s := (rig.clock.now_ns() - begin_ns) / 1e9) < recorded.seconds and recorder.failure is None:
         sighting = rig.head.look(volts)
-        if sighting.wide.seq != last_wide:
-            last_wide = sighting.wide.seq
-            publish(sighting.wide)
+        for wide in (*sighting.wide_before, sighting.wide):
+            if wide.seq > last_wide:
+                last_wide = wide.seq
+                publish(wide)
         publish(sighting.left.with_volts(sighting.volts.left))
         publish(sighting.right.with_volts(sighting.volts.right))
         tell(done_s, _told(recorder.statistics, recorder.bytes_written))
@@ -114,11 +115,11 @@ def _told(streams: dict[str, StreamStatistics], size: int) -> str:
 def record_table(found: dict[str, object]) -> Table:
     """Return what became of the frames, for people."""
     table = Table(title=f"{found['file']}: {int(str(found['bytes'])) / 1e6:.1f} MB")
-    for name in ("stream", "published", "written", "dropped", "why", "fps"):
+    for name in ("stream", "published", "written", "dropped", "why", "missing", "fps"):
         table.add_column(name, justify="left" if name in ("stream", "why") else "right")
     streams = found["streams"]
     for stream, counts in (streams if isinstance(streams, dict) else {}).items():
         why = ", ".join(f"{loss}: {count}" for loss, count in counts["losses"].items())
-        shown = (counts["published"], counts["written"], counts["dropped"], why, f"{counts['fps']:.2f}")
-        table.add_row(stream, *map(str, shown))
+        shown = [stream, *(str(counts[name]) for name in ("published", "written", "dropped"))]
+        table.add_row(*shown, why, str(counts["missing"]), f"{counts['fps']:.2f}")
     return table

@@ -8,7 +8,7 @@ from foveacam_server.recordings.shelf import KeptRecording
 from foveacam_server.runtime.store import Document
 
 URL = "/api/v1/recordings"
-_COUNTS = ("published", "written", "dropped", "losses", "bytes")
+_COUNTS = ("published", "written", "dropped", "missing", "losses", "bytes")
 
 
 def recording_document(kept: KeptRecording) -> Document:
@@ -41,7 +41,7 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
     """Return a recording that is being made, as far as it is."""
     counted = {name: found.document() for name, found in live.statistics.items()}
     waiting = {name: found.waiting for name, found in live.statistics.items()}
-    nothing: Document = dict.fromkeys(("published", "written", "dropped", "bytes", "fps"), 0) | {"losses": {}}
+    nothing: Document = dict.fromkeys((*_COUNTS, "fps"), 0) | {"losses": {}}
     streams = []
     for role in live.roles:
         name = STREAM_OF_ROLE[role]

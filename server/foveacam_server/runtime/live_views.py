@@ -14,8 +14,8 @@ IDLE_FOVEA_HZ = 1.0
 """Rates while nobody watches: snapshots stay fresh and a lost device is noticed, at little cost."""
 EVERY_WIDE_HZ = 120.0
 EVERY_FOVEA_HZ = 1000.0
-"""Limits while somebody records: looks follow each other as fast as they are over, and between them a
-free-running camera is asked for its newest frame; what it had meanwhile is skipped."""
+"""Limits while somebody records: looks follow each other as fast as they are over, and between them the
+wide camera's frames are read one after the other."""
 LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
@@ -47,7 +47,10 @@ class LiveViews:
     def show_sighting(self, sighting: Sighting) -> None:
         """Publish what one look saw; its wide frame is as good as a live one."""
         self.wide_begins(in_session=False)
-        self._show(sighting.wide, meta=self._overlay(sighting.volts))
+        overlay = self._overlay(sighting.volts)
+        for frame in sighting.wide_before if self._sink.wants_every(Role.WIDE.value) else ():
+            self._show(frame, meta=overlay)
+        self._show(sighting.wide, meta=overlay)
         self._show(sighting.left)
         self._show(sighting.right)
 
@@ -71,9 +74,12 @@ class LiveViews:
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
     def take_wide(self, rig: Rig, *, gaze: StereoVolts, max_age_ms: float = LIVE_AGE_MS) -> Frame:
-        """Show and return the newest wide frame."""
+        """Show and return the newest wide frame, after those that wait where somebody wants all."""
+        overlay = self._overlay(gaze)
+        for _ in range(rig.wide.waiting if self._sink.wants_every(Role.WIDE.value) else 0):
+            self._show(rig.wide.read(), meta=overlay)
         frame = rig.wide.latest(max_age_ms=max_age_ms)
-        self._show(frame, meta=self._overlay(gaze))
+        self._show(frame, meta=overlay)
         return frame
 
     def look_begins(self) -> None:

@@ -73,8 +73,9 @@ class Console:
     def fixate(self, x_px: float, y_px: float) -> None:
         """Click on the wide pixel and wait for the outcome."""
         before = self.page.locator("#fixation").get_attribute("data-fixation")
+        is_new = f':not([data-fixation=""], [data-fixation="{before}"])'
         self.click(x_px, y_px)
-        self.page.locator(f'#fixation:not([data-fixation=""], [data-fixation="{before}"]) .numbers').wait_for()
+        self.page.locator(f"#fixation{is_new} .numbers").wait_for()
 
     def until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""

@@ -46,6 +46,11 @@ class AbsentCamera:
         return CameraCounters()
 
     @property
+    def waiting(self) -> int:
+        """None."""
+        return 0
+
+    @property
     def ranges(self) -> CameraRanges:
         """Nothing can be set."""
         nothing = Span(low=0.0, high=0.0)

@@ -94,6 +94,12 @@ class SupervisedCamera:
         return self._desk.counters
 
     @property
+    def waiting(self) -> int:
+        """How many frames wait for their reader."""
+        with self._desk.changed:
+            return self._desk.waiting
+
+    @property
     def ranges(self) -> CameraRanges:
         """What it accepts; nothing before it was opened."""
         return self._desk.ranges

@@ -73,6 +73,13 @@ class ReplayCamera:
         return CameraCounters(delivered=self._delivered, skipped=self._skipped)
 
     @property
+    def waiting(self) -> int:
+        """How many recorded frames have come due and were not read; the oldest are forgotten."""
+        with self._lock:
+            newest = self._newest(self._clock.now_ns())
+            return min(max(0, newest - self._next + 1), BACKLOG) if self._started else 0
+
+    @property
     def ranges(self) -> CameraRanges:
         """What was recorded, and nothing else."""
         now = self._settings

@@ -97,7 +97,7 @@ class Recorder:
     def publish(self, stream: str, frame: RawFrame) -> bool:
         """Hand over a frame; tell whether it will be written unless the disk fails. Never waits."""
         with self._changed:
-            self._streams[stream] = self._streams.get(stream, StreamStatistics()).with_published()
+            self._streams[stream] = self._streams.get(stream, StreamStatistics()).with_published(frame.seq)
             loss = self._refusal(stream, frame)
             if loss is not None:
                 self._streams[stream] = self._streams[stream].with_lost(loss)

@@ -24,6 +24,9 @@ class StreamStatistics:
     """One stream; published = written + dropped + waiting, and waiting is 0 once the recording is over."""
 
     published: int = 0
+    missing: int = 0
+    """Numbers that are missing between the frames published: nobody read those, or they never came."""
+    last_seq: int | None = None
     written: int = 0
     waiting: int = 0
     losses: dict[Loss, int] = field(default_factory=dict)
@@ -43,9 +46,16 @@ class StreamStatistics:
             return 0.0
         return (self.written - 1) * 1e9 / (self.last_t_ns - self.first_t_ns)
 
-    def with_published(self) -> "StreamStatistics":
-        """Count one that came."""
-        return replace(self, published=self.published + 1, waiting=self.waiting + 1)
+    def with_published(self, seq: int) -> "StreamStatistics":
+        """Count one that came, and those whose numbers are missing before it."""
+        gap = 0 if self.last_seq is None else max(0, seq - self.last_seq - 1)
+        return replace(
+            self,
+            published=self.published + 1,
+            missing=self.missing + gap,
+            last_seq=seq if self.last_seq is None else max(seq, self.last_seq),
+            waiting=self.waiting + 1,
+        )
 
     def with_written(self, size: int, *, t_ns: int) -> "StreamStatistics":
         """Count one that waited and is on the file, `size` bytes of it."""
@@ -74,6 +84,7 @@ class StreamStatistics:
             "published": self.published,
             "written": self.written,
             "dropped": self.dropped,
+            "missing": self.missing,
             "losses": {loss.value: count for loss, count in self.losses.items()},
             "fps": round(self.fps, 3),
             "bytes": self.bytes_written,

@@ -14,6 +14,7 @@ export type RecordedStream = {
   published: number | null;
   written: number | null;
   dropped: number | null;
+  missing: number | null;
   waiting: number;
   losses: Record<string, number>;
   bytes: number | null;

@@ -21,6 +21,11 @@ import { galleryAddress } from "./route.js";
  * @typedef {import("./recording_documents.js").TimelineDocument} TimelineDocument
  */
 
+const COLUMNS = [
+  ["Camera"], ["Frames"], ["Dropped", "They came, and are not on the file"],
+  ["Missing", "Between the frames that came these numbers are missing: nobody read them, or they never came"], ["Rate"],
+];
+
 /**
  * @param {string} id
  * @param {GalleryContext} context
@@ -136,13 +141,18 @@ function farOf({ why, state, truncated }) {
   return [h("p", { class: state === "damaged" ? "strip bad" : "strip warn" }, icon("warn"), `${sentence(why)}${rest}`)];
 }
 
+/** @param {number | null} counted */
+function countedWords(counted) {
+  return counted === null ? "not counted" : count(counted);
+}
+
 /** @param {RecordingDocument["streams"]} streams */
 function camerasOf(streams) {
   if (streams.length === 0) return [nothing("No camera in it.")];
   return [
-    h("table", { class: "tally" }, h("thead", {}, h("tr", {}, ["Camera", "Frames", "Dropped", "Rate"].map((text) => h("th", { scope: "col", text })))),
+    h("table", { class: "tally" }, h("thead", {}, h("tr", {}, COLUMNS.map(([text, title]) => h("th", { scope: "col", text, title })))),
       h("tbody", {}, streams.map((stream) => h("tr", {}, h("th", { scope: "row", class: `role-${stream.role}`, text: stream.role === null ? stream.name : CAMERAS[stream.role], title: sizeOf(stream) }),
-        h("td", { text: count(stream.frames) }), h("td", { class: (stream.dropped ?? 0) > 0 ? "warn-text" : "", text: stream.dropped === null ? "not counted" : count(stream.dropped) }), h("td", { text: rateWords(stream.fps) }))))),
+        h("td", { text: count(stream.frames) }), h("td", { class: (stream.dropped ?? 0) > 0 ? "warn-text" : "", text: countedWords(stream.dropped) }), h("td", { text: countedWords(stream.missing) }), h("td", { text: rateWords(stream.fps) }))))),
     ...streams.filter((stream) => lossWords(stream) !== "").map((stream) => h("p", { class: "why", text: `${stream.name}: dropped ${lossWords(stream)}` })),
   ];
 }
