@@ -167,17 +167,22 @@ class Operator(Notebook):
             self._motors.move_to(replace(pose, pan_rad=pose.pan_rad + aside, tilt_rad=pose.tilt_rad - aside))
 
 
-def test_a_rig_turned_by_hand_is_measured_where_it_rests(rig: Rig, far: Swept, tmp_path: Path) -> None:
-    missing = {0, 8}
-    known = replace(far.whole, poses=tuple(pose for pose in far.whole.poses if pose.index not in missing))
-    save_sweep(known, tmp_path / "sweep-markers.jsonl")
+def turned_by_hand(rig: Rig) -> tuple[ManualPanTilt, Operator]:
+    """Return what a rig without motors is, and who turns it."""
     assert rig.pan_tilt is not None
     rig.pan_tilt.home()
     while rig.pan_tilt.state.moving:
         rig.clock.sleep_until_ns(rig.clock.now_ns() + 10_000_000)
     by_hand = ManualPanTilt()
     by_hand.connect()
-    watch = Operator(rig, by_hand)
+    return by_hand, Operator(rig, by_hand)
+
+
+def test_a_rig_turned_by_hand_is_measured_where_it_rests(rig: Rig, far: Swept, tmp_path: Path) -> None:
+    missing = {0, 8}
+    known = replace(far.whole, poses=tuple(pose for pose in far.whole.poses if pose.index not in missing))
+    save_sweep(known, tmp_path / "sweep-markers.jsonl")
+    by_hand, watch = turned_by_hand(rig)
 
     found = sweep(rig, tmp_path, watch, pan_tilt=by_hand)
 

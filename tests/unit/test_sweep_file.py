@@ -180,6 +180,18 @@ def test_the_plan_is_walked_in_a_serpentine_that_is_denser_at_the_rim() -> None:
     assert np.allclose(np.diff(even[0, :, 0]), np.deg2rad(18.6 / 8))
 
 
+@pytest.mark.parametrize(("columns", "rows"), [(9, 9), (4, 5)])
+def test_by_hand_the_plan_is_walked_ring_by_ring_from_the_middle(columns: int, rows: int) -> None:
+    plan = SweepPlan(columns=columns, rows=rows, spacing=Spacing.EVEN)
+    order = plan.outward()
+    spread = plan.nodes_rad()[order] / [plan.half_width_rad, plan.half_height_rad] * [columns - 1, rows - 1]
+    rings = np.abs(spread).max(axis=1)
+
+    assert sorted(order) == list(range(columns * rows))
+    assert np.all(np.diff(rings) > -1e-9)
+    assert rings[0] < 1.1
+
+
 def test_the_base_turns_so_that_the_target_appears_at_the_gaze() -> None:
     node = np.deg2rad([7.0, -5.0])
     base = base_pose(node, STATION.pose)

@@ -68,8 +68,9 @@ class DeviceWatch:
                 return self._problems[device]
         return None
 
-    def fault(self, device: str, *, detail: str, remedy: str = RETRIED) -> None:
-        """Write down that `device` fails; tell it once."""
+    def fault(self, device: str, *, detail: str, remedy: str | None = None) -> None:
+        """Write down that `device` fails; tell it once. Without a `remedy` it is what `detail` ends with."""
+        remedy = remedy or _remedy_in(detail)
         known = device in self._problems
         self._problems[device] = DeviceProblem(device=device, detail=detail, remedy=remedy)
         self._told = tuple(self._problems.values())
@@ -98,7 +99,7 @@ class DeviceWatch:
             self._keeper.restore(rig)
         failed = {problem.device for problem in rig.problems}
         for problem in rig.problems:
-            self.fault(problem.device, detail=problem.detail, remedy=problem.remedy or RETRIED)
+            self.fault(problem.device, detail=problem.detail, remedy=problem.remedy)
         self._probation |= self._problems.keys() - failed - {MIRRORS}
         parked = MIRRORS not in failed and mirrors_were_lost and self._ready_mirrors(rig)
         if parked and self._exposures_fail:
@@ -170,7 +171,7 @@ class DeviceWatch:
         detail = state.fault or f"the {device.replace('_', '-')} does not answer"
         if state.connected:
             self._reached.add(device)
-            self.fault(device, detail=detail, remedy=detail.rpartition("; ")[2])
+            self.fault(device, detail=detail)
             self._probation.add(device)  # it answers: there is nothing to try again
             return
         if device in self._reached:
@@ -192,3 +193,9 @@ class DeviceWatch:
         if self._problems.pop(device, None) is not None:
             self._told = tuple(self._problems.values())
             self._events.emit("device.recovered", f"{device} is back", data={"device": device})
+
+
+def _remedy_in(detail: str) -> str:
+    """Return what a sentence says to do after its last semicolon, else what is always worth a try."""
+    _, semicolon, last = detail.rpartition("; ")
+    return last if semicolon else RETRIED

@@ -19,6 +19,7 @@ from foveacam_pipeline.calibrate.sweep.marker_sight import EyeSight, SightLimits
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 
 BEYOND = "beyond the volts"
+SMALLER = "choose a smaller sweep"
 """How the reason begins when a gaze would take more than is allowed."""
 LIMIT_RINGS = 4
 """So many places are tried about a gaze that is beyond the volts."""
@@ -155,8 +156,7 @@ class EyeCentring:
         self._doubtful += 1
         self.command_v = clamp_volts(sight.volts_v, self._max_v)  # as reported: rounded to codes
         if self._doubtful >= self._settings.most_doubtful:
-            beyond = f"{self._needs()}, and there " if rim else ""
-            self.refuse(f"{beyond}{reason}")
+            self.refuse(f"{self._needs()}, and there {reason}; {SMALLER}" if rim else f"{reason}")
 
     def _search(self, sight: EyeSight, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
         """Go where the wide view says, or around in rings."""
@@ -170,7 +170,7 @@ class EyeCentring:
         moved = float(np.abs(command_v - sight.volts_v).max())
         there = moved < LOCATED_V and gaze_rad is not None
         if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
-            self.refuse(f"{self._needs()}, and at the limit {reason}")
+            self.refuse(f"{self._needs()}, and at the limit {reason}; {SMALLER}")
             return
         if gaze_rad is None or there:
             aside = _ring(self._rings) * self._settings.ring_rad
@@ -180,10 +180,7 @@ class EyeCentring:
 
     def _needs(self) -> str:
         x, y = self._prediction.volts(self._wanted_rad).tolist()
-        return (
-            f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed; "
-            "choose a smaller sweep"
-        )
+        return f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed"
 
     def _far(self, sight: EyeSight) -> str:
         x, y = sight.offset_px.tolist()

@@ -53,6 +53,15 @@ class SweepPlan:
         rows = [[(x, y) for x in (across if i % 2 == 0 else across[::-1])] for i, y in enumerate(down)]
         return np.array([node for row in rows for node in row])
 
+    def outward(self) -> list[int]:
+        """Return the numbers of the gazes ring by ring from the middle: each tells of its neighbours."""
+        x, y = np.meshgrid(
+            np.arange(self.columns) - (self.columns - 1) / 2.0, np.arange(self.rows) - (self.rows - 1) / 2.0
+        )
+        x[1::2] = x[1::2, ::-1]
+        ring, around = np.maximum(np.abs(x), np.abs(y)).ravel(), np.arctan2(y, x).ravel()
+        return [int(k) for k in np.lexsort((around, ring))]
+
 
 def _axis(count: int, half_rad: float, spacing: Spacing) -> NDArray[np.float64]:
     if spacing is Spacing.EVEN:

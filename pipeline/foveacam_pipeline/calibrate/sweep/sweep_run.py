@@ -15,23 +15,20 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
     Clock,
-    FoveaError,
     Head,
     InvalidInput,
-    OutOfRange,
     PanTilt,
-    Role,
     Station,
     StationTarget,
 )
 from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned
-from foveacam_pipeline.calibrate.sweep.centring import BEYOND
 from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_course import Course
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, open_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_patience import Patience
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_reference import References
@@ -176,8 +173,9 @@ class _Run:
         """Measure what is missing or was refused."""
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
-        to_do = [k for k in range(len(nodes)) if k not in poses or poses[k].eyes_measured < len(EYES)]
-        patience, begun = _Patience(sweep, self.settings), len(to_do)
+        order = self.plan.outward() if self.base.by_hand else list(range(len(nodes)))
+        to_do = [k for k in order if k not in poses or poses[k].eyes_measured < len(EYES)]
+        patience, begun = Patience(sweep, self.settings), len(to_do)
         references = self._references(sweep)
         if to_do:
             references.visit_when_due(0, last=False)
@@ -210,39 +208,11 @@ class _Run:
         if not self.base.by_hand:
             index = to_do.pop(0)
             return self.course.measure(index, nodes[index], self._target)
-        self.base.ask(nodes[to_do[0]])
+        gazes = np.array([self.meter.reachable(nodes[k], self._target) for k in to_do])
+        self.base.ask(gazes[0])
         done = len(nodes) - len(to_do)
-        index = to_do.pop(by_hand.wait_for(nodes[to_do], done=done, total=len(nodes)))
+        index = to_do.pop(by_hand.wait_for(gazes, done=done, total=len(nodes)))
         return self.meter.measure(index, (float(nodes[index][0]), float(nodes[index][1])), None)
-
-
-class _Patience:
-    """Ends a sweep that measures one eye only, with the reason."""
-
-    def __init__(self, sweep: Sweep, settings: SweepSettings) -> None:
-        self._accepted = {role: len(sweep.accepted(role)) for role in EYES}
-        self._refused = dict.fromkeys(EYES, 0)
-        self._few = settings.give_up_after
-        self._many = max(settings.give_up_after, 2 * sweep.header.plan.columns)
-
-    def check(self, pose: SweepPose) -> None:
-        """Raise InvalidInput or OutOfRange when an eye was refused too often."""
-        for role in EYES:
-            reason = pose.refusal(role)
-            if reason is None:
-                self._accepted[role] += 1
-                self._refused[role] = 0
-                continue
-            self._refused[role] += 1
-            if self._refused[role] >= (self._many if self._accepted[role] else self._few):
-                raise _ended(role, self._refused[role], reason)
-
-
-def _ended(role: Role, times: int, reason: str) -> FoveaError:
-    message = (
-        f"sweep ended: the {role} eye was refused at {times} poses in a row, the last time because {reason}"
-    )
-    return OutOfRange(message) if reason.startswith(BEYOND) else InvalidInput(message)
 
 
 def check_same(known: SweepHeader, now: SweepHeader, path: Path) -> None:

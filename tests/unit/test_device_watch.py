@@ -1,0 +1,35 @@
+"""What the operator is told to do about a device that fails."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_hardware.contract import VirtualClock
+from foveacam_server.runtime.device_watch import MIRRORS, RETRIED, DeviceWatch
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.store import Store
+
+
+@pytest.fixture
+def watch(tmp_path: Path) -> Iterator[DeviceWatch]:
+    store = Store(tmp_path)
+    yield DeviceWatch(clock=VirtualClock(), events=EventLog(store))
+    store.close()
+
+
+@pytest.mark.parametrize(
+    ("detail", "given", "told"),
+    [
+        ("firmware 9.0 is newer than this driver; update the software", None, "update the software"),
+        ("the port is held; by a terminal; close that program", None, "close that program"),
+        ("the controller does not answer", None, RETRIED),
+        ("the port is held; close that program", "wait a while", "wait a while"),
+    ],
+)
+def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_worth_a_try(
+    watch: DeviceWatch, detail: str, given: str | None, told: str
+) -> None:
+    watch.fault(MIRRORS, detail=detail, remedy=given)
+
+    assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, told)]
