@@ -6,9 +6,16 @@ to a device is its driver's; that left and right agree is checked here.
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-Serial: TypeAlias = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^\S+$")]
+
+def _without_spaces(serial: str) -> str:
+    if serial.split() != [serial]:
+        raise ValueError("has spaces in it; copy it from `foveacam doctor`")
+    return serial
+
+
+Serial: TypeAlias = Annotated[str, Field(min_length=1, max_length=80), AfterValidator(_without_spaces)]
 Line: TypeAlias = Annotated[str, Field(min_length=1, max_length=40)]
 """An input or output of a camera, as GenICam names it (`Line0`)."""
 ExposureMs: TypeAlias = Annotated[float, Field(gt=0.0, le=10_000.0)]

@@ -1,10 +1,12 @@
 """What a rig's TOML file may say; what it may not is refused by file, key, value and remedy."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -24,6 +26,12 @@ from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
 FORMAT: Literal["foveacam-rig"] = "foveacam-rig"
 VERSION: Literal[1] = 1
 MarkerId: TypeAlias = Annotated[int, Field(ge=0, le=49)]
+
+
+def _checked_id(rig_id: str) -> str:
+    if not re.fullmatch("[a-z0-9][a-z0-9-]{0,39}", rig_id):
+        raise ValueError("choose small letters, digits and hyphens, 40 at most, a letter or a digit first")
+    return rig_id
 
 
 class _Table(BaseModel):
@@ -116,7 +124,7 @@ class SerialRigConfig(_Table):
     version: Literal[1] = VERSION
     """A file without them is of version 1: there was none before."""
     kind: Literal["serial"]
-    rig_id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,39}$")]
+    rig_id: Annotated[str, AfterValidator(_checked_id)]
     """Calibrations carry it: a letter or digit, then letters, digits and hyphens, all small."""
     name: str = "FoveaCam Duo"
     baseline_m: Annotated[float, Field(gt=0.0, le=2.0)] = 0.2

@@ -122,7 +122,11 @@ def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
         ("scene = 1", ["kind"]),
         (SERIAL + "low_pas_hz = 120", ["mirrors.low_pas_hz", "not permitted"]),
         (SERIAL + "max_v = 500", ["mirrors.max_v", "180", "500"]),
-        (SERIAL.replace("lab-1", "Lab 1"), ["rig_id", "Lab 1"]),
+        (
+            SERIAL + '[cameras.wide]\nkind = "aravis"\nserial = "W 1"\n',
+            ["cameras.wide.serial: has spaces in it; copy it from `foveacam doctor`", "W 1"],
+        ),
+        (SERIAL.replace("lab-1", "Lab 1"), ["rig_id: choose small letters, digits and hyphens", "Lab 1"]),
         (
             SERIAL + '[cameras]\nleft = { kind = "webcam" }',
             ["cameras.left", "'webcam'", "'aravis', 'pylon', 'opencv', 'absent'"],
