@@ -235,7 +235,7 @@ class PoseMeter:
     def _give_way(
         self, node_rad: NDArray[np.float64], rooms_rad: Mapping[Role, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Return how far a gaze must give way for eyes to come within their room of it, (2,) rad."""
+        """Return how far inward a gaze must give way for eyes to come within their room of it, (2,) rad."""
         shift_rad = np.zeros(2)
         for role, room_rad in rooms_rad.items():
             prediction = self.predictions[role]
@@ -244,7 +244,8 @@ class PoseMeter:
             give_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
             give_rad -= np.clip(give_rad, -room_rad, room_rad)
             shift_rad = np.where(np.abs(give_rad) > np.abs(shift_rad), give_rad, shift_rad)
-        return np.asarray(np.clip(shift_rad, -LARGEST_RETREAT_RAD, LARGEST_RETREAT_RAD))
+        inward = np.clip(-np.sign(node_rad) * shift_rad, 0.0, LARGEST_RETREAT_RAD)
+        return np.asarray(-np.sign(node_rad) * inward)
 
     def learn(self, pose: SweepPose) -> None:
         """Learn from a pose that was measured before."""
