@@ -121,7 +121,7 @@ def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Pa
         assert "/dev/ttyNOBODY" in missing["mirrors"]
         assert "workshop" in missing["calibration"]
         remedies = {problem["device"]: problem["remedy"] for problem in server.get("/rig").json()["problems"]}
-        assert "check its cable" in remedies["mirrors"]
+        assert "plug in the device or correct the port" in remedies["mirrors"]
         assert "start the server again" in remedies["wide"]  # no cable helps a camera that the file lacks
         refused = server.post("/fixations", CENTRE)
         assert (refused.status_code, refused.json()["type"]) == (409, "/problems/not-calibrated")
