@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.calibrate.sweep.base_turn import HandTurned
 from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
@@ -192,3 +193,22 @@ def test_a_rig_turned_by_hand_is_measured_where_it_rests(rig: Rig, far: Swept, t
     assert all(pose.pan_tilt is None for pose in fresh)
     wanted = [note for _, _, note in watch.notes if note.startswith("wanted: the target at (-6.00°, -5.00°)")]
     assert any("turn the rig" in note and "to the right" in note for note in wanted)
+
+
+def test_who_is_asked_to_turn_the_rig_has_time_to_begin(rig: Rig) -> None:
+    by_hand, watch = turned_by_hand(rig)
+    turning = replace(SETTINGS.turning, begin_ms=600.0)
+    turned = HandTurned(
+        head=rig.head, clock=rig.clock, watch=watch, wide=WIDE, layout=SETTINGS.layout, settings=turning
+    )
+    at = station(rig)
+    rest, next_to_it = np.zeros(2), np.deg2rad([0.4, 0.4])
+    asked_ns = rig.clock.now_ns()
+    assert turned.wait_for(np.array([rest, next_to_it]), done=0, total=2) == 0
+    untouched_s = 1e-9 * (rig.clock.now_ns() - asked_ns)
+
+    by_hand.move_to(base_pose(np.deg2rad([3.0, 0.0]), at.pose))
+    far_off = np.deg2rad([[3.0, 0.0], [0.4, 0.4]])
+
+    assert 0.6 <= untouched_s < 1.2
+    assert turned.wait_for(far_off, done=1, total=2) == 0  # not what it rested next to before it was turned

@@ -1,5 +1,6 @@
 """The wide frames of a pose: only fresh ones count, all must show the rig at rest, and their mean is kept."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -95,3 +96,4 @@ def test_a_marker_that_was_covered_meanwhile_is_out() -> None:
 
     assert list(at_rest.views) == [0]
     assert at_rest.means() == {}
+    assert at_rest.moved_px() == math.inf  # nobody knows by how much

@@ -35,6 +35,7 @@ class TurnSettings:
     """How the base comes to rest.
 
     `near_rad`, `still_px`: what a rig turned by hand must keep. `beside_rad`: how far its scale may be off.
+    `begin_ms`: who is asked to turn it has begun by then, or sees no need to.
     """
 
     rest_ms: float = 50.0
@@ -43,6 +44,7 @@ class TurnSettings:
     poll_ms: float = 10.0
     near_rad: float = math.radians(0.6)
     beside_rad: float = math.radians(2.0)
+    begin_ms: float = 3000.0
     still_px: float = 0.15
     still_frames: int = 8
 
@@ -150,9 +152,13 @@ class HandTurned:
     correct: Callable[[NDArray[np.float64]], None] = _no_more
 
     def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
-        """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for."""
+        """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for.
+
+        A rig that rests near one already has some time to be turned first: who was asked is about to.
+        """
         middles: list[NDArray[np.float64]] = []
         last_seq = -1
+        begun_ns, has_turned = self.clock.now_ns() + round(self.settings.begin_ms * 1e6), False
         rested: NDArray[np.float64] | None = None  # where the target was before, or when more was asked for
         while True:
             check(self.watch, doing="the sweep")
@@ -173,18 +179,15 @@ class HandTurned:
             off = np.abs(nodes_rad - gaze).max(axis=1)
             nearest = int(np.argmin(off))
             still = self._still(middles)
-            if off[nearest] <= self.settings.near_rad and still:
-                return nearest
             rested = gaze if rested is None else rested
-            if still and self._beside(nodes_rad[0] - gaze, turned_rad=gaze - rested):
+            turned = bool(np.abs(gaze - rested).max() > MOVED * self.settings.near_rad)
+            has_turned = has_turned or turned or self.clock.now_ns() >= begun_ns
+            if off[nearest] <= self.settings.near_rad and still and has_turned:
+                return nearest
+            if still and turned and np.abs(nodes_rad[0] - gaze).max() <= self.settings.beside_rad:
                 rested = gaze
                 self.correct(nodes_rad[0] - gaze)
             self._say(self._asked(gaze, nodes_rad[0], still=still), nodes_rad[0], done, total)
-
-    def _beside(self, missed_rad: NDArray[np.float64], *, turned_rad: NDArray[np.float64]) -> bool:
-        """Return whether somebody has turned the rig to where it was wanted, by a scale that is off."""
-        turned = np.abs(turned_rad).max() > MOVED * self.settings.near_rad
-        return bool(turned and np.abs(missed_rad).max() <= self.settings.beside_rad)
 
     def _still(self, middles: list[NDArray[np.float64]]) -> bool:
         if len(middles) < self.settings.still_frames:

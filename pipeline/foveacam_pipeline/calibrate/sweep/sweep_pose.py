@@ -89,9 +89,10 @@ class PoseMeter:
             pose, moved_px = self._measure_once(index, node_rad, base)
             if moved_px <= self._settings.still_px:
                 return pose
+        strayed = f"strayed by {moved_px:.2f} wide px" if math.isfinite(moved_px) else "left their places"
         reason = (
-            f"the rig was not at rest: the markers strayed by {moved_px:.2f} wide px, at most "
-            f"{self._settings.still_px:g}; wait longer after a move, and do not touch the rig"
+            f"the rig was not at rest: the markers {strayed}, at most {self._settings.still_px:g} px are "
+            "allowed; wait longer after a move, and do not touch the rig"
         )
         return SweepPose(
             index=index,
@@ -255,9 +256,12 @@ class PoseMeter:
             eye = pose.eye(role)
             if eye is None:
                 continue
-            target = locate_target(
-                pose.wide, self._settings.layout, self._wide, distance_m=self._station.distance_m
-            )
+            try:
+                target = locate_target(
+                    pose.wide, self._settings.layout, self._wide, distance_m=self._station.distance_m
+                )
+            except InvalidInput:
+                return  # where it looked is not known
             point = gaze_on_target(eye.corners, self.fovea_size, target, role)
             self.predictions[role].learn(direction_rad(point, self._eyes_m[role]), np.array(eye.volts_v))
 

@@ -1,5 +1,7 @@
 """The wide camera's part of a pose: several frames of the markers at rest, and their mean."""
 
+import math
+
 import numpy as np
 
 from foveacam_hardware.contract import Clock, Frame, Head, Timeout
@@ -56,7 +58,9 @@ class WideAtRest:
         raise Timeout("wide camera: it delivers the same frame again and again; check that it runs freely")
 
     def moved_px(self) -> float:
-        """Return how far a marker strayed from its mean, wide px, over the frames."""
+        """Return how far a marker strayed from its mean over the frames, wide px; infinite: all were lost."""
+        if self.views and not self._series:
+            return math.inf
         spreads = [0.0]
         for series in self._series.values():
             middles = np.array([middle_px(view) for view in series])
