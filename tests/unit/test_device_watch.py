@@ -8,6 +8,8 @@ import pytest
 from foveacam_hardware.contract import VirtualClock
 from foveacam_server.runtime.device_watch import MIRRORS, RETRIED, DeviceWatch
 from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.refusals import missing
+from foveacam_server.runtime.rig_status import DeviceProblem
 from foveacam_server.runtime.store import Store
 
 
@@ -33,3 +35,11 @@ def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_w
     watch.fault(MIRRORS, detail=detail, remedy=given)
 
     assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, told)]
+
+
+@pytest.mark.parametrize("detail", ["the port is held", "the port is held; close that program"])
+def test_a_refusal_says_once_what_to_do(detail: str) -> None:
+    refusal = missing(DeviceProblem(device=MIRRORS, detail=detail, remedy="close that program"))
+
+    assert str(refusal) == "mirrors: the port is held; close that program"
+    assert (refusal.found, refusal.remedy) == ("mirrors: the port is held", "close that program")

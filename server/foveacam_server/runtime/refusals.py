@@ -27,13 +27,9 @@ def in_use(asked: str, holder: str) -> Busy:
 
 
 def missing(problem: DeviceProblem) -> NotConnected:
-    """Return the refusal while a device is missing."""
-    return NotConnected(
-        f"{problem.device}: {problem.detail}; {problem.remedy}",
-        asked="use the rig",
-        found=f"{problem.device}: {problem.detail}",
-        remedy=problem.remedy,
-    )
+    """Return the refusal while a device is missing; what it is about may end with the remedy already."""
+    found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
+    return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
 
 
 def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
