@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Playwright, expect
+from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_server.bench.console import CHROMIUM, CHROMIUM_ARGUMENTS
 
@@ -24,6 +24,15 @@ def console(open_console: OpenConsole, server: Server) -> Console:
     found = open_console(server.url)
     found.until_live("wide")
     return found
+
+
+def new_target(console: Console, server: Server) -> Locator:
+    """Look at something, and return its row once it stands in the list: the distance is there before it."""
+    before = len(server.send("GET", "/targets").json())
+    console.fixate(*TEXTURED_PX)
+    rows = console.page.locator(".targets li")
+    expect(rows).to_have_count(before + 1)
+    return rows.first
 
 
 def test_click_ends_with_a_distance_and_its_error(console: Console, server: Server) -> None:
@@ -56,9 +65,7 @@ def test_escape_cancels_the_fixation_that_runs(console: Console) -> None:
 
 
 def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Console, server: Server) -> None:
-    console.fixate(*TEXTURED_PX)
-    row = console.page.locator(".targets li").first
-    row.wait_for()
+    row = new_target(console, server)
     row.get_by_role("textbox").fill(LONG)
     with console.page.expect_response(lambda answer: answer.request.method == "PATCH"):
         row.get_by_role("textbox").press("Enter")
@@ -90,8 +97,7 @@ def test_space_stops_even_with_a_button_focused_and_moving_is_refused_until_rele
 
 
 def test_space_in_a_name_is_a_space(console: Console, server: Server) -> None:
-    console.fixate(*TEXTURED_PX)
-    name = console.page.locator(".targets li").first.get_by_role("textbox")
+    name = new_target(console, server).get_by_role("textbox")
     name.fill("two")
     name.press("Space")
     assert name.input_value() == "two "
