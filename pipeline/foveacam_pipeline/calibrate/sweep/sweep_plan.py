@@ -47,7 +47,7 @@ class SweepPlan:
             )
 
     def nodes_rad(self) -> NDArray[np.float64]:
-        """Return the gazes (ax, ay) in the order in which they are measured, (n, 2) float64, rad."""
+        """Return the gazes (ax, ay) in the order in which motors take them, (n, 2) float64, rad."""
         across = _axis(self.columns, self.half_width_rad, self.spacing)
         down = _axis(self.rows, self.half_height_rad, self.spacing)
         rows = [[(x, y) for x in (across if i % 2 == 0 else across[::-1])] for i, y in enumerate(down)]
