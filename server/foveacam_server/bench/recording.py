@@ -1,12 +1,15 @@
 """How fast recordings are written, beside a bare loop of the same bytes: a part of `bench capture`.
 
 A source that costs nothing gives three cameras' frames at 30 Hz; then as fast as the ring takes them.
+For the ratio both loops stand on one core: on two, the recording's thread may land on the one that a
+neighbour slows, and the bare loop on the other.
 """
 
 import os
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -24,20 +27,21 @@ STREAMS = ("left", "center", "right")
 MEMORY = Path("/dev/shm")  # noqa: S108 - the bar is set for a file system in memory
 DIFFERENT = 4
 """Pictures a stream: more would only measure how fast memory is."""
-RATIO_ROUNDS = 5
+RATIO_ROUNDS = 9
 RATIO_FRAMES = 300
 """In each round; 470 MB."""
 
 
 def measure_recording(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
-    """Return the figures; `quick`: 2 s at the cameras' rate instead of 20, two rounds instead of five."""
+    """Return the figures; `quick`: 2 s at the cameras' rate instead of 20, two rounds instead of nine."""
     pictures = _pictures()
     where = folder or (MEMORY if MEMORY.is_dir() else Path(tempfile.gettempdir()))
     with tempfile.TemporaryDirectory(dir=where) as scratch:
         path = Path(scratch) / "bench.fcap"
         counts = _paced(path, pictures, seconds=2.0 if quick else 20.0)
-        _ratio(Path(scratch), pictures)  # pages of the system's that nobody has touched yet are slow
-        ratios = [_ratio(Path(scratch), pictures) for _ in range(2 if quick else RATIO_ROUNDS)]
+        with _one_core():
+            _ratio(Path(scratch), pictures)  # pages of the system's that nobody has touched yet are slow
+            ratios = [_ratio(Path(scratch), pictures) for _ in range(2 if quick else RATIO_ROUNDS)]
     writes = [ours for ours, _ in ratios]
     bare = [loop for _, loop in ratios]
     return {
@@ -83,6 +87,20 @@ def _paced(
             recorder.publish(stream, frame)
     path.unlink()
     return recorder.statistics
+
+
+@contextmanager
+def _one_core() -> Iterator[None]:
+    """Keep this thread, and those that it starts, on one core, where the system can do so."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(allowed)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
 
 
 def _ratio(folder: Path, pictures: dict[str, list[NDArray[np.uint8]]]) -> tuple[float, float]:
