@@ -2,12 +2,14 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_hardware.contract import Busy, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, check, describe, info, rectify_dataset
+from foveacam_pipeline.capture.dataset.reader import INTERRUPTED
 from foveacam_pipeline.capture.dataset.rectified import read_pairs
 
 from .dataset_scenes import header, noise_point, noise_texture, painted, plane_point, written
@@ -73,6 +75,38 @@ def test_a_running_dataset_is_not_called_damaged(tmp_path: Path) -> None:
         writer.add(noise_point(0))
         writer.flush()
         assert check(tmp_path / "raster") == []
+
+
+def test_what_a_kill_left_behind_is_not_called_an_edit(folder: Path) -> None:
+    edit(folder / "dataset.json", '"complete"', '"running"')
+    index = (folder / "frames.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    (folder / "frames.csv").write_text(index[0], encoding="utf-8")
+    (folder / "images" / ".00003-left-b0-s0.tiff.part").touch()
+    (folder / "images" / "00003-right-b0-s0.tiff").touch()
+    assert check(folder) == [f"dataset.json: the dataset was {INTERRUPTED}."]
+    (folder / "images" / "x.png").touch()
+    (folder / "frames.csv").write_text(index[0] + "1,2,3\n", encoding="utf-8")
+    assert len(check(folder)) == 3
+
+
+@pytest.mark.parametrize("at", [0, 1])
+@pytest.mark.parametrize(("plan", "wides"), [("scan", "1010"), ("point", "1111"), ("none", "0000")])
+def test_wide_frames_are_counted_by_the_plan(tmp_path: Path, plan: str, wides: str, at: int) -> None:
+    asked = replace(header(4), plan={"wide": plan})
+    for name, found in (
+        ("as planned", wides),
+        ("other", wides[:at] + "10"[int(wides[at])] + wides[at + 1 :]),
+    ):
+        with DatasetWriter.create(tmp_path / name, asked) as writer:
+            for index, wide in enumerate(found):
+                point = noise_point(index, scan=index // 2)
+                kept = tuple(shot for shot in point.shots if shot.frame.role is not Role.WIDE or wide == "1")
+                writer.add(replace(point, shots=kept))
+            writer.finish()
+    assert check(tmp_path / "as planned") == []
+    findings = check(tmp_path / "other")
+    assert len(findings) == 1
+    assert findings[0].startswith(f"point {at}: it has ")
 
 
 def test_a_folder_that_is_no_dataset_is_said_to_be_none(tmp_path: Path) -> None:

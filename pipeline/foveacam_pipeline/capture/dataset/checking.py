@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import FoveaError, Role
 from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, reference_files
+from foveacam_pipeline.capture.dataset.disk import PART
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
 from foveacam_pipeline.capture.dataset.journal import JOURNAL, Journal, read_journal
 from foveacam_pipeline.capture.dataset.lock import LOCK, is_held
+from foveacam_pipeline.capture.dataset.point_store import OWN_FILE
 from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
 from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
 from foveacam_pipeline.capture.dataset.values import FrameRecord, State
@@ -29,18 +31,20 @@ def check(path: str | Path) -> list[str]:
         journal = read_journal(folder, dataset_id=document.header.id)
     except FoveaError as error:
         return [f"{error}."]
+    interrupted = document.state is State.RUNNING and not is_held(folder)
     trouble: list[str] = []
     pairs = _read(read_pairs, folder, trouble) or ()
     derived = _read(reference_files, folder, trouble) or {}
     return [
         *_states(folder, document, journal),
         *_counts(document, journal),
+        *_frame_counts(document, journal),
         *_frames(folder, journal),
-        *_index(folder, journal),
+        *_index(folder, journal, interrupted=interrupted),
         *trouble,
         *_pair_files(folder, pairs),
         *_derived_files(folder, derived),
-        *_strangers(folder, journal, pairs, derived),
+        *_strangers(folder, journal, pairs, derived, interrupted=interrupted),
     ]
 
 
@@ -128,16 +132,26 @@ def _counts(document: DatasetDocument, journal: Journal) -> Iterator[str]:
         yield f"{JOURNAL}: {found} points, {planned} were planned."
     if document.state is State.COMPLETE and found < planned:
         yield f"{DOCUMENT}: it says complete, but {planned - found} of {planned} points are missing."
-    sets = Counter(
-        tuple(sorted((frame.role.value, frame.bracket, frame.stack) for frame in record.frames))
-        for record in journal.records
-        if record.frames
-    )
-    usual = max(sets, key=lambda key: sets[key], default=())
+
+
+def _frame_counts(document: DatasetDocument, journal: Journal) -> Iterator[str]:
+    """Compare every point's frames with most points', and its wide one with the plan's once a scan."""
+    taken = [record for record in journal.records if record.frames]
+    wides = {record.place.index: sum(f.role is Role.WIDE for f in record.frames) for record in taken}
+    foveae = _usual([len(record.frames) - wides[record.place.index] for record in taken])
+    first: dict[int, int] = {}
     for record in journal.records:
-        here = len(record.frames)
-        if record.frames and here != len(usual):
-            yield f"point {record.place.index}: it has {here} frames, most points have {len(usual)}."
+        first.setdefault(record.place.scan, record.place.index)
+    once, usual_wides = document.header.plan.get("wide") == "scan", _usual([*wides.values()])
+    for record in taken:
+        begins = first[record.place.scan] == record.place.index
+        wanted, here = foveae + (int(begins) if once else usual_wides), len(record.frames)
+        if here != wanted:
+            yield f"point {record.place.index}: it has {here} frames, by plan and other points {wanted}."
+
+
+def _usual(counts: list[int]) -> int:
+    return Counter(counts).most_common(1)[0][0] if counts else 0
 
 
 def _frames(folder: Path, journal: Journal) -> Iterator[str]:
@@ -160,7 +174,7 @@ def _frame(folder: Path, frame: FrameRecord) -> Iterator[str]:
         yield f"{frame.file}: its content is not what was written (SHA-256)."
 
 
-def _index(folder: Path, journal: Journal) -> Iterator[str]:
+def _index(folder: Path, journal: Journal, *, interrupted: bool) -> Iterator[str]:
     path = folder / INDEX
     wanted = index_text(journal.records).splitlines()
     try:
@@ -170,6 +184,8 @@ def _index(folder: Path, journal: Journal) -> Iterator[str]:
         return
     if is_held(folder) or found == wanted:
         return
+    if interrupted and found == wanted[: len(found)]:
+        return  # the index is written at the end: until then it is behind
     first = next(
         (n for n, pair in enumerate(zip(found, wanted, strict=False), 1) if pair[0] != pair[1]),
         min(len(found), len(wanted)) + 1,
@@ -207,7 +223,12 @@ def _derived_files(folder: Path, derived: dict[str, str]) -> Iterator[str]:
 
 
 def _strangers(
-    folder: Path, journal: Journal, pairs: tuple[PairRow, ...], derived: dict[str, str]
+    folder: Path,
+    journal: Journal,
+    pairs: tuple[PairRow, ...],
+    derived: dict[str, str],
+    *,
+    interrupted: bool,
 ) -> Iterator[str]:
     known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}", f"{REFERENCE}/{REFERENCE_DOCUMENT}"}
     known |= set(derived)
@@ -217,7 +238,8 @@ def _strangers(
         return
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        if not path.is_dir() and name not in known:
+        begun = interrupted and (path.suffix == PART or OWN_FILE.fullmatch(path.name) is not None)
+        if not path.is_dir() and name not in known and not begun:
             yield f"{name}: the dataset does not know this file."
 
 
