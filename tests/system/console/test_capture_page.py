@@ -133,7 +133,11 @@ def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
     expect(outcome(page)).to_contain_text("Cancelled after 1 of 4 points")
     unfinished = part(page, "Unfinished")
     expect(unfinished).to_contain_text("1 of 4 points")
+    gate.clear()
     unfinished.get_by_role("button", name="Resume cut off").click()
+    expect(outcome(page).get_by_role("button", name="Cancel")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(unfinished).to_contain_text("None")  # what runs is not offered once more
+    gate.set()
     expect(outcome(page)).to_contain_text("“cut off”: complete", timeout=PATIENCE_MS)
     expect(unfinished).to_contain_text("None")
     assert rig.get("/captures", text="cut off").json()[0]["points"]["taken"] == 4

@@ -3,6 +3,7 @@
 import { nothing } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
 import { count, sentence } from "../format.js";
+import { isCapturing } from "./reader.js";
 import { datasetAddress } from "./route.js";
 import { sizeText } from "./words.js";
 
@@ -20,7 +21,10 @@ const MOST = 8;
  */
 export function mountPartials(place, { store, orders }) {
   const show = changing(place, (/** @type {CaptureDocument[] | null} */ partials) => partialsOf(partials, orders));
-  store.on(["captures"], ({ captures }) => show(captures?.filter(({ resumable }) => resumable) ?? null));
+  store.on(["captures", "capturing"], ({ captures, capturing }) => {
+    const runs = isCapturing(capturing) ? capturing?.capture_id : null; // the list may be older than its resumption
+    show(captures?.filter(({ id, resumable }) => resumable && id !== runs) ?? null);
+  });
 }
 
 /**
