@@ -163,7 +163,7 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"rig file {file}: not valid TOML ({error}); {_toml_remedy(error)}") from error
     except OSError as error:
-        raise InvalidInput(f"rig file {file}: cannot be read ({error})") from error
+        raise InvalidInput(f"rig file {file}: cannot be read ({error.strerror})") from error
     if (why := _wrong_header(content)) is not None:
         raise InvalidInput(f"rig file {file}: {why}")
     try:

@@ -56,10 +56,10 @@ def texture() -> NDArray[np.uint8]:
     return np.asarray(np.clip(128.0 + 110.0 * mixed, 0, 255), dtype=np.uint8)
 
 
-def scan(folder: Path, *, wide: bool = False) -> Dataset:
-    """Return a dataset of four points that look at the plane; they are verged a little before it."""
+def scan(folder: Path, *, wide: bool = False, points: int = 4) -> Dataset:
+    """Return a dataset of up to four points that look at the plane; they are verged a little before it."""
     calibration = small_calibration()
-    places = [(column - 0.5, row - 0.5) for row in (0, 1) for column in (0, 1)]
+    places = [(column - 0.5, row - 0.5) for row in (0, 1) for column in (0, 1)][:points]
     with DatasetWriter.create(folder, header(len(places), calibration=calibration)) as writer:
         for index, (x, y) in enumerate(places):
             aim_rad = math.radians(x * STEP_DEG), math.radians(0.75 * y * STEP_DEG)

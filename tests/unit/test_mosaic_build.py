@@ -155,3 +155,20 @@ def test_the_command_makes_a_mosaic_with_a_mesh(
     assert ended.value.code == 0
     assert json.loads(capsys.readouterr().out)["seams"]["links"] > 0
     assert (folder / "mesh.glb").read_bytes()[:4] == b"glTF"
+
+
+def test_a_mosaic_without_overlap_says_so_and_gives_valid_json(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    alone = scan(tmp_path / "raster", points=1).folder
+    words = ["foveacam", "dataset", "mosaic", str(alone), str(tmp_path / "mosaic")]
+    told = []
+    for more in ([], ["--json"]):
+        monkeypatch.setattr("sys.argv", [*words, *more])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code == 0
+        told.append(capsys.readouterr().out)
+    assert "from 1 fovea, no overlap in which a seam could be measured, depth of" in told[0]
+    assert "NaN" not in told[1]
+    assert json.loads(told[1])["seams"]["after_rms_px"] is None

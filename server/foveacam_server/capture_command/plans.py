@@ -26,10 +26,12 @@ def plan_of(path: Path | None, options: Mapping[str, object], *, resumes: bool) 
 def _document(path: Path) -> object:
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise InvalidInput(
-            f"{path}: it cannot be read ({error}); give a plan (.json) or set points"
+            f"{path}: it cannot be read ({error.strerror}); give a plan (.json) or set points"
         ) from error
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"{path}: it is no text ({error}); give a plan (.json) or set points") from error
     if path.suffix.lower() != ".json":
         return {"points": {"kind": "set_points", "points": text}}
     try:

@@ -1,9 +1,10 @@
 """`foveacam dataset mosaic`: all foveae of a scan as one picture, its depth and its points."""
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -16,6 +17,9 @@ from foveacam_server.dataset_command.commands import (
     WhichDataset,
     dataset_folder,
 )
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.capture.mosaic import MosaicFigures
 
 _CANCELLED = 130
 """What a shell calls the status of a program that Ctrl-C ended."""
@@ -50,6 +54,7 @@ def mosaic(
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
+    from foveacam_pipeline.capture.mosaic.folder import finite
     from foveacam_web.glb import write_glb
 
     if eye not in (Role.LEFT.value, Role.RIGHT.value):
@@ -67,13 +72,19 @@ def mosaic(
         except (KeyboardInterrupt, Cancelled):
             typer.echo(f"ended; the same command goes on with {output}", err=True)
             raise typer.Exit(_CANCELLED) from None
-    figures = asdict(made.figures)
     if as_json:
-        typer.echo(json.dumps({"folder": str(output), **figures}))
+        document = {"folder": str(output), **asdict(made.figures)}
+        typer.echo(json.dumps(finite(document), allow_nan=False))
         return
-    seams = made.figures.seams
-    typer.echo(
-        f"{output}: {made.figures.width} x {made.figures.height} px from {made.figures.views} foveae, seams "
-        f"{seams.after_rms_px:.2f} px rms ({seams.before_rms_px:.2f} before the adjustment), depth of "
-        f"{made.figures.depth.known:.0%}"
+    typer.echo(f"{output}: {_words(made.figures)}")
+
+
+def _words(figures: "MosaicFigures") -> str:
+    seams = figures.seams
+    told = f"seams {seams.after_rms_px:.2f} px rms ({seams.before_rms_px:.2f} before the adjustment)"
+    if math.isnan(seams.after_rms_px):
+        told = "no overlap in which a seam could be measured"
+    return (
+        f"{figures.width} x {figures.height} px from {figures.views} "
+        f"{'fovea' if figures.views == 1 else 'foveae'}, {told}, depth of {figures.depth.known:.0%}"
     )

@@ -39,7 +39,7 @@ def load_scene(name_or_file: str | Path) -> SceneFile:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"scene file {path}: not valid TOML ({error}); correct that line") from error
     except OSError as error:
-        raise InvalidInput(f"scene file {path}: cannot be read ({error})") from error
+        raise InvalidInput(f"scene file {path}: cannot be read ({error.strerror})") from error
     try:
         return SceneFile.model_validate(content)
     except ValidationError as error:

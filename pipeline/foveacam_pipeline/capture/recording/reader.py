@@ -287,5 +287,9 @@ def _opened(path: Path) -> io.BufferedReader:
         raise InvalidInput(
             f"recording {path}: there is no such file; give the path of a .fcap file"
         ) from error
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"recording {path}: it cannot be opened ({error}); give a recording") from error
+    except OSError as error:
+        raise InvalidInput(
+            f"recording {path}: it cannot be opened ({error.strerror}); give a recording"
+        ) from error
+    except ValueError as error:
+        raise InvalidInput(f"recording {path}: that is no name for a file ({error}); give another") from error
