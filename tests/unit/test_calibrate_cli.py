@@ -17,6 +17,7 @@ from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.runtime.pinned import write_pin
 from foveacam_server.runtime.store import Store
 
 from .settle_report import REPORT
@@ -80,6 +81,26 @@ def test_exported_file_is_imported_as_the_same(
     printed = capsys.readouterr().out.splitlines()
     assert json.loads(printed[-1])["id"] == made.id
     assert (tmp_path / "other" / "calibrations" / f"{made.id}.json").is_file()
+
+
+@pytest.mark.parametrize("pin", [None, "0123456789abcdef"])
+def test_what_is_imported_stays_out_of_force_however_new(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    data: Path,
+    tmp_path: Path,
+    pin: str | None,
+) -> None:
+    newer, file = own(tmp_path / "other"), tmp_path / "newer.json"
+    assert run(monkeypatch, "export", newer.id, str(file), "--data", str(tmp_path / "other")) == 0
+    if pin is not None:  # of a record that is gone
+        write_pin(data / "calibrations", RIG, pin)
+    assert run(monkeypatch, "import", str(file)) == 0
+    assert f"put it in force with `foveacam calibrate use {newer.id}`" in capsys.readouterr().out
+    assert run(monkeypatch, "list", "--json") == 0
+    in_force = [found for found in json.loads(capsys.readouterr().out) if found["current"]]
+    assert f"shipped with {RIG}" in [found["label"] for found in in_force]
+    assert newer.id not in [found["id"] for found in in_force]
 
 
 def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(

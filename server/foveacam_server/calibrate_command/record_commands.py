@@ -113,5 +113,9 @@ def take(
     facts = ImportFacts(rig_id=RigChoice.of(wish).rig_id, distance_m=distance_m)
     shelves = Shelves(wish.settings.data)
     found = imported(document, facts)
-    shelves.records.add(found)
-    typer.echo(json.dumps(shelves.document(found)) if wish.as_json else f"{found.id} ({found.label}) is kept")
+    shelves.add(found)
+    document = shelves.document(found)
+    how = (
+        "and in force" if document["current"] else f"put it in force with `foveacam calibrate use {found.id}`"
+    )
+    typer.echo(json.dumps(document) if wish.as_json else f"{found.id} ({found.label}) is kept, {how}")

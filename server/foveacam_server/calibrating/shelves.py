@@ -11,7 +11,7 @@ from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.documents import calibration_document
-from foveacam_server.runtime.pinned import pinned_id
+from foveacam_server.runtime.pinned import pinned_id, write_pin
 from foveacam_server.runtime.store import Document
 
 CURRENT = "current"
@@ -55,13 +55,23 @@ class Shelves:
         ids = ", ".join(calibration.id for calibration in found)
         raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
 
+    def add(self, calibration: Calibration) -> None:
+        """Keep a calibration; what is in force for its rig stays so, the first of a rig comes into force."""
+        in_force = self._in_force_for(calibration.rig_id)
+        self.records.add(calibration)
+        if in_force is not None:
+            write_pin(self.folder, in_force.rig_id, in_force.id)
+
     def document(self, calibration: Calibration) -> Document:
         """Return a calibration as REST shows it."""
         return calibration_document(calibration, current=self._in_force(calibration))
 
     def _in_force(self, calibration: Calibration) -> bool:
-        of_rig = [known for known in self.every() if known.rig_id == calibration.rig_id]
-        pinned = pinned_id(self.folder, calibration.rig_id)
-        if any(known.id == pinned for known in of_rig):
-            return calibration.id == pinned
-        return calibration.id == max(of_rig, key=lambda known: known.created).id
+        found = self._in_force_for(calibration.rig_id)
+        return found is not None and found.id == calibration.id
+
+    def _in_force_for(self, rig_id: str) -> Calibration | None:
+        of_rig = [known for known in self.every() if known.rig_id == rig_id]
+        pinned = pinned_id(self.folder, rig_id)
+        chosen = next((known for known in of_rig if known.id == pinned), None)
+        return chosen or max(of_rig, key=lambda known: known.created, default=None)

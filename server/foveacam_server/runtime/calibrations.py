@@ -114,7 +114,7 @@ class CalibrationService:
         with self._lock:
             self._known[calibration.id] = calibration
         current = self._current
-        if current is not None and pinned_id(self._folder, current.rig_id) is None:
+        if current is not None and pinned_id(self._folder, current.rig_id) not in self._known:
             write_pin(self._folder, current.rig_id, current.id)
 
     def activate(self, calibration_id: str) -> Calibration:
