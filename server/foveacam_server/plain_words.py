@@ -20,6 +20,7 @@ _NEEDED = {
     "model_attributes_type": "an object",
     "dict_type": "an object",
     "list_type": "a list",
+    "tuple_type": "a list",
 }
 
 Failure = Mapping[str, Any]
@@ -90,11 +91,18 @@ def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
         "less_than_equal": ("le", "a value of at most"),
         "string_too_long": ("max_length", "text no longer than"),
         "string_too_short": ("min_length", "text no shorter than"),
+        "too_long": ("max_length", "a list no longer than"),
+        "too_short": ("min_length", "a list no shorter than"),
     }
     if kind in bounds:
         key, words = bounds[kind]
         unit = " characters" if kind.startswith("string") else ""
         return f"{words} {context.get(key)}{unit}"
+    tag = str(context.get("discriminator")).strip("'")
+    if kind == "union_tag_invalid":
+        return f"a {tag} that is one of {context.get('expected_tags')}"
+    if kind == "union_tag_not_found":
+        return f"an object that says its {tag}"
     if kind in ("literal_error", "enum"):
         return f"one of {context.get('expected')}"
     return None
@@ -119,5 +127,5 @@ def _show(value: object) -> str:
     if isinstance(value, Mapping):
         return "an object"
     if isinstance(value, list | tuple):
-        return "a list"
+        return f"a list of {len(value)}"
     return str(value)

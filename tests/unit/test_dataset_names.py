@@ -27,7 +27,7 @@ def test_accents_are_composed_so_that_one_name_is_one_folder() -> None:
     ],
 )  # fmt: skip
 def test_names_that_leave_the_folder_or_deceive_are_refused_in_plain_ascii(name: str) -> None:
-    with pytest.raises(InvalidInput, match="dataset name") as refused:
+    with pytest.raises(InvalidInput, match=r"^name ") as refused:
         dataset_name(name)
     assert len(str(refused.value)) < 400
     str(refused.value).encode("utf-8")

@@ -1,4 +1,7 @@
+from typing import Annotated, Literal
+
 import pytest
+from pydantic import BaseModel, Field, ValidationError
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
 from foveacam_server.errors import KINDS, problem_of
@@ -81,3 +84,37 @@ def test_long_text_is_shortened_in_the_explanation() -> None:
 def test_all_failures_of_a_request_are_told() -> None:
     failures = [{"loc": ("body", name), "type": "missing", "input": {}} for name in ("x_px", "y_px")]
     assert explain_validation(failures).detail == "x_px is missing. y_px is missing."
+
+
+class _Corner(BaseModel):
+    kind: Literal["corner"]
+
+
+class _Edge(BaseModel):
+    kind: Literal["edge"]
+
+
+class _Asked(BaseModel):
+    cameras: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)] = ("left",)
+    place: Annotated[_Corner | _Edge, Field(discriminator="kind")] = _Edge(kind="edge")
+
+
+@pytest.mark.parametrize(
+    ("sent", "told"),
+    [
+        ({"cameras": []}, "cameras is a list of 0; needed is a list no shorter than 1."),
+        ({"cameras": ["a"] * 3}, "cameras is a list of 3; needed is a list no longer than 2."),
+        ({"cameras": 5}, "cameras is 5; needed is a list."),
+        (
+            {"place": {"kind": "middle"}},
+            "place is an object; needed is a kind that is one of 'corner', 'edge'.",
+        ),
+        ({"place": {}}, "place is an object; needed is an object that says its kind."),
+    ],
+)
+def test_lists_and_kinds_are_told_without_the_words_of_the_library(
+    sent: dict[str, object], told: str
+) -> None:
+    with pytest.raises(ValidationError) as refused:
+        _Asked.model_validate(sent)
+    assert explain_validation(refused.value.errors()).detail == told

@@ -220,3 +220,23 @@ def test_a_pose_that_cannot_be_placed_is_left_out_with_its_reason(lens: Intrinsi
     assert len(found.left_out) == 1
     assert "pose 10" in found.left_out[0]
     assert 10 not in found.nodes[Role.LEFT][:, 1]
+
+
+@pytest.mark.parametrize("spoilt", [without_an_axis, in_one_row])
+def test_whatever_the_noise_poses_in_one_row_are_refused_by_name(
+    spoilt: Callable[[Sweep], Sweep], lens: Intrinsics
+) -> None:
+    """Where the base turns cannot be solved from one row: at some noises the equations are singular."""
+    sweep = swept(0, 5.0)
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+
+        def change(pose: SweepPose, rng: np.random.Generator = rng) -> SweepPose:
+            noisy = {
+                number: replace(view, corners_px=view.corners_px + rng.normal(0, 1e-9, view.corners_px.shape))
+                for number, view in pose.wide.items()
+            }
+            return replace(pose, wide=noisy)
+
+        with pytest.raises(InvalidInput, match=r"does not follow|nearly on a line"):
+            rig_sweep([each_pose(spoilt(sweep), change)], lens, drawing=DRAWING, label="one row")

@@ -85,8 +85,8 @@ def held_to_base(
 ) -> tuple[list[list[TargetPose]], TurningBase]:
     """Return the poses of each station's sweep made to turn with the base, if a pan-tilt really turned it.
 
-    `poses` are those of the single views. A rig that is moved by hand leaves more than the corners' noise:
-    then the poses come back as they were.
+    `poses` are those of the single views. A rig that is moved by hand leaves more than the corners' noise,
+    and poses in one row do not tell where it turns: then they come back as they were.
     """
     corners = _gather(poses, views, wide)
     flat = [pose for station in poses for pose in station]
@@ -97,9 +97,14 @@ def held_to_base(
     )
     if min(len(station) for station in poses) < FEWEST_POSES:
         return unchanged, nothing
-    state = _solved(corners, _start(flat, corners))
+    try:
+        state = _solved(corners, _start(flat, corners))
+    except np.linalg.LinAlgError:
+        return unchanged, nothing
     unknowns = 3.0 * len(flat) + 3.0 * len(poses) + _SHARED
     sigma = wide.fx_px * _sigma(_misses(corners, state.turns, state.middles_m(corners)), unknowns)
+    if not np.isfinite(sigma):
+        return unchanged, nothing
     x_m, y_m, z_m = state.pivot_m.tolist()
     base = replace(
         nothing,

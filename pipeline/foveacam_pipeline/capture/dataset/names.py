@@ -25,9 +25,9 @@ def dataset_name(text: str) -> str:
     if trouble is not None:
         shown = text if len(text) <= 40 else f"{text[:40]}…"
         raise InvalidInput(
-            f"dataset name {shown!a}: {trouble}; use up to {LONGEST} letters,"
+            f"name {shown!a}: {trouble}; use up to {LONGEST} letters,"
             " digits, spaces, dots, dashes and underscores",
-            asked="a name for a dataset",
+            asked="a name that every file system can hold",
             found=trouble,
         )
     return name

@@ -7,7 +7,7 @@
 
 /** @type {[RegExp, string][]} the first that fits tells the place */
 const PLACES = [
-  [/^name\b|^dataset name|there is a capture .* already/s, "name"],
+  [/^name\b|there is a capture .* already/s, "name"],
   [/^label\b/, "label"],
   [/^licence\b/, "licence"],
   [/set points, line|^set points:|^plan\.points\.set_points/, "text"],
