@@ -18,11 +18,13 @@ from typing import Any
 import httpx
 import pytest
 
+from foveacam_hardware.contract import Frame
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.app import create_app
 from foveacam_server.bench.local_server import serving
+from foveacam_server.runtime.capture_watch import CaptureWatch
 from foveacam_server.runtime.services import Services
 from foveacam_server.settings import Settings
 
@@ -216,3 +218,17 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
     for process in started:
         process.terminate()
         process.wait(20)
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
+    """Captures wait behind every look while it is closed."""
+    found, saw = threading.Event(), CaptureWatch.saw
+
+    def wait_behind(watch: CaptureWatch, frames: tuple[Frame, ...]) -> None:
+        saw(watch, frames)
+        found.wait(PATIENCE_S)
+
+    monkeypatch.setattr(CaptureWatch, "saw", wait_behind)
+    yield found
+    found.set()

@@ -49,6 +49,10 @@ def refusal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
         (["--name", "none", "--resume"], "there is no capture 'none'"),
         (["--name", "one", "--resume"], "it is complete"),
         (["--name", "newer", "--resume"], "use a newer version of this program"),
+        (["--name", "one", "--watch"], "--watch: it is about a server's capture; say whose"),
+        (["--name", "one", "--resume", "--cancel"], "--resume and --cancel: one thing at a time"),
+        (["--name", "a", "--server", "here"], "--server here: no server of ours answers there"),
+        (["--name", "a", "--server", "http://127.0.0.1:1"], "start it, or leave --server out"),
     ],
 )
 def test_what_cannot_be_captured_is_refused_in_one_line(

@@ -81,21 +81,21 @@ def test_a_download_holds_every_file_but_the_lock(shelf: CaptureShelf) -> None:
 def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path) -> None:
     text = tmp_path / "points.txt"
     text.write_text("0, 0\n1, 2, inf\n")
-    grid = plan_of(None, {"points": {"columns": 3}, "stack_frames": 2}, resumes=False)
+    grid = plan_of(None, {"points": {"columns": 3}, "stack_frames": 2})
 
     assert grid is not None
     assert (grid.points_per_scan, grid.stack_frames) == (27, 2)
-    by_text = plan_of(text, {}, resumes=False)
+    by_text = plan_of(text, {})
     assert by_text is not None
     assert by_text.points_per_scan == 2
-    assert plan_of(None, {}, resumes=True) is None
-    for path, options, resumes, told in (
-        (text, {"stack_frames": 2}, False, "options of one too"),
-        (text, {}, True, "its own plan"),
-        (tmp_path / "none.json", {}, False, "cannot be read"),
+    assert plan_of(None, {}, begun="--resume") is None
+    for path, options, begun, told in (
+        (text, {"stack_frames": 2}, None, "options of one too"),
+        (text, {}, "--watch", "--watch: a capture has its own plan"),
+        (tmp_path / "none.json", {}, None, "cannot be read"),
     ):
         with pytest.raises(InvalidInput, match=told):
-            plan_of(path, options, resumes=resumes)
+            plan_of(path, options, begun=begun)
 
 
 def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureShelf) -> None:

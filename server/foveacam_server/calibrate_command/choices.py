@@ -20,7 +20,7 @@ SessionOption = Annotated[
     str | None, typer.Option("--session", help="session to work in; usually the newest of this rig")
 ]
 LabelOption = Annotated[str | None, typer.Option(help="name for people")]
-DataOption = Annotated[Path | None, typer.Option(help="folder for sessions and calibrations")]
+DataOption = Annotated[Path | None, typer.Option(help="folder for calibrations and everything that is taken")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 
@@ -37,7 +37,10 @@ class Wish:
 _RIG_OPTIONS: dict[str, tuple[Any, object]] = {  # Any: an annotation
     "rig": (Annotated[str | None, typer.Option(help="'sim', or the path of a rig file (.toml)")], None),
     "scene": (
-        Annotated[str | None, typer.Option(help="scene of the simulated rig; usually `calibration`")],
+        Annotated[
+            str | None,
+            typer.Option(help="scene of the simulated rig; usually `bench`, to calibrate it `calibration`"),
+        ],
         None,
     ),
     "preset": (

@@ -1,10 +1,11 @@
-"""What is typed: `foveacam capture [PLAN] --name NAME`, `foveacam capture --resume --name NAME`."""
+"""What is typed: `foveacam capture [PLAN] --name NAME [--resume | --watch | --cancel] [--server URL]`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_server.calibrate_command.choices import Wish, on_rig
 
 
@@ -39,9 +40,20 @@ def capture(
     ] = None,
     label: Annotated[str, typer.Option(help="a line for people")] = "",
     codec: Annotated[str, typer.Option(help="tiff (full pace) or png (half the room)")] = "tiff",
+    server: Annotated[
+        str | None,
+        typer.Option(help="have a running server take it with its rig, such as http://127.0.0.1:8000"),
+    ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="show how far the server is with it; Ctrl-C lets it go on")
+    ] = False,
+    cancel: Annotated[
+        bool, typer.Option("--cancel", help="end the server's capture; what was taken is kept")
+    ] = False,
 ) -> None:
     """Take a raster of both foveae into a dataset; Ctrl-C leaves a valid partial one."""
     from foveacam_server.capture_command.plans import plan_of
+    from foveacam_server.capture_command.remote import Deed, run_at
     from foveacam_server.capture_command.run import CaptureOrder, run_order
 
     verging: dict[str, object] = {"each_point": each_point} if each_point else {}
@@ -60,11 +72,21 @@ def capture(
         "stack_frames": stack,
         "rail_positions_mm": rail_mm,
     }
+    flags = {"--resume": resume, "--watch": watch, "--cancel": cancel, "--estimate": estimate}
+    given = [flag for flag, wanted in flags.items() if wanted]
+    if len(given) > 1:
+        raise InvalidInput(f"{' and '.join(given)}: one thing at a time; leave the others out")
+    if server is None and (watch or cancel):
+        raise InvalidInput(f"{given[0]}: it is about a server's capture; say whose with --server URL")
+    begun = None if not given or estimate else given[0]
     order = CaptureOrder(
         name=name,
-        plan=plan_of(plan, {key: value for key, value in options.items() if value}, resumes=resume),
+        plan=plan_of(plan, {key: value for key, value in options.items() if value}, begun=begun),
         label=label,
         codec=codec,
         estimate=estimate,
     )
-    run_order(wish, order)
+    if server is None:
+        run_order(wish, order)
+    else:
+        run_at(wish, order, Deed(given[0].lstrip("-")) if given else Deed.TAKE, server=server)

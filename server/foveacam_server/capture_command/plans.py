@@ -8,11 +8,16 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 
 
-def plan_of(path: Path | None, options: Mapping[str, object], *, resumes: bool) -> RasterPlan | None:
-    """Return the plan of a file or of options, not of both; None for a capture that goes on with its own."""
-    if resumes:
+def plan_of(
+    path: Path | None, options: Mapping[str, object], *, begun: str | None = None
+) -> RasterPlan | None:
+    """Return the plan of a file or of options, not of both.
+
+    `begun`: the option that is about a capture with a plan of its own, such as --resume; then None.
+    """
+    if begun is not None:
         if path is not None or options:
-            raise InvalidInput("--resume: a capture goes on with its own plan; leave plan and options out")
+            raise InvalidInput(f"{begun}: a capture has its own plan; leave plan and options out")
         return None
     if path is None:
         points = options.get("points")

@@ -31,7 +31,7 @@ from foveacam_server.runtime.store import Document
 from foveacam_server.settings import Settings, default_data_dir
 
 T = TypeVar("T")
-_INTERRUPTED = 130
+INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +84,11 @@ class BarWatch:
     def progress(self, report: Report) -> None:
         """Move the bar."""
         told = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
-        self._progress.update(self._task, completed=report.done, total=report.total, told=told)
+        self.show(report.done, total=report.total, told=told)
+
+    def show(self, done: int, *, total: int | None, told: str) -> None:
+        """Move the bar; `told` stands behind it."""
+        self._progress.update(self._task, completed=done, total=total, told=told)
 
     def cancelled(self) -> bool:
         """Tell whether Ctrl-C was pressed."""
@@ -119,11 +123,11 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
         calibration = shop.calibration.require()
         with (
             opened_rig(choice, shop.settle_times, console=console) as rig,
-            _watching(console, order) as watch,
+            watching(console, order.name) as watch,
         ):
             if order.estimate:
                 document = _estimated(OwnRig(rig), order, calibration, watch=watch, folder=shelf.folder)
-                typer.echo(json.dumps(document) if wish.as_json else _estimate_words(document))
+                typer.echo(json.dumps(document) if wish.as_json else estimate_words(document))
                 return
             try:
                 _take(OwnRig(rig), order, calibration, folder=folder, watch=watch)
@@ -131,7 +135,7 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
                 told = f"{error}: {_resuming(folder, choice.settings)}"
                 console.print(told, markup=False, highlight=False, soft_wrap=True)
                 _show(shelf, folder, as_json=wish.as_json)
-                raise typer.Exit(_INTERRUPTED) from None
+                raise typer.Exit(INTERRUPTED) from None
         _show(shelf, folder, as_json=wish.as_json)
 
 
@@ -176,7 +180,8 @@ def _estimated(
     return {"plan": plan.model_dump(mode="json"), **estimate_document(needed, free_bytes=free_bytes)}
 
 
-def _estimate_words(document: Document) -> str:
+def estimate_words(document: Document) -> str:
+    """Say in a line what a plan takes."""
     return (
         f"{document['points']} points, {document['files']} images: at least {document['total_s']:.1f} s,"
         f" {document['stored_bytes'] / 1e6:.0f} MB of {document['free_bytes'] / 1e6:.0f} MB free"
@@ -197,15 +202,21 @@ def _show(shelf: CaptureShelf, folder: Path, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(document))
         return
+    typer.echo(capture_words(document))
+
+
+def capture_words(document: Document) -> str:
+    """Say in a line what a capture holds."""
     points = document["points"]
-    typer.echo(
-        f"{folder}: {document['state']}, {points['taken']} of {points['planned']} points,"
+    return (
+        f"{document['folder']}: {document['state']}, {points['taken']} of {points['planned']} points,"
         f" {document['size_bytes'] / 1e6:.0f} MB"
     )
 
 
 @contextmanager
-def _watching(console: Console, order: CaptureOrder) -> Iterator[BarWatch]:
+def watching(console: Console, name: str) -> Iterator[BarWatch]:
+    """Give a bar that also hears Ctrl-C."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=20),
@@ -214,7 +225,7 @@ def _watching(console: Console, order: CaptureOrder) -> Iterator[BarWatch]:
         TextColumn("{task.fields[told]}", markup=False),
     )
     with Progress(*columns, console=console, disable=console.quiet) as progress:
-        watch = BarWatch(progress, name=order.name.replace("[", "\\["))
+        watch = BarWatch(progress, name=name.replace("[", "\\["))
         before = signal.signal(signal.SIGINT, watch.interrupt)
         try:
             yield watch

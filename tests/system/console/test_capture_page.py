@@ -6,11 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, Page, Request, Route, expect
-from tests.system.conftest import PATIENCE_S, Running, running
+from tests.system.conftest import Running, running
 
-from foveacam_hardware.contract import Frame
 from foveacam_pipeline.capture.dataset import Dataset, check
-from foveacam_server.runtime.capture_watch import CaptureWatch
 
 from . import capture_documents as documents
 from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
@@ -45,21 +43,6 @@ def stand_in(server: StandIn) -> StandIn:
     server.be()
     server.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
     return server
-
-
-@pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
-    """Captures wait behind every look while it is closed."""
-    found = threading.Event()
-    saw = CaptureWatch.saw
-
-    def wait_behind(watch: CaptureWatch, frames: tuple[Frame, ...]) -> None:
-        saw(watch, frames)
-        found.wait(PATIENCE_S)
-
-    monkeypatch.setattr(CaptureWatch, "saw", wait_behind)
-    yield found
-    found.set()
 
 
 def four_points(console: Console, name: str) -> Locator:

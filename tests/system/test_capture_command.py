@@ -1,0 +1,149 @@
+"""`foveacam capture --server`: the same jobs as by REST, begun, watched, cancelled and gone on with."""
+
+import json
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from foveacam_pipeline.capture.dataset import check
+from foveacam_server import cli
+from foveacam_server.capture_command.run import BarWatch
+
+from .conftest import PATIENCE_S, Running
+
+FOUR = (
+    "--columns",
+    "2",
+    "--rows",
+    "2",
+    "--half-width-deg",
+    "1",
+    "--half-height-deg",
+    "1",
+    "--distance-m",
+    "4",
+)
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(server: Running, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run `foveacam capture … --server`; return its status and what it printed."""
+
+    def call(*words: str) -> tuple[int, str, str]:
+        address = f"http://127.0.0.1:{server.port}"
+        monkeypatch.setattr("sys.argv", ["foveacam", "capture", *words, "--server", address])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert isinstance(ended.value.code, int)
+        told = capsys.readouterr()
+        return ended.value.code, told.out, told.err
+
+    return call
+
+
+def wait_until(found: Callable[[], bool]) -> None:
+    waiting = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.02)):
+        if found():
+            return
+        waiting.wait(0.02)
+    raise AssertionError(found)
+
+
+def state_of(server: Running, name: str) -> str | None:
+    """Return the state of the job that makes a capture."""
+    kept = server.get("/captures", text=name).json()
+    if not kept or kept[0]["job_id"] is None:
+        return None
+    return str(server.get(f"/jobs/{kept[0]['job_id']}").json()["state"])
+
+
+@pytest.fixture
+def soon() -> Iterator[Callable[[Callable[[], None]], None]]:
+    """Do something beside the command that runs in the test's own thread."""
+    threads = []
+
+    def begin(work: Callable[[], None]) -> None:
+        threads.append(threading.Thread(target=work))
+        threads[-1].start()
+
+    yield begin
+    for thread in threads:
+        thread.join()
+
+
+def press_ctrl_c_once_it_listens(server: Running, name: str) -> None:
+    def listens() -> bool:
+        hears = getattr(signal.getsignal(signal.SIGINT), "__func__", None) is BarWatch.interrupt
+        return hears and state_of(server, name) == "running"
+
+    wait_until(listens)
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_a_capture_is_taken_by_the_server_and_printed(server: Running, run: Run) -> None:
+    status, printed, _ = run("--name", "from afar", "--label", "by command", *FOUR)
+    assert status == 0
+    assert printed.strip().endswith("complete, 4 of 4 points, 56 MB")
+    kept = server.get("/captures", text="from afar").json()[0]
+    assert (kept["label"], kept["points"]["taken"]) == ("by command", 4)
+    assert check(kept["folder"]) == []
+    assert run("--name", "from afar", *FOUR)[0] == 2
+    status, printed, _ = run("--name", "from afar", "--json", "--estimate", *FOUR)
+    assert (status, json.loads(printed)["points"]) == (0, 4)
+    for deed, told in (
+        ("--resume", "it is complete"),
+        ("--watch", "nothing to watch"),
+        ("--cancel", "nothing"),
+    ):
+        status, _, error = run("--name", "from afar", deed)
+        assert (status, told in error) == (2, True), error
+    assert "it has no capture 'another'" in run("--name", "another", "--resume")[2]
+
+
+def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
+    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+) -> None:
+    def interrupt() -> None:
+        press_ctrl_c_once_it_listens(server, "ended early")
+        wait_until(lambda: state_of(server, "ended early") == "cancelling")
+        gate.set()
+
+    soon(interrupt)
+    status, printed, _ = run("--name", "ended early", *FOUR)
+    assert status == 130
+    assert "partial, " in printed
+    taken = server.get("/captures", text="ended early").json()[0]["points"]["taken"]
+    assert taken < 4
+    status, printed, _ = run("--name", "ended early", "--resume", "--json")
+    assert status == 0
+    found = json.loads(printed)
+    assert (found["state"], found["points"]["taken"]) == ("complete", 4)
+
+
+def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
+    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+) -> None:
+    plan = {
+        "points": {"kind": "grid", "columns": 2, "rows": 2, "half_width_deg": 1, "half_height_deg": 1},
+        "verging": {"mode": "given", "distance_m": 4.0},
+    }
+    job = server.post("/captures", {"name": "by rest", "plan": plan}).json()
+    soon(lambda: press_ctrl_c_once_it_listens(server, "by rest"))
+    status, printed, told = run("--name", "by rest", "--watch")
+    assert (status, printed) == (130, "")
+    assert "it goes on; to cancel it: foveacam capture --cancel --name 'by rest' --server" in told
+    assert server.get(f"/jobs/{job['id']}").json()["state"] == "running"
+
+    def let_it_end() -> None:
+        wait_until(lambda: state_of(server, "by rest") == "cancelling")
+        gate.set()
+
+    soon(let_it_end)
+    status, printed, _ = run("--name", "by rest", "--cancel")
+    assert (status, "partial, " in printed) == (0, True)
+    assert server.get(f"/jobs/{job['id']}").json()["state"] == "cancelled"
