@@ -222,6 +222,40 @@ def test_imported_calibration_comes_into_force_when_asked_and_everything_follows
         room.post(f"/calibrations/{before['id']}/activate")
 
 
+def test_discarded_calibration_is_in_the_trash_and_comes_back(room: Running) -> None:
+    before = room.get("/calibrations/current").json()
+    document = room.get(f"/calibrations/{before['id']}/file").json()
+    kept = room.post("/calibrations/import", relabelled(document, "to be discarded", shrunk=True)).json()
+    path = f"/calibrations/{kept['id']}"
+    assert room.http.delete(f"{API}{path}").status_code == 204
+    assert room.get(path).status_code == 404
+    assert kept["id"] not in [known["id"] for known in room.get("/calibrations").json()]
+    assert [known["id"] for known in room.get("/calibrations", removed="true").json()] == [kept["id"]]
+    assert room.http.delete(f"{API}{path}").status_code == 404
+    assert room.post(f"{path}/restore").json()["label"] == "to be discarded"
+    assert room.post(f"{path}/restore").status_code == 404
+    assert room.get(path).json()["current"] is False
+    refused = room.http.delete(f"{API}/calibrations/{before['id']}")
+    assert (refused.status_code, refused.json()["found"]) == (409, "it is in force")
+    activated = room.post(f"{path}/activate")
+    try:
+        assert activated.status_code == 200
+        shipped = room.http.delete(f"{API}/calibrations/{before['id']}")
+        assert (shipped.status_code, shipped.json()["found"]) == (422, "it is none of one's own")
+    finally:
+        room.post(f"/calibrations/{before['id']}/activate")
+
+
+def test_sessions_are_put_together_by_their_ids(room: Running) -> None:
+    made = [room.post("/calibration_sessions", {"label": name}).json()["id"] for name in ("one", "two")]
+    refused = room.post("/calibration_sessions/combined", {"sessions": made})
+    assert (refused.status_code, "no sweep was given" in refused.json()["detail"]) == (422, True)
+    few = room.post("/calibration_sessions/combined", {"sessions": made[:1]})
+    assert few.json()["detail"] == "sessions is a list of 1; needed is a list no shorter than 2."
+    for session in made:
+        room.http.delete(f"{API}/calibration_sessions/{session}")
+
+
 def relabelled(document: dict[str, Any], label: str, *, shrunk: bool) -> dict[str, Any]:
     """Return a calibration's file under another label, its left eye a degree further right."""
     from foveacam_pipeline.models.content import content_id

@@ -76,3 +76,21 @@ def test_a_combined_session_overwrites_nothing_and_appears_whole(tmp_path: Path)
     with pytest.raises(InvalidInput, match=r"holds no wide\.json"):
         combine_sessions([one], tmp_path / "new", rig_id="lab-1", wide_from=tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["into", "one"]
+
+
+def test_a_station_swept_in_two_sessions_is_there_twice_and_the_lens_comes_whole(tmp_path: Path) -> None:
+    later = replace(FAR, header=replace(FAR.header, created_utc="2098-01-01T00:00:00Z"))
+    one, two = session(tmp_path / "one", far=later, near=NEAR), session(tmp_path / "two", far=FAR)
+    (two / "wide").mkdir()
+    (two / "wide" / "view.jpg").touch()
+    (two / "wide-result.json").write_text("{}", encoding="utf-8")
+    combine_sessions([one, two], tmp_path / "both", rig_id="lab-1", wide_from=two)
+    found = {path.name: load_sweep(path).header for path in sweep_paths(tmp_path / "both")}
+    station = FAR.header.station.name
+    assert sorted(header.station.name for header in found.values()) == sorted(
+        [station, f"{station} (2)", NEAR.header.station.name]
+    )
+    again = next(header for header in found.values() if header.station.name.endswith("(2)"))
+    assert again.created_utc == "2098-01-01T00:00:00Z"
+    assert (tmp_path / "both" / "wide" / "view.jpg").is_file()
+    assert (tmp_path / "both" / "wide-result.json").is_file()

@@ -103,6 +103,25 @@ def test_what_is_imported_stays_out_of_force_however_new(
     assert newer.id not in [found["id"] for found in in_force]
 
 
+def test_a_discarded_calibration_comes_back_and_the_one_in_force_stays(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
+) -> None:
+    made = own(data)
+    shipped = load_calibration(SHIPPED / f"{RIG}.json")
+    assert run(monkeypatch, "discard", made.id) == 1
+    assert "is in force; put another one in force first" in capsys.readouterr().err
+    assert run(monkeypatch, "use", shipped.id) == 0
+    assert run(monkeypatch, "discard", made.id[:8]) == 0
+    assert f"`foveacam calibrate restore {made.id}` undoes it" in capsys.readouterr().out
+    assert run(monkeypatch, "use", made.id) == 1
+    assert run(monkeypatch, "restore", made.id[:8]) == 0
+    assert run(monkeypatch, "restore", made.id) == 1
+    capsys.readouterr()
+    assert run(monkeypatch, "list", "--json") == 0
+    listed = {found["id"]: found["current"] for found in json.loads(capsys.readouterr().out)}
+    assert (listed[made.id], listed[shipped.id]) == (False, True)
+
+
 def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
@@ -136,6 +155,8 @@ def test_report_is_a_page_that_names_the_calibration(
         (("use", ""), "none in"),
         (("export", "current", "out.json"), "none in"),
         (("import", "nowhere.json"), "there is no file nowhere.json"),
+        (("combine", "ses-0", "ses-1"), "there is no calibration session ses-0"),
+        (("restore", "0123"), "list the calibrations and give one id in full"),
         (("mirrors",), "no calibration session yet"),
         (("rectify", "--session", "ses-0"), "no calibration session ses-0"),
         (("rectify", "--order", "0"), "order"),

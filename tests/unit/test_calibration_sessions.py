@@ -1,15 +1,20 @@
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_documents, picture_path, write_picture
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import HEAD, SessionShelf
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.errors import NotFound
+
+from .exchange_rig import Bench
 
 
 @pytest.fixture
@@ -113,3 +118,33 @@ def test_files_are_written_whole(shelf: SessionShelf) -> None:
     with pytest.raises(ValueError, match="JSON"):
         session.write("check-result.json", {"poses": float("nan")})
     assert json.loads((session.folder / "check-result.json").read_text()) == {"poses": 1}
+
+
+def test_sessions_are_put_together_with_the_newest_lens(shelf: SessionShelf) -> None:
+    made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("old", "mid", "new")]
+    sweep = Bench(plan=SweepPlan(columns=3, rows=3)).sweep()
+    for number, (session, utc) in enumerate(zip(made, ("2020", "2021", "2022"), strict=True)):
+        session.write(HEAD, (session.read(HEAD) or {}) | {"created_utc": utc})
+        save_sweep(
+            replace(sweep, header=replace(sweep.header, created_utc=f"{utc}-01-01T00:00:00Z")),
+            session.folder / "sweep-markers.jsonl",
+        )
+        if number < 2:
+            session.write("wide.json", {"of": session.head.label})
+    combined = shelf.combine([session.id for session in made])
+    assert combined.head.label == "combined from 3 sweeps of 27 poses"
+    assert (combined.head.rig_id, combined.read("wide.json")) == ("lab-1", {"of": "mid"})
+    assert len(list(combined.folder.glob("sweep-*.jsonl"))) == 3
+    assert shelf.every()[0].id == combined.id
+
+
+def test_what_cannot_be_put_together_is_refused_by_name(shelf: SessionShelf) -> None:
+    one = shelf.create(label="one", rig_id="lab-1", baseline_m=0.2)
+    other = shelf.create(label="other", rig_id="lab-1", baseline_m=0.2)
+    with pytest.raises(InvalidInput, match="1 session was given to be put together; name two or more"):
+        shelf.combine([one.id, one.id])
+    with pytest.raises(NotFound, match="no calibration session ses-0"):
+        shelf.combine([one.id, "ses-0"])
+    with pytest.raises(InvalidInput, match="no sweep was given to put together"):
+        shelf.combine([one.id, other.id])
+    assert len(shelf.every()) == 2

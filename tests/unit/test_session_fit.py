@@ -9,10 +9,12 @@ from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings, fit_session
+from foveacam_pipeline.calibrate.records.compare import compare
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models import Intrinsics
 from foveacam_server.bench.calibration_truth import Ours, judge
 
-from .swept_rig import EYES, SweptRig, swept, wide_lens
+from .swept_rig import EYES, SweptRig, swept, visited, wide_lens
 
 DRAWING = RigDrawing(rig_id="sim-1")
 
@@ -145,3 +147,34 @@ def test_a_direction_that_was_not_swept_is_refused(result: FitResult) -> None:
     mirror = result.calibration.left.mirror
     with pytest.raises(OutOfRange, match="beyond the calibrated field"):
         mirror.volts(float(np.deg2rad(12.0)), 0.0)
+
+
+def test_sweeps_of_two_sessions_are_fitted_as_one(lens: Intrinsics) -> None:
+    """The mounts turn by pixels between the sessions: found, and all referred to the end of the later one."""
+    runs = ("2026-01-01T08:00", "2026-01-01T12:00")
+    earlier, later = (
+        session_of(run, begin_s=begin_s) for run, begin_s in zip(runs, (10.0, 4000.0), strict=True)
+    )
+    settings = FitSettings(compare=False)
+    before, after, both = (
+        fit_session(sweeps, lens, drawing=DRAWING, label="fit", settings=settings)
+        for sweeps in (earlier, later, [*earlier, *later])
+    )
+    assert both.drift is not None
+    assert {len(drift.runs) for drift in both.drift.values()} == {2}
+    moved, off = (compare(after.calibration, fit.calibration) for fit in (before, both))
+    assert moved.pointing.rms_px > 2.0
+    assert off.pointing.rms_px < 0.4
+    assert off.epipolar.rms_px < 0.3
+
+
+def session_of(run: str, *, begin_s: float) -> list[Sweep]:
+    """Return sweeps at two distances on a mount that drifts, some nodes visited again."""
+    sweeps = []
+    for distance_m, after_s in ((5.0, 0.0), (2.5, 200.0)):
+        sweep = swept(1, distance_m, drift_deg=0.01, begin_s=begin_s + after_s)
+        visits = {begin_s + after_s + 100.0 + 2.0 * k: node for k, node in enumerate((10, 40, 70))}
+        sweep = visited(sweep, visits, drift_deg=0.01, run=run)
+        station = replace(sweep.header.station, name=f"{sweep.header.station.name} of {run}")
+        sweeps.append(replace(sweep, header=replace(sweep.header, station=station)))
+    return sweeps

@@ -30,11 +30,11 @@ from foveacam_server.calibrating.options import (
     MirrorsOptions,
     WideOptions,
 )
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession, SessionShelf
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.whole_run import KNOWN, run_all
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, views_id
+from foveacam_server.calibrating.wide_documents import RESULT, views_id
 from foveacam_server.calibrating.workplace import Hands, Workplace
 from foveacam_server.runtime.calibrations import SHIPPED
 

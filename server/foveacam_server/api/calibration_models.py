@@ -1,6 +1,6 @@
 """The shapes of calibration sessions, their steps' results and comparisons."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -13,6 +13,13 @@ class SessionRequest(Asked):
     """A new session."""
 
     label: Label
+
+
+class CombineRequest(Asked):
+    """Sessions of one rig whose sweeps are to be fitted together. `label`: None says how many poses."""
+
+    sessions: Annotated[list[str], Field(min_length=2, max_length=50)]
+    label: Label | None = None
 
 
 class BoardDocument(Told):

@@ -13,7 +13,7 @@ from foveacam_server.api.answers import (
     job_answer,
     problems,
 )
-from foveacam_server.api.calibration_models import SessionDocument, SessionRequest
+from foveacam_server.api.calibration_models import CombineRequest, SessionDocument, SessionRequest
 from foveacam_server.api.models import JobDocument
 from foveacam_server.calibrating.options import Run
 from foveacam_server.runtime.services import ServicesDep
@@ -36,6 +36,18 @@ PictureName = Annotated[str, Path(max_length=64)]
 def create(request: SessionRequest, services: ServicesDep) -> Document:
     """Begin an empty session of this rig."""
     return services.sessions.create(request.label)
+
+
+@router.post(
+    "/combined",
+    status_code=201,
+    summary="Put sessions together",
+    response_model=SessionDocument,
+    responses=problems(404, 409),
+)
+def combine(request: CombineRequest, services: ServicesDep) -> Document:
+    """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them together."""
+    return services.sessions.combine(request.sessions, label=request.label)
 
 
 @router.get("", summary="All sessions, newest first", response_model=list[SessionDocument])

@@ -1,6 +1,6 @@
 """Calibrations: which one is in force, how far to trust it, and how they come and go."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Body, Path, Query
 from fastapi.responses import HTMLResponse, Response
@@ -26,9 +26,13 @@ _JSON_FILE = {
 @router.get(
     "", summary="All calibrations of this rig, newest first", response_model=list[CalibrationDocument]
 )
-async def every(services: ServicesDep) -> list[Document]:
-    """Return all calibrations known for this rig."""
-    return [services.records.document(calibration) for calibration in services.calibration.every()]
+def every(
+    services: ServicesDep,
+    removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
+) -> list[Document]:
+    """Return all calibrations known for this rig, or those that were discarded."""
+    found = services.calibration.discarded() if removed == "true" else services.calibration.every()
+    return [services.records.document(calibration) for calibration in found]
 
 
 @router.get(
@@ -90,6 +94,25 @@ def take(
 async def one(calibration_id: CalibrationId, services: ServicesDep) -> Document:
     """Return one calibration."""
     return services.records.document(services.calibration.get(calibration_id))
+
+
+@router.delete(
+    "/{calibration_id}", status_code=204, summary="Discard a calibration", responses=problems(404, 409)
+)
+def discard(calibration_id: CalibrationId, services: ServicesDep) -> None:
+    """Put it in the trash, whence it can be restored; neither the one in force nor one that ships."""
+    services.calibration.discard(calibration_id)
+
+
+@router.post(
+    "/{calibration_id}/restore",
+    summary="Take a calibration out of the trash",
+    response_model=CalibrationDocument,
+    responses=problems(404),
+)
+def restore(calibration_id: CalibrationId, services: ServicesDep) -> Document:
+    """Undo its discarding; what is in force stays so."""
+    return services.records.document(services.calibration.restore(calibration_id))
 
 
 @router.post(

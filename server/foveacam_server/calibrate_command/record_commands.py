@@ -1,4 +1,4 @@
-"""`foveacam calibrate list, use, compare, report, export, import`: calibrations as they are kept."""
+"""`foveacam calibrate list, use, report, export, import, discard, restore, combine`: what is kept."""
 
 import json
 from pathlib import Path
@@ -119,3 +119,45 @@ def take(
         "and in force" if document["current"] else f"put it in force with `foveacam calibrate use {found.id}`"
     )
     typer.echo(json.dumps(document) if wish.as_json else f"{found.id} ({found.label}) is kept, {how}")
+
+
+@app.command()
+def discard(calibration: WhichOne, data: DataOption = None) -> None:
+    """Put a calibration in the trash; `restore` brings it back."""
+    from foveacam_server.calibrating.shelves import Shelves
+
+    shelves = Shelves(checked_settings({"data": data}).data)
+    found = shelves.find(calibration)
+    shelves.discard(found)
+    typer.echo(
+        f"{found.id} ({found.label}) is in the trash; `foveacam calibrate restore {found.id}` undoes it"
+    )
+
+
+@app.command()
+def restore(
+    calibration: Annotated[str, typer.Argument(help="id of a discarded calibration, or its beginning")],
+    data: DataOption = None,
+) -> None:
+    """Take a calibration out of the trash."""
+    from foveacam_server.calibrating.shelves import Shelves
+
+    found = Shelves(checked_settings({"data": data}).data).restore(calibration)
+    typer.echo(f"{found.id} ({found.label}) is kept again")
+
+
+@app.command()
+def combine(
+    session: Annotated[list[str], typer.Argument(help="ids of sessions of one rig, two or more")],
+    label: Annotated[str | None, typer.Option(help="name for people")] = None,
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Put the sweeps of several sessions together, to be fitted as one."""
+    from foveacam_server.calibrating.shelves import Shelves
+
+    made = Shelves(checked_settings({"data": data}).data).sessions.combine(session, label=label)
+    if as_json:
+        typer.echo(json.dumps({"id": made.id, "label": made.head.label}))
+        return
+    typer.echo(f"{made.id}: {made.head.label}; fit it with `foveacam calibrate rectify --session {made.id}`")

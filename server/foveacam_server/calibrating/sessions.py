@@ -6,10 +6,12 @@ The procedures write their own files into it; here are its name, its label, and 
 import json
 import re
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.records.aggregate import combine_sessions
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document
@@ -18,6 +20,8 @@ from foveacam_server.whole_file import write_document
 FORMAT = "foveacam-calibration-session"
 VERSION = 1
 HEAD = "session.json"
+VIEWS = "wide.json"
+"""The views of the board, where there are any."""
 _ID = re.compile(r"ses-[0-9a-f]{1,32}")
 
 
@@ -116,23 +120,32 @@ class SessionShelf:
 
     def create(self, *, label: str, rig_id: str, baseline_m: float) -> CalibrationSession:
         """Begin a session."""
-        self.folder.mkdir(parents=True, exist_ok=True)
         session = CalibrationSession(self.folder / new_id("ses"))
-        session.folder.mkdir()
-        session.write(
-            HEAD,
-            {
-                "format": FORMAT,
-                "version": VERSION,
-                "id": session.id,
-                "label": label,
-                "rig_id": rig_id,
-                "created_utc": utc_now(),
-                "baseline_m": baseline_m,
-                "calibrations": [],
-            },
-        )
+        session.folder.mkdir(parents=True)
+        _write_head(session, label=label, rig_id=rig_id, baseline_m=baseline_m)
         return session
+
+    def combine(self, ids: Sequence[str], *, label: str | None = None) -> CalibrationSession:
+        """Begin a session with the sweeps of several, and the lens of the newest of them that has one.
+
+        Raise `NotFound` for one that is not there, `InvalidInput` for fewer than two or for several rigs.
+        """
+        sessions = [self.get(one) for one in dict.fromkeys(ids)]
+        heads = sorted((session.head for session in sessions), key=lambda head: head.created_utc)
+        if len(heads) < 2:
+            raise InvalidInput(f"{len(heads)} session was given to be put together; name two or more")
+        with_lens = [self.folder / head.id for head in heads if (self.folder / head.id / VIEWS).is_file()]
+        combined = CalibrationSession(self.folder / new_id("ses"))
+        found = combine_sessions(
+            [session.folder for session in sessions],
+            combined.folder,
+            rig_id=heads[-1].rig_id,
+            wide_from=(with_lens or [self.folder / heads[-1].id])[-1],
+        )
+        _write_head(
+            combined, label=label or found.label, rig_id=found.rig_id, baseline_m=heads[-1].baseline_m
+        )
+        return combined
 
     def every(self) -> list[CalibrationSession]:
         """Return all sessions, newest first; a folder whose head cannot be read is passed over."""
@@ -158,3 +171,19 @@ class SessionShelf:
     def remove(self, session_id: str) -> None:
         """Delete a session and everything measured in it; the calibrations fitted from it stay."""
         shutil.rmtree(self.get(session_id).folder)
+
+
+def _write_head(session: CalibrationSession, *, label: str, rig_id: str, baseline_m: float) -> None:
+    session.write(
+        HEAD,
+        {
+            "format": FORMAT,
+            "version": VERSION,
+            "id": session.id,
+            "label": label,
+            "rig_id": rig_id,
+            "created_utc": utc_now(),
+            "baseline_m": baseline_m,
+            "calibrations": [],
+        },
+    )

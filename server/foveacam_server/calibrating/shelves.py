@@ -6,6 +6,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.calibrating.discarding import check_discarded
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.errors import NotFound
@@ -29,13 +30,16 @@ class Shelves:
 
     def every(self) -> list[Calibration]:
         """Return all calibrations, newest first: those kept here, then those that ship with the program."""
-        shipped = []
+        return [*self.records.every().calibrations, *self._shipped_ones()]
+
+    def _shipped_ones(self) -> list[Calibration]:
+        found = []
         for path in sorted(self._shipped.glob("*.json")):
             try:
-                shipped.append(load_calibration(path))
+                found.append(load_calibration(path))
             except FoveaError:
                 continue
-        return [*self.records.every().calibrations, *shipped]
+        return found
 
     def find(self, wanted: str) -> Calibration:
         """Return the one whose id begins with `wanted`; `current`: the one in force, of the only rig."""
@@ -61,6 +65,22 @@ class Shelves:
         self.records.add(calibration)
         if in_force is not None:
             write_pin(self.folder, in_force.rig_id, in_force.id)
+
+    def discard(self, calibration: Calibration) -> None:
+        """Put a calibration in the trash, but neither the one in force nor one that ships."""
+        shipped = [known.id for known in self._shipped_ones()]
+        kept = calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
+        check_discarded(calibration, in_force=self._in_force(calibration), kept=kept)
+        self.records.discard(calibration.id)
+
+    def restore(self, wanted: str) -> Calibration:
+        """Take out of the trash the calibration whose id begins with `wanted`; what is in force stays so."""
+        found = RecordStore(self.records.trash).get(wanted)
+        in_force = self._in_force_for(found.rig_id)
+        restored = self.records.restore(found.id)
+        if in_force is not None:
+            write_pin(self.folder, in_force.rig_id, in_force.id)
+        return restored
 
     def document(self, calibration: Calibration) -> Document:
         """Return a calibration as REST shows it."""

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.store import Document
 
 RESULT = "wide-result.json"
-VIEWS, THUMBNAILS = "wide.json", "wide"
+THUMBNAILS = "wide"
 """What the procedure keeps its views in."""
 _VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 

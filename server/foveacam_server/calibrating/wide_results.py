@@ -12,8 +12,8 @@ from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
 from foveacam_pipeline.models.content import plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.calibrating.sessions import CalibrationSession
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, no_view, views_id
+from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
+from foveacam_server.calibrating.wide_documents import RESULT, no_view, views_id
 from foveacam_server.runtime.store import Document
 
 Model = Literal["five", "rational"]

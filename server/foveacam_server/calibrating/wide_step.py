@@ -14,9 +14,9 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
-from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
 from foveacam_server.calibrating.turning import turn_to_station
-from foveacam_server.calibrating.wide_documents import RESULT, VIEWS, views_id
+from foveacam_server.calibrating.wide_documents import RESULT, views_id
 from foveacam_server.calibrating.wide_results import samples_of, write_result
 from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 

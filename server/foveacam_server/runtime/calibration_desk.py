@@ -1,5 +1,6 @@
 """Calibration sessions as the server offers them: documents, files, and runs as jobs."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -33,6 +34,12 @@ class CalibrationDesk:
         return self._document(
             self._shelf.create(label=label, rig_id=status.rig_id, baseline_m=status.baseline_m)
         )
+
+    def combine(self, ids: Sequence[str], *, label: str | None) -> Document:
+        """Begin a session with the sweeps of several."""
+        for one in ids:
+            self._runs.check_idle(one, "put sessions together")
+        return self._document(self._shelf.combine(ids, label=label))
 
     def every(self) -> list[Document]:
         """Return all sessions, newest first."""

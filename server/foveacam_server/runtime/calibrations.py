@@ -12,6 +12,7 @@ from foveacam_hardware.contract import FoveaError, NotCalibrated
 from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.calibrating.discarding import check_discarded
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.pinned import pinned_id, write_pin
@@ -37,6 +38,7 @@ class CalibrationService:
         self._events = events
         self._lock = threading.Lock()
         self._known: dict[str, Calibration] = {}
+        self._shipped_ids = frozenset[str]()
         self._current: Calibration | None = None
         self._rig_id: str | None = None
         self._brought: Calibration | None = None
@@ -94,7 +96,9 @@ class CalibrationService:
         """
         self._rig_id = rig_id
         self._brought = brought
-        for path in [self._shipped / f"{rig_id}.json", *sorted(self._folder.glob("*.json"))]:
+        self._learn(self._shipped / f"{rig_id}.json", rig_id)
+        self._shipped_ids = frozenset(self._known)
+        for path in sorted(self._folder.glob("*.json")):
             self._learn(path, rig_id)
         try:
             current = self._pick(rig_id)
@@ -116,6 +120,35 @@ class CalibrationService:
         current = self._current
         if current is not None and pinned_id(self._folder, current.rig_id) not in self._known:
             write_pin(self._folder, current.rig_id, current.id)
+
+    def discard(self, calibration_id: str) -> None:
+        """Put a calibration in the trash; raise `Busy` for the one in force, `InvalidInput` for a shipped."""
+        calibration = self.get(calibration_id)
+        pinned = pinned_id(self._folder, calibration.rig_id)
+        check_discarded(
+            calibration,
+            in_force=calibration is self._current or calibration.id == pinned,
+            kept=calibration.id not in self._shipped_ids and self.records.path_of(calibration.id).is_file(),
+        )
+        self.records.discard(calibration.id)
+        with self._lock:
+            del self._known[calibration.id]
+
+    def discarded(self) -> list[Calibration]:
+        """Return what lies in the trash, newest first."""
+        return list(RecordStore(self.records.trash).every(rig_id=self._rig_id).calibrations)
+
+    def restore(self, calibration_id: str) -> Calibration:
+        """Take a calibration out of the trash; what is in force stays so. Raise `NotFound` without it."""
+        if calibration_id not in [known.id for known in self.discarded()]:
+            raise NotFound(
+                f"there is no calibration {calibration_id} in the trash; see "
+                "/api/v1/calibrations?removed=true",
+                asked=calibration_id,
+            )
+        restored = self.records.restore(calibration_id)
+        self.add(restored)
+        return restored
 
     def activate(self, calibration_id: str) -> Calibration:
         """Put a calibration in force, now and at every start."""

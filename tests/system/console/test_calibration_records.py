@@ -99,6 +99,39 @@ def test_damaged_file_is_named_and_not_sent(
     assert stand_in.orders("/calibrations/import") == [{"format": "foveacam-calibration"}]
 
 
+def test_record_is_discarded_with_a_way_back(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    stand_in.answers[f"/calibrations/{FACTORY_ID}"] = None
+    stand_in.answers[f"/calibrations/{FACTORY_ID}/restore"] = {}
+    console = open_wizard("overview")
+    expect(console.page.get_by_role("button", name="Discard Bench, spring")).to_have_count(0)  # it is in use
+    console.page.get_by_role("button", name="Discard As delivered").click()
+    expect(console.page.get_by_text("“As delivered” is in the trash")).to_be_visible()
+    assert ("DELETE", f"/calibrations/{FACTORY_ID}") in [(asked[0], asked[1]) for asked in stand_in.asked]
+    with console.page.expect_response(re.compile("/restore$")):
+        console.page.get_by_role("button", name="Undo").click()
+
+
+def test_measurements_are_combined_when_two_are_ticked(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+    other = documents.empty_session("ses-0e", "Evening")
+    made = documents.empty_session("ses-0c", "combined from 4 sweeps of 324 poses")
+    stand_in.answers |= {
+        "/calibration_sessions": [documents.full_session(), other],
+        "/calibration_sessions/combined": made,
+        "/calibration_sessions/ses-0c": made,
+    }
+    console = open_wizard("overview")
+    combine = console.page.get_by_role("button", name="Combine", exact=True)
+    expect(combine).to_be_disabled()
+    console.page.get_by_label("Combine Bench, spring").check()
+    expect(combine).to_be_disabled()
+    console.page.get_by_label("Combine Evening").check()
+    combine.click()
+    expect(console.page.locator("#session")).to_have_attribute("title", made["label"])
+    assert stand_in.orders("/calibration_sessions/combined") == [
+        {"sessions": [documents.SESSION_ID, "ses-0e"]}
+    ]
+
+
 def test_measurement_is_deleted_only_after_a_second_word(stand_in: StandIn, open_wizard: OpenWizard) -> None:
     console = open_wizard("overview")
     console.page.get_by_role("button", name="Delete Bench, spring").click()

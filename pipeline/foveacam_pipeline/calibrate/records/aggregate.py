@@ -1,14 +1,15 @@
 """Sweeps of one rig from several sessions, put together for one fit; the fit itself is done elsewhere."""
 
+import itertools
 import json
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader
-from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.models.content import content_id, plain
 
 SOURCES_FILE = "sources.json"
@@ -80,6 +81,8 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
     """Make the folder of a new session out of others: all their sweeps, and the wide camera of one of them.
 
     `into` must not exist yet; it appears complete or not at all. The sources are named in `sources.json`.
+    A station that several sessions swept is there several times, oldest first: `markers`, `markers (2)`.
+    How the mounts moved in between is fitted as it is between the runs of one session.
     """
     combined = aggregate([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
     if not (wide_from / "wide.json").is_file():
@@ -97,13 +100,29 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
 
 def _fill(folder: Path, combined: Aggregate, wide_from: Path) -> None:
     folder.mkdir(parents=True)
-    shutil.copy2(wide_from / "wide.json", folder / "wide.json")
-    if (wide_from / "wide").is_dir():
-        shutil.copytree(wide_from / "wide", folder / "wide")
-    for number, source in enumerate(s for s in combined.sources if not s.repeated):
-        shutil.copy2(source.path, folder / f"{source.path.stem}-{number}.jsonl")
+    for path in wide_from.glob("wide*"):
+        if path.is_dir():
+            shutil.copytree(path, folder / path.name)
+        else:
+            shutil.copy2(path, folder / path.name)
+    taken: set[str] = set()
+    for sweep in sorted(combined.sweeps, key=lambda sweep: sweep.header.created_utc):
+        named = _named_apart(sweep, taken)
+        save_sweep(named, folder / sweep_filename(named.header.station))
     listing = {"wide": str(wide_from), "sweeps": [_source_document(source) for source in combined.sources]}
     (folder / SOURCES_FILE).write_text(json.dumps(listing, indent=1) + "\n", encoding="utf-8")
+
+
+def _named_apart(sweep: Sweep, taken: set[str]) -> Sweep:
+    """Return a sweep whose station's file has a name of its own, and take that name."""
+    station = sweep.header.station
+    names = (f"{station.name} ({number})" if number > 1 else station.name for number in itertools.count(1))
+    for name in names:
+        renamed = replace(station, name=name)
+        if sweep_filename(renamed) not in taken:
+            taken.add(sweep_filename(renamed))
+            return replace(sweep, header=replace(sweep.header, station=renamed))
+    raise AssertionError("names do not end")
 
 
 def _source_document(source: Source) -> dict[str, str | int | bool]:

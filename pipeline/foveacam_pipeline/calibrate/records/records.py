@@ -33,7 +33,7 @@ class Listing:
 
 
 class RecordStore:
-    """A folder of calibrations, `<id>.json` each. Nothing in it is ever changed or overwritten."""
+    """A folder of calibrations, `<id>.json` each, and `trash` below it. Nothing is changed or overwritten."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -87,6 +87,24 @@ class RecordStore:
                 logger.info("calibration %s names a parent that is not kept here", chain[-1].id)
                 break
         return tuple(chain)
+
+    def discard(self, calibration_id: str) -> None:
+        """Put a calibration in the trash, whence `restore` brings it back; raise NotCalibrated without it."""
+        path = self.path_of(self.get(calibration_id).id)
+        self.trash.mkdir(exist_ok=True)
+        path.replace(self.trash / path.name)
+
+    def restore(self, calibration_id: str) -> Calibration:
+        """Take a calibration, named whole or by its beginning, out of the trash and return it."""
+        discarded = RecordStore(self.trash)
+        found = discarded.get(calibration_id)
+        discarded.path_of(found.id).replace(self.path_of(found.id))
+        return found
+
+    @property
+    def trash(self) -> Path:
+        """Where discarded calibrations lie."""
+        return self._folder / "trash"
 
     def import_file(self, path: Path, *, rig_id: str | None = None) -> Calibration:
         """Keep the calibration that lies in `path`; refuse one that is damaged or of another rig."""

@@ -18,6 +18,7 @@ import { h } from "../dom.js";
  */
 
 const KEPT_MS = 60_000; // browsers begin to save when they like
+const UNDO_MS = 15_000;
 const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes the server a while
 
 /** The orders of one page. */
@@ -54,6 +55,17 @@ export class CalibrationOrders {
   async #begin(label) {
     const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
       request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })));
+    if (session) await this.#reader.showSession(session);
+    return session;
+  }
+
+  /**
+   * Begin a session with the sweeps of several, to be fitted as one.
+   * @param {string[]} sessions
+   */
+  async combine(sessions) {
+    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
+      request("POST", "/calibration_sessions/combined", { body: { sessions } })));
     if (session) await this.#reader.showSession(session);
     return session;
   }
@@ -131,6 +143,23 @@ export class CalibrationOrders {
   async activate(id) {
     const answer = await this.#attempt(() => this.#post(`/calibrations/${id}/activate`, undefined).then(() => true));
     if (answer) await this.#reader.readAll();
+  }
+
+  /**
+   * Put a record in the trash, with a way back.
+   * @param {string} id
+   * @param {string} name
+   */
+  async discard(id, name) {
+    const gone = await this.#attempt(() => request("DELETE", `/calibrations/${id}`).then(() => true));
+    if (gone) this.#commands.say({ tone: "info", title: `“${name}” is in the trash`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.#restore(id) } });
+    await this.#reader.readRecords();
+  }
+
+  /** @param {string} id */
+  async #restore(id) {
+    await this.#attempt(() => request("POST", `/calibrations/${id}/restore`));
+    await this.#reader.readRecords();
   }
 
   /**

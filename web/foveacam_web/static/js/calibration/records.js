@@ -1,4 +1,4 @@
-// The records of this rig: which is in use, take another into use, report, export, import, compare two.
+// The records of this rig: which is in use, take another into use, report, export, discard, import, compare two.
 
 import { changing, fill, h, say } from "../dom.js";
 import { MISSING, number, span } from "../format.js";
@@ -85,7 +85,8 @@ function row(record, { orders, picked, choose }) {
       !record.current && h("button", { type: "button", class: "plain", data: { keep: `use-${record.id}` }, "aria-label": `Use ${name}`, on: { click: () => void orders.activate(record.id) } }, "Use"),
       h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),
       saver("foveacam", "Export", { "aria-label": `Export ${name}` }),
-      saver("authors", "Authors’ format", { title: "Export in the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` })));
+      saver("authors", "Authors’ format", { title: "Export in the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` }),
+      !record.current && h("button", { type: "button", class: "tool", data: { keep: `discard-${record.id}` }, title: "Put it in the trash", "aria-label": `Discard ${name}`, on: { click: () => void orders.discard(record.id, name) } }, icon("trash"))));
 }
 
 /**

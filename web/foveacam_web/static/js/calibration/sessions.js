@@ -1,4 +1,4 @@
-// What was measured, one session for each calibration: choose which is open, begin another, delete one.
+// What was measured, one session for each calibration: choose which is open, begin another, combine some, delete one.
 
 import { changing, fill, h, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
@@ -39,11 +39,28 @@ export function mountSessions(place, { store, orders, reader }) {
   const empty = h("div", {});
   /** @type {string | null} */
   let asked = null;
+  /** @type {Set<string>} */
+  const picked = new Set();
+  const hint = h("span", { class: "why", role: "status" });
+  const combine = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("plus"), "Combine");
+  const together = h("p", { class: "actions" }, h("span", { class: "starter" }, combine, hint));
+  const act = async () => {
+    combine.disabled = true;
+    say(hint, "Putting them together …");
+    const made = await orders.combine([...picked]);
+    if (made) picked.clear();
+    update();
+  };
+  const choose = () => {
+    combine.disabled = picked.size < 2;
+    say(hint, picked.size < 2 ? "Tick two or more to fit their sweeps as one." : "");
+  };
   const ask = (/** @type {string | null} */ id) => {
     asked = id;
     update();
   };
-  const show = changing(list, (/** @type {Shown & {asked: string | null}} */ now) => now.list.map((session) => h("li", { class: session.id === now.open ? "current" : "" },
+  const show = changing(list, (/** @type {Shown & {asked: string | null, picked: string[]}} */ now) => now.list.map((session) => h("li", { class: session.id === now.open ? "current" : "" },
+    now.list.length > 1 && makeTick(session, picked, choose),
     h("div", { class: "what" }, h("p", { class: "name" }, h("strong", { text: session.label || session.id, title: session.label }), session.id === now.open && badge("plain", "open"), session.running && badge("good", "running")),
       h("p", { class: "legend" }, h("time", { datetime: session.created_utc, text: new Date(session.created_utc).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" }) }), h("span", { class: "number", text: size(session.bytes) }))),
     h("div", { class: "links" }, now.asked === session.id
@@ -54,11 +71,28 @@ export function mountSessions(place, { store, orders, reader }) {
         h("button", { type: "button", class: "tool", data: { keep: `delete-${session.id}` }, "aria-label": `Delete ${session.label}`, title: session.running ? "Not while something runs in it" : "Delete", disabled: Boolean(session.running), on: { click: () => ask(session.id) } }, icon("trash"))]))));
   const update = () => {
     const { sessions, session } = store.state;
-    show({ list: sessions ?? [], open: session?.id, asked });
+    for (const id of picked) if (!sessions?.some((known) => known.id === id)) picked.delete(id);
+    show({ list: sessions ?? [], open: session?.id, asked, picked: [...picked] });
+    together.hidden = (sessions?.length ?? 0) < 2;
+    choose();
     fill(empty, sessions === null ? nothing("Loading …") : sessions.length === 0 ? nothing("Nothing measured yet. Calibrate everything, or begin with step 1.") : null);
   };
-  fill(place, empty, list);
+  fill(place, empty, list, together);
   store.on(["sessions", "session"], update);
+}
+
+/**
+ * @param {SessionSummary} session
+ * @param {Set<string>} picked
+ * @param {() => void} choose
+ */
+function makeTick({ id, label }, picked, choose) {
+  const tick = h("input", { type: "checkbox", "aria-label": `Combine ${label}`, data: { keep: `tick-${id}` }, checked: picked.has(id), on: { change: () => {
+    if (tick.checked) picked.add(id);
+    else picked.delete(id);
+    choose();
+  } } });
+  return tick;
 }
 
 /** @param {number | null} bytes */
