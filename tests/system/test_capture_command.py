@@ -147,3 +147,20 @@ def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
     status, printed, _ = run("--name", "by rest", "--cancel")
     assert (status, "partial, " in printed) == (0, True)
     assert server.get(f"/jobs/{job['id']}").json()["state"] == "cancelled"
+
+
+def test_a_capture_that_ended_before_its_first_point_says_so(
+    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+) -> None:
+    survey = FOUR[: FOUR.index("--distance-m")]  # the scene's distance is measured first
+
+    def interrupt() -> None:
+        wait_until(lambda: state_of(server, "too soon") == "running")
+        press_ctrl_c_once_it_listens(server, "too soon")
+        wait_until(lambda: state_of(server, "too soon") == "cancelling")
+        gate.set()
+
+    soon(interrupt)
+    status, printed, told = run("--name", "too soon", *survey)
+    assert (status, printed) == (130, "")
+    assert "capture too soon ended before its first point: nothing was taken" in told

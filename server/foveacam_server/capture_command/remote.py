@@ -99,8 +99,8 @@ def _tell(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: 
     try:
         found = _named(client, order.name)
     except InvalidInput:
-        found = None  # it ended before its first point
-    if found is not None:
+        typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
+    else:
         typer.echo(json.dumps(found) if as_json else capture_words(found))
     problem = job["problem"]
     if job["state"] == "failed":
