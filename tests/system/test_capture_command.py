@@ -12,7 +12,7 @@ from foveacam_pipeline.capture.dataset import check
 from foveacam_server import cli
 from foveacam_server.capture_command.run import BarWatch
 
-from .conftest import PATIENCE_S, Running
+from .conftest import EVENT_PATIENCE_S, Running
 
 FOUR = (
     "--columns",
@@ -47,7 +47,7 @@ def run(server: Running, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
 def wait_until(found: Callable[[], bool]) -> None:
     waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.02)):
+    for _ in range(round(EVENT_PATIENCE_S / 0.02)):
         if found():
             return
         waiting.wait(0.02)
@@ -110,7 +110,7 @@ def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
 ) -> None:
     def interrupt() -> None:
         press_ctrl_c_once_it_listens(server, "ended early")
-        wait_until(lambda: state_of(server, "ended early") == "cancelling")
+        wait_until(lambda: state_of(server, "ended early") != "running")
         gate.set()
 
     soon(interrupt)
@@ -140,7 +140,7 @@ def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
     assert server.get(f"/jobs/{job['id']}").json()["state"] == "running"
 
     def let_it_end() -> None:
-        wait_until(lambda: state_of(server, "by rest") == "cancelling")
+        wait_until(lambda: state_of(server, "by rest") != "running")
         gate.set()
 
     soon(let_it_end)
@@ -157,7 +157,7 @@ def test_a_capture_that_ended_before_its_first_point_says_so(
     def interrupt() -> None:
         wait_until(lambda: state_of(server, "too soon") == "running")
         press_ctrl_c_once_it_listens(server, "too soon")
-        wait_until(lambda: state_of(server, "too soon") == "cancelling")
+        wait_until(lambda: state_of(server, "too soon") != "running")
         gate.set()
 
     soon(interrupt)
