@@ -96,9 +96,8 @@ def _followed(client: ServerClient, job: Document, watch: BarWatch, *, cancels: 
 
 def _tell(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: bool) -> None:
     """Print the capture, where there is one; raise what its job failed with."""
-    try:
-        found = _named(client, order.name)
-    except InvalidInput:
+    found = _found(client, order.name)
+    if found is None:
         typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
     else:
         typer.echo(json.dumps(found) if as_json else capture_words(found))
@@ -108,13 +107,18 @@ def _tell(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: 
 
 
 def _named(client: ServerClient, name: str) -> Document:
+    found = _found(client, name)
+    if found is None:
+        raise InvalidInput(
+            f"server {client.address}: it has no capture {name!r}; see its gallery for those it has"
+        )
+    return found
+
+
+def _found(client: ServerClient, name: str) -> Document | None:
     wanted = dataset_name(name)
-    for found in client.get("/captures", text=wanted):
-        if found["name"] == wanted:
-            return _document(found)
-    raise InvalidInput(
-        f"server {client.address}: it has no capture {wanted!r}; see its gallery for those it has"
-    )
+    every = client.get("/captures", text=wanted)
+    return next((_document(found) for found in every if found["name"] == wanted), None)
 
 
 def _document(found: object) -> Document:
