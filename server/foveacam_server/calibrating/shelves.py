@@ -76,11 +76,8 @@ class Shelves:
     def restore(self, wanted: str) -> Calibration:
         """Take out of the trash the calibration whose id begins with `wanted`; what is in force stays so."""
         found = RecordStore(self.records.trash).get(wanted)
-        in_force = self._in_force_for(found.rig_id)
-        restored = self.records.restore(found.id)
-        if in_force is not None:
-            write_pin(self.folder, in_force.rig_id, in_force.id)
-        return restored
+        self.add(found)
+        return self.records.restore(found.id)
 
     def document(self, calibration: Calibration) -> Document:
         """Return a calibration as REST shows it."""
