@@ -34,6 +34,7 @@ from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rig_base import build_base
 from foveacam_hardware.rig_cameras import build_camera
 from foveacam_hardware.rig_config import RigConfig, SerialRigConfig, SimulatedRigConfig, load_rig_config
+from foveacam_hardware.simulated_faults import Breakable
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.link import usb_link
 
@@ -113,6 +114,8 @@ class Rig:
         """What moves the whole rig sideways; None when nothing does."""
         self.rail_places: tuple[RailPlace, ...] = ()
         """Places on the rail that have names."""
+        self.breakable: Breakable | None = None
+        """What breaks the rig on purpose; None for a rig of metal."""
         self.truth: Truth | None = None
         self.replayed = False
         """Whether it plays a recording: then nothing moves, and looks come as they were recorded."""

@@ -22,6 +22,7 @@ from foveacam_hardware.file_words import explain_file
 from foveacam_hardware.operator_config import OperatorConfig
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
+from foveacam_hardware.simulated_faults import SimulatedFaults
 
 FORMAT: Literal["foveacam-rig"] = "foveacam-rig"
 VERSION: Literal[1] = 1
@@ -56,6 +57,8 @@ class SimulatedRigConfig(_Table):
     """What turns the rig while it is calibrated: its motors, or somebody by hand, who is simulated too."""
     operator: OperatorConfig = OperatorConfig()
     """Who turns it by hand."""
+    faults: SimulatedFaults = SimulatedFaults()
+    """What is broken in it from the start."""
 
 
 class SerialMirrorsConfig(_Table):

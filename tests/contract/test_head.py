@@ -188,7 +188,7 @@ def test_volts_beyond_the_limit_are_refused_before_anything_moves(rig: Rig) -> N
 def test_a_stuck_mirror_shows_the_same_picture_wherever_it_is_sent(rig: Rig) -> None:
     world = world_of(rig)
     first = rig.head.look(both(0.0, 0.0))
-    world.faults.stuck.add(Role.LEFT)
+    world.faults.dead_axes = {"left x", "left y"}
     rig.head.look(both(0.0, 0.0))
     moved = rig.head.look(both(60.0, 20.0))
 

@@ -227,6 +227,7 @@ def test_discarded_calibration_is_in_the_trash_and_comes_back(room: Running) -> 
     document = room.get(f"/calibrations/{before['id']}/file").json()
     kept = room.post("/calibrations/import", relabelled(document, "to be discarded", shrunk=True)).json()
     path = f"/calibrations/{kept['id']}"
+    assert (before["kept"], kept["kept"]) == (False, True)
     assert room.http.delete(f"{API}{path}").status_code == 204
     assert room.get(path).status_code == 404
     assert kept["id"] not in [known["id"] for known in room.get("/calibrations").json()]

@@ -27,7 +27,8 @@ CHECKED = {
     "unsupported_method",
     "allow_header_conformance",
 }
-ENDLESS = r"stream\.mjpeg$|/events$"
+LEFT_OUT = r"stream\.mjpeg$|/events$|/simulation/faults$"
+"""What never ends, and what breaks the rig for everybody else."""
 
 
 def test_openapi_document_is_the_committed_one() -> None:
@@ -42,7 +43,7 @@ def test_openapi_document_is_the_committed_one() -> None:
 
 def test_generated_requests_meet_no_server_error_and_answers_fit_their_description(server: Running) -> None:
     document = server.http.get("/openapi.json").json()  # its own loader waits for 10 s, whatever the machine
-    schema = schemathesis.openapi.from_dict(document).exclude(path_regex=ENDLESS)
+    schema = schemathesis.openapi.from_dict(document).exclude(path_regex=LEFT_OUT)
     schemathesis.checks.load_all_checks()
     every = schemathesis.checks.CHECKS
     left_out = [every.get_one(name) for name in every.get_all_names() if name not in CHECKED]

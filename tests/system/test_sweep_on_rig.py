@@ -13,6 +13,7 @@ from foveacam_hardware.contract import (
     Cancelled,
     InvalidInput,
     PanTilt,
+    Role,
 )
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.rig import Rig
@@ -27,6 +28,7 @@ from .calibration_room import EYES, Notebook, changed_room, gaze_error_px, make_
 from .sweeping import PLAN, SETTINGS, WIDE, station, sweep
 
 F_PX = 28_760.0
+KNOCKED_AT = 13
 
 
 @pytest.fixture(scope="module")
@@ -119,10 +121,29 @@ def test_a_cancelled_sweep_keeps_what_it_has_and_goes_on_from_there(far: Swept) 
     assert kept is not None
     assert len(kept.poses) == 3
     assert [pose.t_ns for pose in whole.poses[:3]] == [pose.t_ns for pose in kept.poses]
+    told = [done for done, total, _ in far.watch.notes if total == 9]
+    assert min(told) == told[0] == 3  # also while it only begins again: the time left follows from it
     visits = [(pose.index, pose.repeat) for pose in whole.repeats]
     assert visits == [(4, 1), (4, 2), (4, 3)]  # before the first, before it went on, after the last
     assert [pose.t_ns for pose in whole.repeats[:1]] == [pose.t_ns for pose in kept.repeats]
     assert load_sweep(far.folder / "sweep-markers.jsonl").repeats[-1].t_ns == whole.repeats[-1].t_ns
+
+
+def test_a_rig_that_is_knocked_amid_a_sweep_is_swept_to_the_end(rig: Rig, tmp_path: Path) -> None:
+    """Both mounts turn by 0.3 deg: from the second pose after it on all is expected where it is."""
+    assert rig.truth is not None
+    faults = rig.truth.world.faults
+
+    def knock(notes: Notebook) -> bool:
+        if any(done == KNOCKED_AT for done, _, _ in notes.notes):
+            faults.drift_step_rad = {Role.LEFT: (0.005, -0.002, 0.0017), Role.RIGHT: (-0.003, -0.004, 0.0)}
+        return False
+
+    whole = sweep(rig, tmp_path, Notebook(enough=knock), plan=replace(PLAN, columns=6, rows=6))
+
+    looks = [eye.looks for pose in whole.poses for eye in (pose.left, pose.right) if eye is not None]
+    assert len(looks) == 2 * 36  # none was refused
+    assert np.mean(looks) < 2.0
 
 
 def test_a_sweep_does_not_go_on_with_another_plan_and_moves_nothing(far: Swept) -> None:

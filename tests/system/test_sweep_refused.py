@@ -79,7 +79,7 @@ def test_a_marker_that_is_hidden_throughout_ends_the_sweep_early(tmp_path: Path)
 
 def test_a_stuck_mirror_is_named_before_the_sweep_begins(rig: Rig, tmp_path: Path) -> None:
     assert rig.truth is not None
-    rig.truth.world.faults.stuck = {Role.RIGHT}
+    rig.truth.world.faults.dead_axes = {"right x", "right y"}
 
     with pytest.raises(DeviceFault, match=r"right mirror, x axis.*does not answer"):
         sweep(rig, tmp_path)

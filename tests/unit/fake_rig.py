@@ -38,6 +38,7 @@ from foveacam_hardware.contract import (
     StationTarget,
     StereoVolts,
 )
+from foveacam_hardware.simulated_faults import Breakable
 
 STATIONS = (
     Station(name="board", target=StationTarget.BOARD, pose=PanTiltPose(pan_rad=0.5, tilt_rad=0.0)),
@@ -281,6 +282,7 @@ class FakeRig:
     scene = None
     baseline_m = 0.2
     settle_us = 14_000
+    breakable: Breakable | None = None
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock

@@ -3,7 +3,7 @@
 The simulated rig has its own physics and is what figures are measured on; this one is small and exact.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -73,6 +73,7 @@ def _scaled(scale: float, x: float, y: float) -> NDArray[np.float64]:
 class PlaneHead:
     """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture.
 
+    `knocked_rad`: how far an eye looks to the right and down of where its calibration says.
     `passer_px(t_ns)`: column of the wide view at which somebody stands in the left eye's way; None: nobody.
     """
 
@@ -83,6 +84,7 @@ class PlaneHead:
     shift_m: Callable[[int], tuple[float, float]] = still
     blind: frozenset[Role] = frozenset()
     passer_px: Callable[[int], float | None] = nobody
+    knocked_rad: Mapping[Role, tuple[float, float]] = field(default_factory=dict)
     calibration: Calibration = CALIBRATION
     looks: int = 0
     look_ns: int = LOOK_NS
@@ -121,7 +123,8 @@ class PlaneHead:
     def _fovea(self, role: Role, volts: StereoVolts) -> Frame:
         calibration, t_ns = self.calibration, self.clock.now_ns()
         size = (calibration.fovea_width, calibration.fovea_height)
-        x_m, y_m = calibration.reference_rig_m(role)[:2]
+        beside_m = self.z_m * np.array(self.knocked_rad.get(role, (0.0, 0.0)))
+        x_m, y_m = calibration.reference_rig_m(role)[:2] + beside_m
         there = _scaled(self.z_m / calibration.fovea_f_px, x_m, y_m)
         there = there @ plane_from_raw(calibration, role, volts, depth_m=self.z_m)
         hidden = role is Role.LEFT and self.passer_px(t_ns) is not None

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -38,11 +39,17 @@ class Noise:
     fovea_px: float = 0.1
 
 
+Turns: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Of the left and of the right mount about the rig's x, y and z, rad."""
+UPRIGHT: Turns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
 class SweptRig:
     """The truth of one seed's rig: what each camera would show of points in the rig frame."""
 
-    def __init__(self, seed: int, *, drift_deg: float = 0.0) -> None:
+    def __init__(self, seed: int, *, drift_deg: float = 0.0, knocked_rad: Turns = UPRIGHT) -> None:
         self.seed = seed
+        self._knocked = dict(zip(EYES, knocked_rad, strict=True))
         self._eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self._laws = {role: built_law(role, seed=seed) for role in EYES}
         self._lens = WideLens()
@@ -51,7 +58,7 @@ class SweptRig:
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
         """Return an eye's projection at rest, with the drift of a moment."""
         tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
-        turn = np.append(self._drift.turn_rad(role, 1e-9 * (t_ns or 0)), 0.0)
+        turn = np.append(self._drift.turn_rad(role, 1e-9 * (t_ns or 0)), 0.0) + self._knocked[role]
         return self._eyes[role].view(float(tilt[0]), float(tilt[1]), mount_turn_rad=turn)
 
     def pivot_m(self, role: Role) -> NDArray[np.float64]:
@@ -153,10 +160,11 @@ def swept(
     field_deg: float | None = None,
     drift_deg: float = 0.0,
     begin_s: float = 10.0,
+    knocked_rad: Turns = UPRIGHT,
 ) -> Sweep:
     """Return the sweep of a seed's rig over the target at a distance, over the field or to `field_deg`."""
     noise = Noise(wide_px=wide_noise_px, fovea_px=fovea_noise_px)
-    room = _Room(SweptRig(seed, drift_deg=drift_deg), distance_m, noise, key=0)
+    room = _Room(SweptRig(seed, drift_deg=drift_deg, knocked_rad=knocked_rad), distance_m, noise, key=0)
     plan = SweepPlan(columns=side, rows=side)
     if field_deg is not None:
         half_rad = math.radians(field_deg)
@@ -169,14 +177,19 @@ def swept(
 
 
 def visited(
-    sweep: Sweep, visits: dict[float, int], *, drift_deg: float, run: str = "", noise: Noise | None = None
+    sweep: Sweep,
+    visits: dict[float, int],
+    *,
+    drift_deg: float,
+    run: str = "",
+    noise: Noise | None = None,
+    knocked_rad: Turns = UPRIGHT,
 ) -> Sweep:
     """Return a sweep with visits that repeat nodes: the node by the time, s; all of it in one `run`."""
     seed, distance_m = int(sweep.header.rig_id.removeprefix("sim-")), sweep.header.station.distance_m
     assert distance_m is not None
-    room = _Room(
-        SweptRig(seed, drift_deg=drift_deg), distance_m, noise or Noise(), key=len(sweep.repeats) + 1
-    )
+    rig = SweptRig(seed, drift_deg=drift_deg, knocked_rad=knocked_rad)
+    room = _Room(rig, distance_m, noise or Noise(), key=len(sweep.repeats) + 1)
     named = replace(sweep, poses=tuple(replace(pose, run=pose.run or run) for pose in sweep.poses))
     nodes = sweep.header.plan.nodes_rad().tolist()
     for t_s, index in sorted(visits.items()):

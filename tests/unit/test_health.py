@@ -5,9 +5,10 @@ import pytest
 
 from foveacam_hardware.contract import StereoVolts
 from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
-from foveacam_pipeline.calibrate.drift.health import FEWEST, KEPT, Checkup, Health, Verdict
+from foveacam_pipeline.calibrate.drift.health import FEWEST, KEPT, NEWEST, Checkup, Health, Verdict
 from foveacam_pipeline.geometry.triangulate import closest_approach
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, volts_for
+from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
 from .drift_scenes import STILL, undone
@@ -86,6 +87,45 @@ def test_a_fixation_that_did_not_verge_says_nothing() -> None:
     checkup = Checkup(CALIBRATION)
     checkup.add(Fixation(state=FixationState.LOST, reason="", target_ax_rad=0.0, target_ay_rad=0.0, steps=()))
     assert checkup.health.fixations == 0
+
+
+def test_a_target_that_both_eyes_show_elsewhere_says_so() -> None:
+    rng, checkup = np.random.default_rng(3), Checkup(CALIBRATION)
+    for _ in range(KEPT):
+        checkup.add(fixation(rng, STILL, STILL))
+    astray = Astray(across_px=2.0, down_px=-20.0, rows_px=50.0, sigma_px=4.5)
+    not_found = Fixation(
+        state=FixationState.LOST,
+        reason="",
+        target_ax_rad=0.0,
+        target_ay_rad=0.0,
+        steps=(),
+        astray=astray,
+    )
+    verdicts = []
+    for _ in range(NEWEST // 2 + 1):
+        checkup.add(not_found)
+        verdicts.append(checkup.health.verdict)
+    assert verdicts[:-1] == [Verdict.GOOD] * (NEWEST // 2)  # these may have been anything
+    assert verdicts[-1] is Verdict.RECALIBRATE
+    assert checkup.health.rows_px == pytest.approx(50.0, abs=0.1)
+
+
+def test_a_knock_shows_after_five_fixations_however_many_were_good_before() -> None:
+    rng, checkup = np.random.default_rng(3), Checkup(CALIBRATION)
+    for _ in range(KEPT):
+        checkup.add(fixation(rng, STILL, STILL))
+    for _ in range(NEWEST // 2 + 1):
+        checkup.add(fixation(rng, KNOCKED, KNOCKED))
+    assert checkup.health.verdict is Verdict.RECALIBRATE
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_chance_alone_never_calls_for_a_calibration(seed: int) -> None:
+    rng, checkup = np.random.default_rng(seed), Checkup(CALIBRATION)
+    for _ in range(KEPT):
+        checkup.add(fixation(rng, STILL, STILL))
+        assert checkup.health.verdict is not Verdict.RECALIBRATE
 
 
 def test_what_is_long_ago_is_forgotten() -> None:

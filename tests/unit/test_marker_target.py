@@ -95,7 +95,7 @@ def test_swapped_markers_are_named() -> None:
     swapped = MarkerLayout(left_id=2, right_id=1)
     views = seen((0.0, 0.0, 5.0), np.eye(3), layout=swapped)
 
-    with pytest.raises(InvalidInput, match="from the left its markers are 2, 0, 1, 1, 0, 2 are needed"):
+    with pytest.raises(InvalidInput, match="from the left its markers are 2, 0, 1 instead of 1, 0, 2 "):
         locate_target(views, LAYOUT, WIDE)
 
 

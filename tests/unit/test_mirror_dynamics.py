@@ -176,7 +176,7 @@ def test_half_the_bias_makes_half_the_angle() -> None:
 def test_a_stuck_mirror_stays_and_the_other_goes_on() -> None:
     pair = pair_at_rest()
     stuck_at, free_at = pair.tilt_rad(Role.LEFT, 0), pair.tilt_rad(Role.RIGHT, 0)
-    pair.stuck = {Role.LEFT}
+    pair.dead_axes = {"left x", "left y"}
     pair.tilt_rad(Role.LEFT, 0)
     pair.drive(0, codes(MirrorVolts(x_v=100.0, y_v=0.0)))
 

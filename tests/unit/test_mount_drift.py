@@ -22,7 +22,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes
 from foveacam_pipeline.models import Calibration, Intrinsics
 from foveacam_server.bench.calibration_truth import Ours, judge
 
-from .swept_rig import EYES, POSE_S, SweptRig, swept, visited, wide_lens
+from .swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
 
 SEED = 7
 F_PX = 28_760.0
@@ -143,6 +143,40 @@ def test_runs_on_other_clocks_are_brought_together_by_their_visits() -> None:
         assert (np.abs(first.turn_rad[:, :2] - true) < 4.0 * first.sigma_rad + 0.3 / F_PX).all()
 
 
+def test_mounts_that_were_moved_far_between_two_sessions_are_brought_together() -> None:
+    """Both stations, then the rig is carried: each mount turns by 0.3 deg and rolls; then both once more."""
+    knocks: Turns = ((-0.004, 0.003, 0.0017), (0.0035, -0.0038, -0.0017))
+    after = session(0.0)
+    before = tuple(
+        visited(
+            sweep := swept(SEED, distance_m, begin_s=begin_s, knocked_rad=knocks),
+            middles(sweep, begin_s),
+            drift_deg=0.0,
+            run="0",
+            knocked_rad=knocks,
+        )
+        for distance_m, begin_s in ((5.0, FAR_S), (2.5, NEAR_S))
+    )
+
+    found = measured(*(named_again(sweep) for sweep in before), *after)
+
+    assert found.drift is not None
+    for role, knock in zip(EYES, knocks, strict=True):
+        first, last = found.drift[role].runs
+        assert first.turn_rad[0] == pytest.approx(knock, abs=1.5 / F_PX)
+        assert np.abs(last.turn_rad[:, :2]).max() < 0.4 / F_PX
+        assert np.abs(last.turn_rad[:, 2]).max() < 0.4 / F_PX / math.tan(math.radians(9.0))  # at the rim
+    both = figures(fit_rig(found.rig, QUICK).calibration, at_s=END_S, drift_deg=0.0)
+    alone = figures(fitted(0.0, take_out_drift=True), at_s=END_S, drift_deg=0.0)
+    assert both["epipolar_rms_px"] < alone["epipolar_rms_px"] + 0.2
+    assert both["pointing_rms_px"] < alone["pointing_rms_px"] + 0.2
+
+
+def named_again(sweep: Sweep) -> Sweep:
+    station = sweep.header.station
+    return replace(sweep, header=replace(sweep.header, station=replace(station, name=f"{station.name} (2)")))
+
+
 def earlier(pose: SweepPose) -> SweepPose:
     return replace(pose, t_ns=pose.t_ns - round(500e9))
 
@@ -217,6 +251,25 @@ def test_a_drift_says_how_fast_and_how_far() -> None:
     assert drift.rad_per_minute == pytest.approx(2e-5)  # 3e-5 and 1e-5 in two minutes
     assert drift.stated_rad[1] == pytest.approx(2e-6)  # never left its row: its error alone
     assert len(drift_figure({Role.LEFT: drift, Role.RIGHT: drift}, f_px=F_PX).axes) == 2
+
+
+def test_runs_are_drawn_one_after_the_other_and_the_far_one_says_how_far() -> None:
+    knots_s = np.array([1000.0, 1060.0])
+    far = DriftRun(
+        knots_s=knots_s,
+        turn_rad=np.array([[0.0, 5e-3, 0.0], [0.0, 5.01e-3, 0.0]]),
+        sigma_rad=np.full((2, 2), 1e-6),
+    )
+    last = DriftRun(knots_s=np.array([30.0]), turn_rad=np.zeros((1, 3)), sigma_rad=np.full((1, 2), 1e-6))
+    drift = MountDrift(runs=(far, last), sigma_rad=(1e-6, 2e-6), pivot_sigma_m=1e-5, visits=9)
+
+    (axes,) = drift_figure({Role.LEFT: drift}, f_px=F_PX).axes
+
+    assert [text.get_text() for text in axes.texts] == ["144.1 px off"]
+    low_px, high_px = axes.get_ylim()
+    assert high_px - low_px < 2.0  # what a run did is not lost beside where it stood
+    begin_min, end_min = axes.get_xlim()
+    assert begin_min < -1.0 < end_min
 
 
 def test_the_rig_has_returned_once_nodes_out_in_the_field_were_visited_in_the_last_run() -> None:

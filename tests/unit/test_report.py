@@ -93,9 +93,15 @@ def test_drift_of_the_mounts_is_told_in_a_line() -> None:
         "visits": 17,
     }
     document["fit"] = {**document["fit"], "drift": {"left": eye, "right": {**eye, "px_per_minute": 0.7}}}
+    assert "knocked" not in read(report_html(CALIBRATION, session=session_facts(document))).text
+    document["fit"]["drift"]["left"] = {**eye, "knocks_px": [158.66, 4.04]}
     document["closing"] = {"corrected": True, "rows_px": 0.314}
     text = read(report_html(CALIBRATION, session=session_facts(document))).text
-    assert "left eye 0.46 fovea px a minute, 1.22 ± 0.06 px in 5.2 min; right eye 0.70" in text
+    assert (
+        "left eye 0.46 fovea px a minute, 1.22 ± 0.06 px in all, over 5.2 min of measuring; right eye 0.70"
+        in text
+    )
+    assert "knocked amid the sweeps, taken out too: the left eye's by 158.7, then 4.0 fovea px." in text
     assert "the eyes' rows came 0.31 px apart: taken out too" in text
 
 

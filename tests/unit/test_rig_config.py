@@ -109,6 +109,27 @@ def test_left_and_right_may_differ_when_one_is_absent(tmp_path: Path) -> None:
     assert isinstance(load_rig_config(written(tmp_path, text)), SerialRigConfig)
 
 
+def test_what_a_rig_file_breaks_is_broken_from_the_start(tmp_path: Path) -> None:
+    broken = (
+        'kind = "simulated"\n[faults]\nunplugged = ["left"]\ndead_axes = ["right y"]\n'
+        "[faults.knocked_left]\nshift_y_deg = 0.25\n"
+    )
+    config = load_rig_config(written(tmp_path, broken))
+    rig = open_rig(config)
+    try:
+        assert isinstance(config, SimulatedRigConfig)
+        assert rig.breakable is not None
+        assert rig.breakable.told == config.faults
+        assert config.faults.words == [
+            "left camera unplugged",
+            "mirror axis right y dead",
+            "left mount knocked",
+        ]
+        assert [problem.device for problem in rig.connect()] == ["left"]
+    finally:
+        rig.close()
+
+
 def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
     assert load_rig_config(EXAMPLES / "simulated.toml") == SimulatedRigConfig()
 
@@ -116,6 +137,9 @@ def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        ('kind = "simulated"\n[faults]\nstuck = ["left"]', ["stuck", "not permitted"]),
+        ('kind = "simulated"\n[faults]\ndead_axes = ["left z"]', ["dead_axes", "left x", "left z"]),
+        ('kind = "simulated"\n[faults.knocked_left]\nshift_x_deg = 90.0', ["shift_x_deg", "5", "90"]),
         ('kind = "simulated"\nsceen = "bench"', ["sceen", "not permitted"]),
         ('kind = "simulated"\nseed = "1"', ["seed", "'1'"]),
         ('kind = "metal"', ["kind", "'simulated'", "'serial'"]),

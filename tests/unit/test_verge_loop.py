@@ -137,7 +137,33 @@ def test_a_target_hidden_from_one_eye_is_lost(eye: Role, calibration: Calibratio
     fixation = fix(head)
     assert fixation.state is FixationState.LOST
     assert "hidden from" in fixation.reason
+    assert fixation.astray is None
     assert head.clock.now_ns() < 1_000_000_000  # nothing moves: nobody is waited for
+
+
+KNOCKS_DEG: list[tuple[tuple[float, float], tuple[float, float]]] = [
+    ((0.0, 0.1), (0.0, -0.1)),
+    ((0.2, 0.0), (0.2, 0.0)),
+    ((-0.2, 0.3), (-0.1, 0.2)),
+]
+
+
+@pytest.mark.parametrize(("left_deg", "right_deg"), KNOCKS_DEG, ids=["height", "across", "any"])
+def test_eyes_that_were_knocked_aside_are_told_from_a_target_that_is_not_there(
+    left_deg: tuple[float, float], right_deg: tuple[float, float]
+) -> None:
+    left, right = np.radians(left_deg), np.radians(right_deg)
+    knocked = {Role.LEFT: tuple(left.tolist()), Role.RIGHT: tuple(right.tolist())}
+    fixation = fix(PlaneHead(z_m=8.0, texture=NOISE, knocked_rad=knocked))
+    assert fixation.state is FixationState.LOST
+    assert "mounts may have moved: measure the drift" in fixation.reason
+    assert fixation.astray is not None
+    # An eye that looks to the right of where it is thought to look shows everything farther left
+    across_px, down_px = -CALIBRATION.fovea_f_px * (left + right) / 2.0
+    assert fixation.astray.across_px == pytest.approx(across_px, abs=3.0)
+    assert fixation.astray.down_px == pytest.approx(down_px, abs=3.0)
+    rows_px = -CALIBRATION.fovea_f_px * float(right[1] - left[1])
+    assert fixation.astray.rows_px == pytest.approx(rows_px, abs=3.0)
 
 
 def test_a_target_is_looked_for_again_when_somebody_has_passed() -> None:

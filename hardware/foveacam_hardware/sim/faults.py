@@ -1,8 +1,17 @@
 """What can be broken in the simulated world, as plain attributes that a test or a demonstration sets."""
 
+import math
 from dataclasses import dataclass, field
 
 from foveacam_hardware.contract import Role
+from foveacam_hardware.simulated_faults import (
+    CAMERA_NAMES,
+    EYE_NAMES,
+    MIRROR_AXES,
+    Knock,
+    MirrorAxis,
+    SimulatedFaults,
+)
 
 
 @dataclass(slots=True)
@@ -11,7 +20,7 @@ class WorldFaults:
 
     `frozen`: cameras that go on counting frames but repeat the last picture. `unplugged`: cameras off the
     bus. `no_strobe`: cameras whose strobe cable is off (the exposure still happens). `no_trigger`: cameras
-    whose trigger cable is off. `stuck`: mirrors that stay where they are.
+    whose trigger cable is off. `dead_axes`: axes of the mirrors that stay where they are.
     `drift_step_rad`: a knock to an eye's mount: its turn about the rig's x, y and z (roll), on top of the
     thermal drift.
     """
@@ -20,5 +29,46 @@ class WorldFaults:
     unplugged: set[Role] = field(default_factory=set)
     no_strobe: set[Role] = field(default_factory=set)
     no_trigger: set[Role] = field(default_factory=set)
-    stuck: set[Role] = field(default_factory=set)
+    dead_axes: set[MirrorAxis] = field(default_factory=set)
     drift_step_rad: dict[Role, tuple[float, float, float]] = field(default_factory=dict)
+
+    @property
+    def told(self) -> SimulatedFaults:
+        """The same as a rig file says it."""
+        return SimulatedFaults(
+            unplugged=[name for name in CAMERA_NAMES if Role(name) in self.unplugged],
+            frozen=[name for name in CAMERA_NAMES if Role(name) in self.frozen],
+            no_trigger=[eye for eye in EYE_NAMES if Role(eye) in self.no_trigger],
+            no_strobe=[eye for eye in EYE_NAMES if Role(eye) in self.no_strobe],
+            dead_axes=[axis for axis in MIRROR_AXES if axis in self.dead_axes],
+            knocked_left=self._knock(Role.LEFT),
+            knocked_right=self._knock(Role.RIGHT),
+        )
+
+    def put(self, faults: SimulatedFaults) -> None:
+        """Break what a rig file says, and mend everything else."""
+        self.unplugged = {Role(name) for name in faults.unplugged}
+        self.frozen = {Role(name) for name in faults.frozen}
+        self.no_trigger = {Role(name) for name in faults.no_trigger}
+        self.no_strobe = {Role(name) for name in faults.no_strobe}
+        self.dead_axes = set(faults.dead_axes)
+        knocks = {Role.LEFT: faults.knocked_left, Role.RIGHT: faults.knocked_right}
+        self.drift_step_rad = {role: _turn_rad(knock) for role, knock in knocks.items() if knock != Knock()}
+
+    def _knock(self, role: Role) -> Knock:
+        x_rad, y_rad, roll_rad = self.drift_step_rad.get(role, (0.0, 0.0, 0.0))
+        return Knock(
+            shift_x_deg=_deg(y_rad),
+            shift_y_deg=_deg(-x_rad),
+            rotation_deg=_deg(roll_rad),
+        )
+
+
+def _turn_rad(knock: Knock) -> tuple[float, float, float]:
+    """Return the turn about +x, +y and +z: about +x (right) is upwards, about +y (down) to the right."""
+    shift_x_rad, shift_y_rad = math.radians(knock.shift_x_deg), math.radians(knock.shift_y_deg)
+    return -shift_y_rad, shift_x_rad, math.radians(knock.rotation_deg)
+
+
+def _deg(angle_rad: float) -> float:
+    return round(math.degrees(angle_rad), 9) + 0.0  # no minus before a zero

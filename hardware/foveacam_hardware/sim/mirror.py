@@ -4,6 +4,7 @@ Codes -> volts -> low-pass and resonance (`low_pass`, linear and exact) -> stati
 The law is a balance of torques, not a polynomial; what the tilts do to the light is in `optics`.
 """
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.low_pass import DriveHistory, Mode
+from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis
 
 FULL_SCALE_V = 200.0
 FULL_SCALE_CODE = 65_535
@@ -86,11 +88,12 @@ class MirrorPair:
 
     def __init__(self, *, mode: Mode, cutoff_hz: int, t_ns: int, seed: int) -> None:
         self.laws = {role: built_law(role, seed=seed) for role in (Role.LEFT, Role.RIGHT)}
-        self.stuck: set[Role] = set()
+        self.dead_axes: Set[MirrorAxis] = set()
+        """Axes that stay where they are, whatever the drive does."""
         self._history = DriveHistory(axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
         self._codes: tuple[int, ...] = (0,) * 8
         self._rail_on = False
-        self._held: dict[Role, NDArray[np.float64]] = {}
+        self._held_v: dict[MirrorAxis, float] = {}
 
     def drive(self, t_ns: int, codes: tuple[int, ...]) -> None:
         """Take 8 DAC codes: left x+, x-, y+, y-, then right."""
@@ -114,16 +117,24 @@ class MirrorPair:
 
     def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
-        volts_v = self._history.output_v(t_ns)[_axes(role)]
-        if role in self.stuck:
-            volts_v = self._held.setdefault(role, volts_v)
-        else:
-            self._held.pop(role, None)
-        return self._law(role, volts_v)
+        volts_v = self._history.output_v(t_ns)
+        if self.dead_axes or self._held_v:
+            volts_v = self._held(volts_v)
+        return self._law(role, volts_v[_axes(role)])
 
     def rest_tilt_rad(self, role: Role, volts: MirrorVolts) -> tuple[float, float]:
         """Return where a mirror comes to rest under differential volts (truth)."""
         return self._law(role, np.array([volts.x_v, volts.y_v]))
+
+    def _held(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (4,) volts with those of dead axes as they were when these died."""
+        held_v = volts_v.copy()
+        for number, axis in enumerate(MIRROR_AXES):
+            if axis in self.dead_axes:
+                held_v[number] = self._held_v.setdefault(axis, float(volts_v[number]))
+            else:
+                self._held_v.pop(axis, None)
+        return held_v
 
     def _law(self, role: Role, volts_v: NDArray[np.float64]) -> tuple[float, float]:
         x_rad, y_rad = self.laws[role].tilt_rad(volts_v[None, :])[0].tolist()

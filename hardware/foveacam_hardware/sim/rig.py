@@ -85,6 +85,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     stage = Stage(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
+    world.faults.put(config.faults)
     with ExitStack() as undo:  # whatever stops a far end's process: leave no thread behind
         undo.callback(stage.close)
         board = _board(world, clock, inline=inline)  # it starts while the controller starts
@@ -111,6 +112,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         operator = Operator(world.hands, clock, config.operator, seed=config.seed)
         rig.pan_tilt = ManualPanTilt(on_wanted=operator.told)
     rig.stations = tuple(table.station() for table in stage.file.stations)
+    rig.breakable = world.faults
     rig.truth = Truth(world, controller, board)
     rig.own([stage, board] if isinstance(controller, ControllerFarEnd) else [stage, board, controller])
     return rig

@@ -203,7 +203,7 @@ class World:
 
     def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         with self._mirror_lock:
-            self.mirrors.stuck = self.faults.stuck
+            self.mirrors.dead_axes = self.faults.dead_axes
             tilt_x_rad, tilt_y_rad = self.mirrors.tilt_rad(role, t_ns)
         return _told(tilt_x_rad), _told(tilt_y_rad)
 

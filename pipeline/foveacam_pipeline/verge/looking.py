@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.passing import Surroundings, wait_until_still
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
@@ -20,12 +21,16 @@ FIRST_LEAD_NS = 20_000_000
 
 
 class Ended(Exception):
-    """The fixation is over without being verged; `state` and `reason` say how."""
+    """The fixation is over without being verged; `state` and `reason` say how.
 
-    def __init__(self, state: FixationState, reason: str) -> None:
+    `astray`: how far off both eyes show the target, where that is why it was not found.
+    """
+
+    def __init__(self, state: FixationState, reason: str, *, astray: Astray | None = None) -> None:
         super().__init__(reason)
         self.state = state
         self.reason = reason
+        self.astray = astray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

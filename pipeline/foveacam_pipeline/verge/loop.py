@@ -17,6 +17,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes
+from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.distance import Place, triangulate
 from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
@@ -61,11 +62,12 @@ def fixate(
     aim = resolve(target, calibration.wide, limits)
     looker = Looker(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
     verged: _Verged | None = None
+    astray: Astray | None = None
     try:
         verged = _Loop(looker, calibration, limits).run(aim)
         state, reason = FixationState.VERGED, verdict.verged(verged.place, verged.fine)
     except Ended as end:
-        state, reason = end.state, end.reason
+        state, reason, astray = end.state, end.reason, end.astray
     seen = looker.last
     ax_rad, ay_rad = aim.angles_rad
     answer = Fixation(
@@ -77,6 +79,7 @@ def fixate(
         volts=seen.sighting.volts if seen else None,
         sighting=seen.sighting if seen else None,
         duration_ms=looker.elapsed_ms,
+        astray=astray,
     )
     return answer if verged is None else _with_result(answer, verged)
 
@@ -120,12 +123,24 @@ class _Loop:
     def _attempt(self, templates: tuple[Template, ...], frame: Frame) -> _Verged:
         watch = Watch(templates[0], frame, self._calibration.wide)
         self._lag_px = np.zeros(2)
-        return self._close(self._search.find(templates, watch), watch)
+        try:
+            return self._close(self._search.find(templates, watch), watch)
+        except Ended as end:
+            astray = (
+                self._search.astray(templates, watch.motion) if self._doubtful(end, templates[0]) else None
+            )
+            if astray is None:
+                raise
+            raise verdict.elsewhere(astray) from end
+
+    def _doubtful(self, end: Ended, template: Template) -> bool:
+        """Return whether a failure may be due to something else than the target."""
+        blank = template.sigma_px > self._limits.no_texture_sigma_px
+        return end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and not blank
 
     def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
         """Return whether a failure may be due to somebody who passed; wait until he is gone."""
-        blank = template.sigma_px > self._limits.no_texture_sigma_px
-        if end.state not in {FixationState.LOST, FixationState.NO_TEXTURE} or blank:
+        if not self._doubtful(end, template):
             return False
         around = Surroundings(self._calibration.wide, template.target)
         if not around.differ(frame, self._looker.wide()):

@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
+from foveacam_pipeline.verge.astray import Astray, find_astray, stands_alone
 from foveacam_pipeline.verge.fine import FineMatch, Guess, match_fine
 from foveacam_pipeline.verge.looking import Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion, Watch
@@ -60,15 +63,18 @@ class Search:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
+        self._looks: list[Seen] = []
 
     def find(self, templates: tuple[Template, ...], watch: Watch) -> Found:
         """Return where it is, or raise Ended."""
         best: Found | None = None
         blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
+        self._looks = []
         inverse_z = 0.0
         for inverse_z in self._depths(templates[-1]):
             gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
             seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
+            self._looks.append(seen)
             watch.follow(seen.sighting.wide)
             slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
             outcome = self._examine(seen, templates, watch.motion, slack_px=slack_px)
@@ -92,6 +98,26 @@ class Search:
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.astray_score:
             return None
         return self._found(seen, outcome, found.templates).gazes
+
+    def astray(self, templates: tuple[Template, ...], motion: Motion) -> Astray | None:
+        """Return how far from its place the looks of a search in vain show a target that stands still."""
+        for seen in () if motion.moves else self._looks:
+            look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
+            target = motion.at(seen.sighting.left.t_ns)
+            for template in templates:
+                astray = find_astray(
+                    look,
+                    template,
+                    target,
+                    f_px=self._calibration.fovea_f_px,
+                    rows_apart_px=self._limits.rows_apart_survey_px,
+                )
+                if astray is not None and self._alone(seen, template, target):
+                    return astray
+        return None
+
+    def _alone(self, seen: Seen, template: Template, target: NDArray[np.float64]) -> bool:
+        return stands_alone(gray(to_uint8(seen.sighting.wide)), self._calibration.wide, template, target)
 
     def _examine(
         self, seen: Seen, templates: tuple[Template, ...], motion: Motion, *, slack_px: int

@@ -5,6 +5,7 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from foveacam_hardware.contract import Sighting, StereoVolts
+from foveacam_pipeline.verge.astray import Astray
 
 
 class FixationState(StrEnum):
@@ -96,4 +97,6 @@ class Fixation:
     volts: StereoVolts | None = None
     sighting: Sighting | None = None
     """The last look, from which depth is computed."""
+    astray: Astray | None = None
+    """How far from its place both eyes show a target that was not found: the mounts have moved."""
     duration_ms: float = 0.0

@@ -1,5 +1,6 @@
 """The sentences for the operator: why a fixation ended as it did, and what would help."""
 
+from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended
@@ -40,6 +41,17 @@ def not_found(limits: VergeSettings, *, nearest_m: float) -> Ended:
         FixationState.LOST,
         f"Not found in both foveae between {limits.nearest_m:g} m and infinity: it may be hidden from one "
         "eye, nearer, moving, or one of many alike; choose a point beside it or a larger rectangle.",
+    )
+
+
+def elsewhere(astray: Astray) -> Ended:
+    """Return the end of a fixation whose target both eyes show far from its place."""
+    return Ended(
+        FixationState.LOST,
+        f"Both foveae show it, but not where the calibration says: {abs(astray.across_px):.0f} px across, "
+        f"{abs(astray.down_px):.0f} px up or down, {abs(astray.rows_px):.0f} px apart in height. The mounts "
+        "may have moved: measure the drift and correct it.",
+        astray=astray,
     )
 
 

@@ -126,6 +126,8 @@ class MountDriftDocument(Told):
     """Of straight lines, of which the drift is made."""
     visits: int
     """Measurements that repeat a node."""
+    knocks_px: tuple[float, ...] = ()
+    """How far the gaze jumped each time the mount was knocked amid a sweep; taken out."""
 
 
 class FitDocument(Told):

@@ -244,6 +244,8 @@ class CalibrationDocument(Told):
     wide: WideLensDocument
     current: bool
     """Whether it is in force."""
+    kept: bool
+    """Whether it is one of one's own: what ships with the program cannot be discarded."""
     parent_id: str | None
     """What it was corrected from."""
     session_id: str | None

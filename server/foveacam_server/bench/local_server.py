@@ -27,6 +27,13 @@ class _Server(uvicorn.Server):
         await super().startup(sockets)
         self.begun.set()
 
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop, and drop what a peer that does not read would never take: else its socket stays open."""
+        await super().shutdown(sockets)
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+        await asyncio.sleep(0)  # the loop closes what was dropped before it ends itself
+
 
 @contextmanager
 def serving(app: ASGIApp) -> Iterator[int]:

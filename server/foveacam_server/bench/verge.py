@@ -23,6 +23,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
+from foveacam_server.bench.verge_knock import knock_figures
 from foveacam_server.bench.verge_truth import Click, Kind, look_up, point_at, residual_px
 
 CERTIFICATE = Path(__file__).resolve().parent.parent / "shipped" / "sim-rig120.json"
@@ -65,7 +66,7 @@ class Result:
 def run(*, quick: bool = False) -> dict[str, object]:
     """Click, judge, and return the figures; `failures` lists what went wrong."""
     results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
-    return figures(results)
+    return figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
 
 
 def fixations(scene: str, quota: dict[Kind, int], *, seed: int = SEED) -> Iterator[Result]:
@@ -118,6 +119,7 @@ def figures(results: list[Result]) -> dict[str, object]:
         "false_verged": sum(r.wrong for r in results if r.click.kind is Kind.PLAIN),
         "false_verged_textured": sum(r.wrong for r in textured),
         "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is Kind.AWKWARD),
+        "knock_claimed": sum(r.fixation.astray is not None for r in results),
         "residual_median_px": median(residuals),
         "residual_p95_px": float(np.quantile(residuals, 0.95)),
         "own_residual_median_px": median(own),

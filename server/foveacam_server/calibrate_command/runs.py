@@ -162,6 +162,12 @@ def print_session(session: CalibrationSession, shop: Shop, watch: BarWatch, *, a
     Console().print(session_table(document, fitted=watch.fitted_ids or document["calibrations"]))
 
 
+def _is_old(document: Document) -> bool:
+    """Return whether a session's check is of another calibration than its newest."""
+    made = document["calibrations"]
+    return bool(made) and document["check"]["calibration_id"] != made[-1]
+
+
 def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
     """Return a session in a few rows."""
     table = Table(
@@ -190,7 +196,8 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
         table.add_row(
             "check",
             f"rows {check['epipolar_rms_px']} px rms, {check['epipolar_p95_px']} px (95 %), pointing "
-            f"{check['pointing_rms_px']} px rms at {check['poses']} places",
+            f"{check['pointing_rms_px']} px rms at {check['poses']} places"
+            + (", of the calibration before: check again" if _is_old(document) else ""),
         )
     for axis in (document["settle"] or {"axes": []})["axes"]:
         table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
@@ -211,6 +218,8 @@ def _drift_rows(document: Document) -> Iterator[tuple[str, str]]:
     for eye, drift in ((document["fit"] or {}).get("drift") or {}).items():
         moved = f"{drift['moved_px']:.2f} ± {drift['sigma_px']:.2f} px in {drift['minutes']:.1f} min"
         yield f"{eye} mount", f"drifted by {drift['px_per_minute']:.2f} px a minute, {moved}: taken out"
+        for jump_px in drift.get("knocks_px", []):
+            yield f"{eye} mount", f"knocked amid the sweeps, its gaze jumped by {jump_px:.1f} px: taken out"
     closing = document["closing"]
     if closing is not None:
         done = "taken out" if closing["corrected"] else "within its own error"

@@ -57,6 +57,7 @@ def _drift(result: FitResult) -> Document | None:
             "minutes": round(drift.minutes, 2),
             "pieces": drift.pieces,
             "visits": drift.visits,
+            "knocks_px": [round(f_px * step_rad, 2) for step_rad in drift.knocks_rad],
         }
         for role, drift in result.drift.items()
     }

@@ -68,9 +68,7 @@ class Shelves:
 
     def discard(self, calibration: Calibration) -> None:
         """Put a calibration in the trash, but neither the one in force nor one that ships."""
-        shipped = [known.id for known in self._shipped_ones()]
-        kept = calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
-        check_discarded(calibration, in_force=self._in_force(calibration), kept=kept)
+        check_discarded(calibration, in_force=self._in_force(calibration), kept=self._is_kept(calibration))
         self.records.discard(calibration.id)
 
     def restore(self, wanted: str) -> Calibration:
@@ -81,7 +79,13 @@ class Shelves:
 
     def document(self, calibration: Calibration) -> Document:
         """Return a calibration as REST shows it."""
-        return calibration_document(calibration, current=self._in_force(calibration))
+        return calibration_document(
+            calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
+        )
+
+    def _is_kept(self, calibration: Calibration) -> bool:
+        shipped = [known.id for known in self._shipped_ones()]
+        return calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
 
     def _in_force(self, calibration: Calibration) -> bool:
         found = self._in_force_for(calibration.rig_id)

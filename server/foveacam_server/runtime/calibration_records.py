@@ -40,7 +40,12 @@ class CalibrationRecords:
     def document(self, calibration: Calibration) -> Document:
         """Return a calibration as REST shows it; the one in force with its health."""
         current = self._service.current is calibration
-        return calibration_document(calibration, current=current, health=self.health() if current else None)
+        return calibration_document(
+            calibration,
+            kept=self._service.is_kept(calibration.id),
+            current=current,
+            health=self.health() if current else None,
+        )
 
     def health(self) -> Document:
         """Return what ordinary fixations say of the calibration in force."""

@@ -128,11 +128,15 @@ class CalibrationService:
         check_discarded(
             calibration,
             in_force=calibration is self._current or calibration.id == pinned,
-            kept=calibration.id not in self._shipped_ids and self.records.path_of(calibration.id).is_file(),
+            kept=self.is_kept(calibration.id),
         )
         self.records.discard(calibration.id)
         with self._lock:
             del self._known[calibration.id]
+
+    def is_kept(self, calibration_id: str) -> bool:
+        """Tell whether a calibration is one of one's own, a file of the data directory."""
+        return calibration_id not in self._shipped_ids and self.records.path_of(calibration_id).is_file()
 
     def discarded(self) -> list[Calibration]:
         """Return what lies in the trash, newest first."""

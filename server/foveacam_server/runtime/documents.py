@@ -60,9 +60,12 @@ def fixation_document(fixation: Fixation, *, calibration: Calibration) -> Docume
 
 
 def calibration_document(
-    calibration: Calibration, *, current: bool = False, health: Document | None = None
+    calibration: Calibration, *, kept: bool, current: bool = False, health: Document | None = None
 ) -> Document:
-    """Return what the operator needs to know of a calibration; `health` is known of the one in force."""
+    """Return what the operator needs to know of a calibration; `health` is known of the one in force.
+
+    `kept`: whether it is one of one's own, a file of the data directory.
+    """
     eyes = (calibration.left, calibration.right)
     return {
         "id": calibration.id,
@@ -76,6 +79,7 @@ def calibration_document(
         "rectify_sigma_px": rounded(max(eye.homography.loo_px for eye in eyes), 3),
         "wide": _wide_lens(calibration),
         "current": current,
+        "kept": kept,
         "parent_id": calibration.parent_id,
         "session_id": calibration.session_id,
         "health": health,

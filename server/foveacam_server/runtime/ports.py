@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Station
+from foveacam_hardware.simulated_faults import Breakable
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_values import EyeGaze, RigShape
@@ -63,6 +64,11 @@ class Rig(CaptureRig, Protocol):
     @property
     def rail_places(self) -> Sequence[RailPlace]:
         """Places on the rail that have names."""
+        ...
+
+    @property
+    def breakable(self) -> Breakable | None:
+        """What breaks it on purpose; None when it is not simulated."""
         ...
 
     @property

@@ -66,6 +66,7 @@ def record(
     label: str,
     *,
     current: bool = False,
+    kept: bool = True,
     origin: str = "measured",
     age_s: float = 11520.0,
 ) -> Document:
@@ -81,6 +82,7 @@ def record(
         "rectify_sigma_px": 0.21,
         "wide": {**LENS, "distortion": [-0.09, 0.12, 0.0, 0.0, 0.0]},
         "current": current,
+        "kept": kept,
         "parent_id": None,
         "session_id": SESSION_ID,
         "health": None,
@@ -163,7 +165,13 @@ def full_session() -> Document:
             "axes": [settle_axis(eye, axis) for eye in ("left", "right") for axis in ("x", "y")],
             "settle_us": SETTLE_US,
         },
-        "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.91, "pointing_rms_px": 1.42, "poses": 40},
+        "check": {
+            "calibration_id": "a" * 32,
+            "epipolar_rms_px": 0.21,
+            "epipolar_p95_px": 0.91,
+            "pointing_rms_px": 1.42,
+            "poses": 40,
+        },
         "pictures": [
             {"name": name, "title": title, "url": f"{_url()}/pictures/{name}.png?v=1"}
             for name, title in PICTURES.items()

@@ -39,7 +39,13 @@ def fit() -> Document:
             "steps": [_variant("paper's plain model", 8.6), _variant("with the pupil's walk", 0.4)],
         },
         "parallax": {"markers": _parallax(5.0, 0.0041), "markers near": _parallax(2.5, 0.0163)},
+        "drift": {"left": _mount_drift(158.86, [158.66, 4.1]), "right": _mount_drift(0.9, [])},
     }
+
+
+def _mount_drift(moved_px: float, knocks_px: list[float]) -> Document:
+    still = {"px_per_minute": 0.3, "sigma_px": 0.03, "minutes": 2.8, "pieces": 3, "visits": 16}
+    return {**still, "moved_px": moved_px, "knocks_px": knocks_px}
 
 
 def _variant(name: str, error_px: float) -> Document:

@@ -102,7 +102,10 @@ def test_damaged_file_is_named_and_not_sent(
 def test_record_is_discarded_with_a_way_back(stand_in: StandIn, open_wizard: OpenWizard) -> None:
     stand_in.answers[f"/calibrations/{FACTORY_ID}"] = None
     stand_in.answers[f"/calibrations/{FACTORY_ID}/restore"] = {}
+    stand_in.answers["/calibrations"] += [documents.record("c" * 32, "Shipped", kept=False)]
     console = open_wizard("overview")
+    expect(console.page.get_by_role("button", name="Use Shipped")).to_be_visible()
+    expect(console.page.get_by_role("button", name="Discard Shipped")).to_have_count(0)
     expect(console.page.get_by_role("button", name="Discard Bench, spring")).to_have_count(0)  # it is in use
     console.page.get_by_role("button", name="Discard As delivered").click()
     expect(console.page.get_by_text("“As delivered” is in the trash")).to_be_visible()

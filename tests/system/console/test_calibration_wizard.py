@@ -222,6 +222,19 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
     assert stand_in.orders(RUNS) == [{"step": "check", "options": {}}]
 
 
+def test_check_of_an_older_fit_is_told_from_one_of_the_newest(
+    stand_in: StandIn, open_wizard: OpenWizard
+) -> None:
+    console = open_wizard("check")
+    expect(step(console, "check").locator(".goals")).to_contain_text("0.21 px")
+    expect(step(console, "check")).not_to_contain_text("Fitted anew since")
+    stand_in.session = stand_in.session | {"calibrations": ["a" * 32, "b" * 32]}
+    stand_in.work(documents.job("job-7", state="succeeded"))
+    expect(step(console, "check")).to_contain_text(
+        "Fitted anew since: this check is of the calibration before"
+    )
+
+
 def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
     stand_in: StandIn, open_wizard: OpenWizard
 ) -> None:
@@ -289,6 +302,9 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     expect(fit.get_by_role("region", name="What each addition brings")).to_contain_text("8.60 px")
     expect(fit).to_contain_text("Paper: error on poses left out")
     expect(fit).to_contain_text("The target is 2.5 m away by its print; the parallax of Eq. 1 was taken out.")
+    expect(fit).to_contain_text(
+        "knocked amid the sweeps: the left eye’s gaze jumped by 158.66 px, then by 4.10 px. It"
+    )
     slider = fit.get_by_role("slider")
     slider.fill("80")
     assert fit.locator(".pair").evaluate("box => box.style.getPropertyValue('--part')") == "80%"

@@ -24,6 +24,7 @@ from .stand_in import StandIn, application
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
+REDRAWN_S = 10.0
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -60,8 +61,10 @@ def until_drawn(page: Page) -> Locator:
 
 
 def at(view: Locator, x_share: float, y_share: float) -> tuple[float, float]:
-    box = view.bounding_box()
-    assert box is not None
+    expect(view).to_be_visible()
+    end_s = time.monotonic() + REDRAWN_S
+    while (box := view.bounding_box()) is None:  # it is being drawn anew
+        assert time.monotonic() < end_s, "it is not drawn again"
     return box["x"] + x_share * box["width"], box["y"] + y_share * box["height"]
 
 

@@ -1,5 +1,6 @@
 """The rig's page on the simulated rig: read-back, a pair set apart, a camera that goes and returns."""
 
+import math
 import re
 from collections.abc import Iterator
 
@@ -111,3 +112,30 @@ def test_both_triggers_are_tested_and_found_good(console: Console) -> None:
     trigger.get_by_role("button", name="Test both triggers").click()
     verdicts = ["OK: hardware and software", "OK: hardware and software"]
     expect(trigger.locator(".verdicts .badge")).to_have_text(verdicts, timeout=PATIENCE_MS)
+
+
+def test_what_is_broken_on_purpose_is_seen_and_mended(rig: Running, console: Console) -> None:
+    faults = camera(console, "Faults")
+    world = rig.truth.world.faults
+    faults.get_by_label("Strobe cable off: right").click()
+    expect(faults.get_by_label("Strobe cable off: right")).to_be_checked()
+    assert world.no_strobe == {Role.RIGHT}
+    faults.get_by_role("button", name="Knock both mounts").click()
+    expect(faults.get_by_label("Rolled, °: left")).to_have_value(re.compile(r"^-?0\.1$"))
+    knocked = world.told
+    assert math.hypot(knocked.knocked_left.shift_x_deg, knocked.knocked_left.shift_y_deg) == pytest.approx(
+        0.3, abs=0.002
+    )
+    entry = faults.get_by_label("Knocked down, °: right")
+    entry.fill("0.5")
+    entry.press("Enter")
+    expect(entry).to_have_value("0.5")
+    assert world.told.knocked_right.shift_y_deg == 0.5
+    assert world.told.knocked_left == knocked.knocked_left
+    entry.fill("9")
+    entry.press("Enter")
+    assert world.told.knocked_right.shift_y_deg == 0.5
+    faults.get_by_role("button", name="Mend everything").click()
+    expect(entry).to_have_value("0")
+    expect(faults.get_by_label("Strobe cable off: right")).not_to_be_checked()
+    assert world.told.words == []

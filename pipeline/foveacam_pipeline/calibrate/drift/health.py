@@ -2,7 +2,7 @@
 
 Every verged fixation says twice where its target is: the eyes by their volts, the wide camera by itself. The
 two eyes' lines of sight must also meet in height. The angle between the eyes shows in neither: only a known
-distance can tell it.
+distance can tell it. A target that was not found, because both eyes show it elsewhere, says the same by that.
 """
 
 import math
@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
 KEPT = 60
 """Older fixations are forgotten: the mounts of that time may not be those of now."""
+NEWEST = 9
+"""Of so many the middle one says whether something has happened just now."""
 FEWEST = 5
 GOOD_UP_TO = 2.0
 """Disagreement over what is stated and the measurement itself explains."""
@@ -88,7 +91,7 @@ class Checkup:
         return self._calibration_id
 
     def add(self, fixation: Fixation) -> None:
-        """Take a fixation; one that did not verge says nothing."""
+        """Take a fixation; one that was not found says nothing, unless both eyes showed it elsewhere."""
         residual = residual_of(fixation, self._calibration)
         if residual is not None:
             self._residuals.append(residual)
@@ -101,6 +104,8 @@ class Checkup:
 
 def residual_of(fixation: Fixation, calibration: Calibration) -> Residual | None:
     """Return what a fixation says, or None where it says nothing."""
+    if fixation.astray is not None:
+        return _residual_astray(fixation.astray)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
         return None
     x_m, y_m, z_m = fixation.point_rig_m
@@ -120,8 +125,28 @@ def residual_of(fixation: Fixation, calibration: Calibration) -> Residual | None
     )
 
 
+def _residual_astray(astray: Astray) -> Residual:
+    """Return what a target says that both eyes showed far from its place."""
+    sigma_px = astray.sigma_px
+    return Residual(
+        across_px=astray.across_px,
+        down_px=astray.down_px,
+        rows_px=astray.rows_px,
+        sigma_px=(sigma_px, sigma_px, math.sqrt(2.0) * sigma_px),
+    )
+
+
 def health_of(residuals: Sequence[Residual]) -> Health:
-    """Return the health that residuals tell; a few that are far off (targets that moved) do not matter."""
+    """Return the health that residuals tell; a few that are far off (targets that moved) do not matter.
+
+    It is that of all or of the newest alone, whichever is worse: a knock shows after five fixations that
+    tell, not only once most of what is kept was made after it.
+    """
+    every, newest = _health(residuals), _health(residuals[-NEWEST:])
+    return newest if (newest.score or 0.0) > (every.score or 0.0) else every
+
+
+def _health(residuals: Sequence[Residual]) -> Health:
     if len(residuals) < FEWEST:
         return Health(
             verdict=Verdict.UNKNOWN,
@@ -130,7 +155,7 @@ def health_of(residuals: Sequence[Residual]) -> Health:
             horizontal_px=None,
             vertical_px=None,
             rows_px=None,
-            detail=f"{len(residuals)} fixations so far; {FEWEST} that verged are needed to tell.",
+            detail=f"{len(residuals)} fixations so far; {FEWEST} that tell are needed.",
         )
     seen = np.array([(r.across_px, r.down_px, r.rows_px) for r in residuals])
     stated = np.array([r.sigma_px for r in residuals])

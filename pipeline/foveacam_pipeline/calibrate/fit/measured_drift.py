@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.measured_rows import Row, volts_of
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift, referred
-from foveacam_pipeline.calibrate.fit.mount_drift_fit import DriftSamples, fit_mount_drift, turns_of
+from foveacam_pipeline.calibrate.fit.mount_drift_fit import DriftSamples, fit_mount_drift, turns_of, watched
+from foveacam_pipeline.calibrate.fit.mount_knocks import parted_at_knocks
+from foveacam_pipeline.calibrate.fit.mount_moves import ROUNDS, moves_between
 
 
 def without_drift(
@@ -18,19 +20,54 @@ def without_drift(
     """Return the rows of both eyes referred to the end of the last run, and the drift that was taken out.
 
     `group`: numbers of the nodes; sweeps share those at which they looked the same way. Where no nodes were
-    visited again the rows come back as they were, with None.
+    visited again the rows come back as they were, but for far moves between runs, with None.
     """
-    kept = {role: list(mine) for role, mine in rows.items()}
-    runs = sorted({run_of(row) for mine in kept.values() for row in mine})
+    runs = sorted({run_of(row) for mine in rows.values() for row in mine})
     numbers = {run: number for number, run in enumerate(runs)}
-    samples = {role: _samples(mine, numbers, group) for role, mine in kept.items()}
+    whole = {role: _samples(mine, numbers, group) for role, mine in rows.items()}
+    samples = parted_at_knocks(whole) if watched(whole) else whole
+    count = 1 + max(int(eye.run.max(initial=0)) for eye in samples.values())
+    kept, far = {}, {}
+    for role, mine in rows.items():
+        moves = _without_far_moves(list(mine), samples[role], runs=count, f_px=f_px)
+        kept[role], samples[role], far[role] = moves
     found = fit_mount_drift(samples)
     if found is None:
         return kept, None
     for role, drift in found.items():
         turns = turns_of(drift, samples[role].t_s, samples[role].run)
         kept[role] = [_moved(row, turn, f_px=f_px) for row, turn in zip(kept[role], turns, strict=True)]
-    return kept, found
+    ended = _ended_by_knocks(whole, samples)
+    return kept, {role: drift.moved_by(far[role]).knocked_after(ended) for role, drift in found.items()}
+
+
+def _without_far_moves(
+    rows: list[Row], samples: DriftSamples, *, runs: int, f_px: float
+) -> tuple[list[Row], DriftSamples, NDArray[np.float64]]:
+    """Return all as if the mount had not been moved far between runs, and (runs, 3) how far it was.
+
+    An eye that measured nothing in the last runs is referred to the end of its own last one.
+    """
+    moved = np.zeros((runs, 3))
+    for _ in range(ROUNDS if samples.run.any() else 0):
+        found = moves_between(samples.volts_v, samples.angles_rad, samples.depth_m, samples.run)
+        if not moved.any() and not found.far:
+            break
+        turns = found.turn_rad[samples.run]
+        rows = [_moved(row, turn, f_px=f_px) for row, turn in zip(rows, turns, strict=True)]
+        samples = replace(samples, angles_rad=_angles(rows))
+        moved[: len(found.turn_rad)] += found.turn_rad
+    return rows, samples, moved
+
+
+def _ended_by_knocks(whole: Mapping[Role, DriftSamples], parted: Mapping[Role, DriftSamples]) -> set[int]:
+    """Return the numbers of those parted runs that the whole run outlasts."""
+    origin = {
+        part: run
+        for role, samples in parted.items()
+        for part, run in zip(samples.run.tolist(), whole[role].run.tolist(), strict=True)
+    }
+    return {part for part, run in origin.items() if origin.get(part + 1) == run}
 
 
 def run_of(row: Row) -> tuple[str, int]:
@@ -43,13 +80,17 @@ def _samples(
 ) -> DriftSamples:
     return DriftSamples(
         volts_v=volts_of(rows),
-        angles_rad=np.array([row.angles_rad for row in rows], dtype=np.float64).reshape(-1, 2),
+        angles_rad=_angles(rows),
         depth_m=np.array([row.depth_m for row in rows], dtype=np.float64),
         t_s=1e-9 * np.array([row.t_ns for row in rows], dtype=np.float64),
         run=np.array([numbers[run_of(row)] for row in rows], dtype=np.int64),
         visit=np.array([row.visit for row in rows], dtype=np.bool_),
         group=np.array([group[row.node] for row in rows], dtype=np.int64),
     )
+
+
+def _angles(rows: Sequence[Row]) -> NDArray[np.float64]:
+    return np.array([row.angles_rad for row in rows], dtype=np.float64).reshape(-1, 2)
 
 
 def _moved(row: Row, turn_rad: NDArray[np.float64], *, f_px: float) -> Row:

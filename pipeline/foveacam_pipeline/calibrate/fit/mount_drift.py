@@ -5,7 +5,9 @@ knots. `mount_drift_fit` estimates it.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
 
 S_PER_MIN = 60.0
+LEAST_KNOCK_RAD = math.radians(0.004)
+"""Steps up to this much, two fovea px, are left to the drift."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -20,12 +24,14 @@ class DriftRun:
     """One run of the procedures, in which times are comparable.
 
     `knots_s`: (k,) times, increasing. `turn_rad`: (k, 3) turns at the knots against the reference moment,
-    rig axes, linear in between. `sigma_rad`: (k, 2) standard errors of the turns about x and y.
+    rig axes, linear in between. `sigma_rad`: (k, 2) standard errors of the turns about x and y. `knocked`:
+    whether a knock ended it; what was measured after that is the next run.
     """
 
     knots_s: NDArray[np.float64]
     turn_rad: NDArray[np.float64]
     sigma_rad: NDArray[np.float64]
+    knocked: bool = False
 
     def at(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n, 3) turns at (n,) times."""
@@ -81,6 +87,28 @@ class MountDrift:
         run = max(self.runs, key=lambda run: run.minutes)
         turns = run.at(np.linspace(run.knots_s[0], run.knots_s[-1], 64))
         return float(turns[:, 1].std()), float(turns[:, 0].std())
+
+    @property
+    def knocks_rad(self) -> tuple[float, ...]:
+        """How far the gaze jumped at each knock; the other eye's mount may have been the one that was hit."""
+        steps = (
+            float(np.linalg.norm(after.turn_rad[0, :2] - before.turn_rad[-1, :2]))
+            for before, after in pairwise(self.runs)
+            if before.knocked
+        )
+        return tuple(step for step in steps if step > LEAST_KNOCK_RAD)
+
+    def knocked_after(self, ended: Collection[int]) -> "MountDrift":
+        """Return the same, the runs of these numbers ended by a knock."""
+        runs = (replace(run, knocked=number in ended) for number, run in enumerate(self.runs))
+        return replace(self, runs=tuple(runs))
+
+    def moved_by(self, turns_rad: NDArray[np.float64]) -> "MountDrift":
+        """Return the same with each run turned by (runs, 3) more: a mount that was moved between them."""
+        runs = (
+            replace(run, turn_rad=run.turn_rad + turn) for run, turn in zip(self.runs, turns_rad, strict=True)
+        )
+        return replace(self, runs=tuple(runs))
 
     @property
     def stated_rad(self) -> tuple[float, float]:

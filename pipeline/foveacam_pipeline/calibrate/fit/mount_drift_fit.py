@@ -31,7 +31,7 @@ USUAL_RAD = 2e-6
 MIRROR_LACK = 0.005
 """By which share of a gaze's way from its node the preliminary model of the mirror may be wrong."""
 FLOOR_RAD = 1e-7
-_PIVOT = 6
+PIVOT_UNKNOWNS = 6
 """Unknowns of where a gaze leaves: beside the reference point by (x, y), and how much more for a unit of
 either tangent. A pivot's depth is one of these; a lens beside the mirror's middle makes all four, and what
 three unknowns leave of it (0.3 fovea px between 5 and 2.5 m) goes with the row, and so with time."""
@@ -59,7 +59,7 @@ class DriftSamples:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Knots:
+class Knots:
     """Where the drift is parted: for each run its (k,) knots for the turn about x and y, and for the roll."""
 
     turns: tuple[NDArray[np.float64], ...]
@@ -87,12 +87,12 @@ class _Solved:
 
 def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDrift] | None:
     """Return the drift of both eyes, or None where too few nodes were visited again."""
-    if min(int(eye.visit.sum()) for eye in samples.values()) < FEWEST_VISITS:
+    if not watched(samples):
         return None
     straight = dict(samples)
     for _ in range(_ORDER_ROUNDS):
         mirrors = {role: _mirror(straight[role]) for role in samples}
-        choices = [_knots(list(samples.values()), pieces) for pieces in range(1, MOST_PIECES + 1)]
+        choices = [knots_of(list(samples.values()), pieces) for pieces in range(1, MOST_PIECES + 1)]
         solved = [
             {role: _solve(eye, mirrors[role], knots) for role, eye in samples.items()} for knots in choices
         ]
@@ -108,6 +108,11 @@ def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDri
             drift.pieces,
         )
     return found
+
+
+def watched(samples: Mapping[Role, DriftSamples]) -> bool:
+    """Tell whether enough nodes were visited again to see a mount move."""
+    return min(int(eye.visit.sum()) for eye in samples.values()) >= FEWEST_VISITS
 
 
 def _mirror(samples: DriftSamples) -> BivariatePolynomial:
@@ -130,7 +135,7 @@ def turns_of(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]
     return turns
 
 
-def _knots(eyes: list[DriftSamples], pieces: int) -> _Knots:
+def knots_of(eyes: list[DriftSamples], pieces: int) -> Knots:
     """Part the longest run into so many pieces, and the others into pieces as long."""
     times = np.concatenate([eye.t_s for eye in eyes])
     run = np.concatenate([eye.run for eye in eyes])
@@ -143,16 +148,23 @@ def _knots(eyes: list[DriftSamples], pieces: int) -> _Knots:
         count = 0 if still else max(1, round((end - begin) / piece_s))
         turns.append(np.linspace(begin, end, count + 1) if count else np.array([end]))
         rolls.append(np.array([end]) if still else np.array([begin, end]))
-    return _Knots(turns=tuple(turns), rolls=tuple(rolls))
+    return Knots(turns=tuple(turns), rolls=tuple(rolls))
 
 
-def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: _Knots) -> _Solved:
+def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: Knots) -> _Solved:
     """Fit pivot and drift by robust least squares; every node's own gaze is projected out."""
-    matrix = _columns(samples, knots)
+    matrix = motion_columns(
+        samples.angles_rad,
+        samples.depth_m,
+        turns=knots.hats(samples, knots.turns),
+        rolls=knots.hats(samples, knots.rolls),
+    )
     values = (samples.angles_rad - mirror(samples.volts_v)).T.ravel()
     nodes = _node_of(samples)
-    moved = matrix.shape[1] - _PIVOT
-    prior = np.diag(np.concatenate([np.full(_PIVOT, LEAVES_PRIOR_M**-2), np.full(moved, PRIOR_RAD**-2)]))
+    moved = matrix.shape[1] - PIVOT_UNKNOWNS
+    prior = np.diag(
+        np.concatenate([np.full(PIVOT_UNKNOWNS, LEAVES_PRIOR_M**-2), np.full(moved, PRIOR_RAD**-2)])
+    )
     trust = _trust(samples)
     weights, sigma = trust, USUAL_RAD
     free = max(1, len(values) - int(nodes.max()) - 1 - matrix.shape[1])
@@ -164,7 +176,7 @@ def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: _Knots) ->
         weights = trust * huber_weights(left * np.sqrt(trust))
         sigma = max(FLOOR_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
     rolls = sum(len(run) for run in knots.rolls) - 1
-    found = np.asarray(unknowns[_PIVOT:], dtype=np.float64)
+    found = np.asarray(unknowns[PIVOT_UNKNOWNS:], dtype=np.float64)
     return _Solved(
         turns=found[: moved - rolls].reshape(2, -1).T,
         rolls=found[moved - rolls :],
@@ -200,27 +212,35 @@ def _trust(samples: DriftSamples) -> NDArray[np.float64]:
     return np.tile(weights, 2)
 
 
-def _columns(samples: DriftSamples, knots: _Knots) -> NDArray[np.float64]:
-    """Return (2 n, unknowns): slopes of ax, then ay, to the pivot, to turns about x and y, to rolls."""
-    tangents = np.tan(samples.angles_rad)
+def motion_columns(
+    angles_rad: NDArray[np.float64],
+    depth_m: NDArray[np.float64],
+    *,
+    turns: NDArray[np.float64],
+    rolls: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return (2 n, unknowns): slopes of ax, then ay, to the pivot, to turns about x and y, to rolls.
+
+    `angles_rad`: (n, 2). `depth_m`: (n,). `turns`, `rolls`: (n, k) what each of their unknowns counts where.
+    """
+    tangents = np.tan(angles_rad)
     flatter = 1.0 / (1.0 + tangents**2)
     x, y = tangents.T[:, :, None]
-    leaves = np.column_stack([np.ones(len(tangents)), tangents]) / samples.depth_m[:, None]
+    leaves = np.column_stack([np.ones(len(tangents)), tangents]) / depth_m[:, None]
     nothing = np.zeros_like(leaves)
     across = np.hstack([flatter[:, :1] * leaves, nothing])
     down = np.hstack([nothing, flatter[:, 1:] * leaves])
-    turns, rolls = knots.hats(samples, knots.turns), knots.hats(samples, knots.rolls)
     # a turn w moves the ray d by w x d, and its tangents by (w_y (1 + x²) - w_x x y - w_z y, ...)
     by_ax = [flatter[:, :1] * slope for slope in (-x * y * turns, (1.0 + x**2) * turns, -y * rolls)]
     by_ay = [flatter[:, 1:] * slope for slope in (-(1.0 + y**2) * turns, x * y * turns, x * rolls)]
     return np.vstack([np.hstack([across, *by_ax]), np.hstack([down, *by_ay])])
 
 
-def _drift(samples: DriftSamples, solved: _Solved, knots: _Knots) -> MountDrift:
+def _drift(samples: DriftSamples, solved: _Solved, knots: Knots) -> MountDrift:
     turns = np.vstack([solved.turns, np.zeros(2)])
     rolls = np.append(solved.rolls, 0.0)
     count = len(solved.turns)
-    variance = np.diag(solved.covariance)[_PIVOT : _PIVOT + 2 * count].reshape(2, -1).T
+    variance = np.diag(solved.covariance)[PIVOT_UNKNOWNS : PIVOT_UNKNOWNS + 2 * count].reshape(2, -1).T
     sigmas = np.sqrt(np.vstack([variance, np.zeros(2)]))
     runs, begin, rolled = [], 0, 0
     for mine, roll in zip(knots.turns, knots.rolls, strict=True):
@@ -231,9 +251,9 @@ def _drift(samples: DriftSamples, solved: _Solved, knots: _Knots) -> MountDrift:
         begin, rolled = own.stop, rolled + len(roll)
     # the mean over all poses of what was taken out: an error of it turns the whole calibration
     mean = knots.hats(samples, knots.turns)[~samples.visit].mean(axis=0)
-    about = [slice(_PIVOT + axis * count, _PIVOT + (axis + 1) * count) for axis in (0, 1)]
+    about = [slice(PIVOT_UNKNOWNS + axis * count, PIVOT_UNKNOWNS + (axis + 1) * count) for axis in (0, 1)]
     sigma = [math.sqrt(float(mean @ solved.covariance[part, part] @ mean)) for part in about]
-    pivot = np.diag(solved.covariance)[[0, _PIVOT // 2]]
+    pivot = np.diag(solved.covariance)[[0, PIVOT_UNKNOWNS // 2]]
     return MountDrift(
         runs=tuple(runs),
         sigma_rad=(sigma[1], sigma[0]),

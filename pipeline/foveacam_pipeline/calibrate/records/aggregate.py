@@ -83,7 +83,7 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
     `into` must not exist yet; it appears complete or not at all. The sources are named in `sources.json`.
     A station that several sessions swept is there several times, oldest first: `markers`, `markers (2)`.
     How the mounts moved in between is fitted as it is between the runs of one session, where nodes were
-    visited again; without such visits the sweeps are fitted as if no mount had moved.
+    visited again; without such visits only moves of more than 0.01° are taken out.
     """
     combined = aggregate([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
     if not (wide_from / "wide.json").is_file():

@@ -89,12 +89,13 @@ class ModelFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MountDriftFacts:
-    """How an eye's mount drifted during the sweeps, fovea px."""
+    """How an eye's mount drifted during the sweeps, fovea px; `knocks_px`: how far it jumped each time."""
 
     px_per_minute: float
     moved_px: float
     sigma_px: float
     minutes: float
+    knocks_px: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

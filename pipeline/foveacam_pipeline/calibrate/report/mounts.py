@@ -22,10 +22,23 @@ def drift_words(drift: dict[str, MountDriftFacts]) -> str:
     """Return how fast and how far each mount drifted."""
     eyes = "; ".join(
         f"{eye} eye {found.px_per_minute:.2f} fovea px a minute, {found.moved_px:.2f} ± "
-        f"{found.sigma_px:.2f} px in {found.minutes:.1f} min"
+        f"{found.sigma_px:.2f} px in all, over {found.minutes:.1f} min of measuring"
         for eye, found in drift.items()
     )
-    return f"Thermal drift of the mounts during the sweeps, seen at nodes visited again, taken out: {eyes}."
+    return (
+        "How the mounts moved during the sweeps and between them, seen at nodes visited again, taken out: "
+        f"{eyes}.{knock_words(drift)}"
+    )
+
+
+def knock_words(drift: dict[str, MountDriftFacts]) -> str:
+    """Return which mounts were knocked amid a sweep, and by how much; nothing where none was."""
+    eyes = " and ".join(
+        f"the {eye} eye's by {', then '.join(f'{size_px:.1f}' for size_px in found.knocks_px)} fovea px"
+        for eye, found in drift.items()
+        if found.knocks_px
+    )
+    return f" Mounts were knocked amid the sweeps, taken out too: {eyes}." if eyes else ""
 
 
 def closing_words(closing: ClosingFacts | None) -> str:

@@ -21,6 +21,12 @@ SIGHT_V = 0.05
 """What a gaze measured on a marker is good for."""
 LOCATED_V = 1.0
 """What a gaze read off the wide view is good for: about two of its pixels."""
+KNOCKED_V, KNOCKED_SIGMAS = 1.0, 6.0
+"""A marker seen farther than this from where it was expected: the mount was knocked."""
+BEFORE_V = 0.5
+"""What gazes from before a knock are good for once they are moved along: a roll is left in them."""
+FEWEST_KNOWN = 3
+"""So many gazes tell the gain; with fewer nothing is expected for sure."""
 SURPRISE_V = 8.0
 SURPRISE_V_PER_RAD = math.degrees(4.0)
 """A place in the wide view that is farther off than this from what was expected is another, alike."""
@@ -45,7 +51,27 @@ class EyePrediction:
     def learn(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
         """Take note of a gaze, (2,) rad, that was measured on a marker under volts, (2,)."""
         self.forget()
+        self._follow(gaze_rad, volts_v)
         self._add(gaze_rad, volts_v, SIGHT_V)
+
+    def _follow(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
+        """Move along what was learnt before the mount was knocked: else no volts would suit both."""
+        if self.count < FEWEST_KNOWN:
+            return
+        beside_v = volts_v - self.volts(gaze_rad)
+        if np.abs(beside_v).max() > KNOCKED_V + KNOCKED_SIGMAS * self._error_v(gaze_rad):
+            self._excess = self._excess + beside_v
+            self._sigma_v = np.maximum(self._sigma_v, BEFORE_V)
+            self._answer = None
+
+    def _error_v(self, gaze_rad: NDArray[np.float64]) -> float:
+        """Return the standard error of the volts for a gaze."""
+        here, beside = gaze_rad[None], _kernel(gaze_rad[None], self._gazes)[0]
+        known = float(beside @ np.linalg.solve(self._matrix(), beside))
+        return math.sqrt(max(0.0, float(_kernel(here, here)[0, 0]) - known))
+
+    def _matrix(self) -> NDArray[np.float64]:
+        return np.asarray(_kernel(self._gazes, self._gazes) + np.diag(self._sigma_v**2))
 
     def suppose(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> bool:
         """Take note for now of a gaze read off the wide view; return False when it cannot be true."""
@@ -73,8 +99,7 @@ class EyePrediction:
         if self.count == 0:
             return nominal
         if self._answer is None:
-            matrix = _kernel(self._gazes, self._gazes) + np.diag(self._sigma_v**2)
-            self._answer = np.asarray(np.linalg.solve(matrix, self._excess), dtype=np.float64)
+            self._answer = np.asarray(np.linalg.solve(self._matrix(), self._excess), dtype=np.float64)
         return np.asarray(nominal + (_kernel(gaze_rad[None], self._gazes) @ self._answer)[0])
 
     def slope(self, gaze_rad: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -111,7 +111,7 @@ def check_order(views: dict[int, MarkerView], layout: MarkerLayout) -> None:
     expected = [marker_id for marker_id in wanted if marker_id in views]
     if seen != expected:
         raise InvalidInput(
-            f"target: from the left its markers are {_listed(seen)}, {_listed(expected)} are needed "
+            f"target: from the left its markers are {_listed(seen)} instead of {_listed(expected)} "
             f"({layout.left_id} is the left eye's, {layout.right_id} the right eye's): they are swapped; "
             "put each marker in its place, upright"
         )

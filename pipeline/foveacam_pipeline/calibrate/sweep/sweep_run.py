@@ -7,6 +7,7 @@ of the field is visited again and again.
 
 import logging
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -129,10 +130,11 @@ class _Run:
     def opened(self, station: Station, known: Sweep | None, by_hand: HandTurned) -> Sweep:
         """Look straight ahead, try the mirrors, and return the sweep to go on with."""
         total = self.plan.columns * self.plan.rows
-        self.watch.progress(0, total=total, note="looking straight ahead, trying both mirrors")
+        done = total - len(_missing(known, range(total)))
+        self.watch.progress(done, total=total, note="looking straight ahead, trying both mirrors")
         if self.base.by_hand:
             self.base.ask(AHEAD)
-            by_hand.wait_for(AHEAD[None], done=0, total=total)
+            by_hand.wait_for(AHEAD[None], done=done, total=total)
         else:
             self.base.turn_to(AHEAD)
         at_rest = open_sweep(self.meter, self.settings)
@@ -173,8 +175,7 @@ class _Run:
         """Measure what is missing or was refused."""
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
-        order = self.plan.outward() if self.base.by_hand else list(range(len(nodes)))
-        to_do = [k for k in order if k not in poses or poses[k].eyes_measured < len(EYES)]
+        to_do = _missing(sweep, self.plan.outward() if self.base.by_hand else range(len(nodes)))
         patience, begun = Patience(sweep, self.settings), len(to_do)
         references = self._references(sweep)
         if to_do:
@@ -231,6 +232,12 @@ def check_same(known: SweepHeader, now: SweepHeader, path: Path) -> None:
                 f"sweep {path}: it was begun with camera {before}, now {wanted} is there ({name[:-7]}); "
                 "connect that camera, or begin anew in another session"
             )
+
+
+def _missing(sweep: Sweep | None, order: Iterable[int]) -> list[int]:
+    """Return the nodes of `order` that were not measured yet, or refused to an eye."""
+    whole = {pose.index for pose in sweep.poses if pose.eyes_measured == len(EYES)} if sweep else set()
+    return [index for index in order if index not in whole]
 
 
 def _said(pose: SweepPose, total: int) -> str:

@@ -14,7 +14,7 @@ const KINDS = [
   "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
   "calibration.progress", "calibration.sample", "calibration.pose", "calibration.fitted", "calibration.health",
   "calibration.drift", "pan_tilt.moved", "cloud.failed", "storage.fault", "storage.recovered", "rig.settle_time",
-  "camera.self_test", "camera.settings", "mirrors.recovered", "mirrors.switched", "rail.moved",
+  "camera.self_test", "camera.settings", "mirrors.recovered", "mirrors.switched", "rail.moved", "simulation.faults",
   "capture.created", "capture.progress", "capture.updated", "capture.removed", "capture.ended",
   "recording.created", "recording.progress", "recording.updated", "recording.removed", "recording.ended",
   "still.taken", "still.kept", "still.updated", "still.removed",

@@ -122,6 +122,7 @@ export function createStore() {
     rig_page: false,
     rail: null,
     trigger_test: null,
+    faults: null,
     running_test: null,
     recording: null,
     gallery: null,

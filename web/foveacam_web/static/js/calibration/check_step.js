@@ -26,10 +26,10 @@ export function makeCheckStep({ store, orders }) {
   const live = h("div", { class: "live-slot" });
   const result = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showResult = changing(result, resultOf);
+  const showResult = changing(result, (/** @type {{check: CheckResult | null, old: boolean}} */ now) => resultOf(now));
   const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The overlay and the map of the field appear with the first check.")]);
   store.on(["session"], ({ session }) => {
-    showResult(session?.check ?? null);
+    showResult({ check: session?.check ?? null, old: isOld(session) });
     showDiagrams(picturesOf(session, ["overlay", "epipolar"]));
   });
   const start = starter({ label: "Check", store, act: () => orders.run("check"), primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.check ? "Check again" : "Check") });
@@ -45,10 +45,20 @@ function against({ session }) {
   return session?.fit ? null : "First step 3: there is no fit to check yet.";
 }
 
-/** @param {CheckResult | null} check */
-function resultOf(check) {
+/**
+ * Whether the check was made of another calibration than the measurement's newest.
+ * @param {ConsoleState["session"]} session
+ */
+function isOld(session) {
+  const newest = session?.calibrations.at(-1);
+  return Boolean(session?.check && newest && session.check.calibration_id !== newest);
+}
+
+/** @param {{check: CheckResult | null, old: boolean}} now */
+function resultOf({ check, old }) {
   if (!check) return [nothing("Not checked yet.")];
   return [
+    old && h("p", { class: "remedy", text: "Fitted anew since: this check is of the calibration before. Check again." }),
     h("dl", { class: "goals" }, GOALS.flatMap(({ key, name, goal, what }) => {
       const value = check[key];
       const met = value !== null && value <= goal;
@@ -56,12 +66,13 @@ function resultOf(check) {
         value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`))];
     })),
     h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
-    ...(GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal) ? [h("p", { class: "remedy", text: BEYOND })] : []),
+    ...(!old && GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal) ? [h("p", { class: "remedy", text: BEYOND })] : []),
   ];
 }
 
 /** @param {ConsoleState} state */
 export function checkProgress({ session }) {
   const rms_px = session?.check?.epipolar_rms_px;
+  if (isOld(session)) return { tone: "warn", text: "fitted since" };
   return rms_px === null || rms_px === undefined ? null : { tone: rms_px <= 0.3 ? "good" : "warn", text: pixels(rms_px) };
 }

@@ -28,6 +28,7 @@ export type CalibrationRecord = {
   rectify_sigma_px: number | null;
   wide: Intrinsics;
   current?: boolean;
+  kept?: boolean;
   parent_id?: string | null;
   session_id?: string | null;
   health?: HealthDocument | null;
@@ -103,7 +104,7 @@ export type FitResult = {
   paper: PaperFit | null;
   parallax: Record<string, unknown> | null;
   /** How each eye's mount drifted during the sweeps. */
-  drift?: Record<string, { px_per_minute: number; moved_px: number; sigma_px: number; minutes: number }> | null;
+  drift?: Record<string, { px_per_minute: number; moved_px: number; sigma_px: number; minutes: number; knocks_px?: number[] }> | null;
 };
 
 export type SettleAxis = {
@@ -124,6 +125,7 @@ export type SettleTime = {
   measured: { settle_us: number; measured_utc: string; session_id: string; low_pass_hz: number | null } | null;
 };
 export type CheckResult = {
+  calibration_id: string;
   epipolar_rms_px: number | null;
   epipolar_p95_px: number | null;
   pointing_rms_px: number | null;

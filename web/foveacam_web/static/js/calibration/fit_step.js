@@ -4,6 +4,7 @@ import { changing, h } from "../dom.js";
 import { number, pixels, sentence } from "../format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
+import { knockWords } from "./knocks.js";
 import { choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
@@ -73,11 +74,13 @@ function parallaxOf(fit) {
   return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
 }
 
-/** @param {import("./documents.js").FitResult["drift"]} drift */
+/** @param {FitResult["drift"]} drift */
 function mountsOf(drift) {
+  const knocked = knockWords(drift);
   if (!drift) return [nothing("Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.")];
   return [h("p", { class: "lead", text: "How far each eye’s mount moved between the first node and the last; it was taken out." }),
-    figures(Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [eye, `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`]))];
+    figures(Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [eye, `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`])),
+    knocked && h("p", { class: "lead", text: knocked })];
 }
 
 /** @param {Record<string, unknown>} document */

@@ -3,6 +3,7 @@
 import { fill, h, say } from "../dom.js";
 import { pixels, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { knockWords } from "./knocks.js";
 import { bar } from "./parts.js";
 import { isRunning, placeOf } from "./work.js";
 
@@ -125,7 +126,8 @@ function resultOf({ session, rig }) {
   const newest = session?.calibrations.at(-1);
   const figures = check ? `Rows apart ${pixels(check.epipolar_rms_px)}, pointing ${pixels(check.pointing_rms_px)}, both RMS. ` : "";
   if (!newest) return figures;
-  return figures + (rig?.calibration?.id === newest ? "It is in use." : "It is not in use yet: take it from the records in the overview.");
+  const knocked = knockWords(session?.fit?.drift);
+  return figures + (knocked && `${knocked} `) + (rig?.calibration?.id === newest ? "It is in use." : "It is not in use yet: take it from the records in the overview.");
 }
 
 /** @param {Work} work */

@@ -86,7 +86,7 @@ function row(record, { orders, picked, choose }) {
       h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),
       saver("foveacam", "Export", { "aria-label": `Export ${name}` }),
       saver("authors", "Authors’ format", { title: "Export in the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` }),
-      !record.current && h("button", { type: "button", class: "tool", data: { keep: `discard-${record.id}` }, title: "Put it in the trash", "aria-label": `Discard ${name}`, on: { click: () => void orders.discard(record.id, name) } }, icon("trash"))));
+      record.kept && !record.current && h("button", { type: "button", class: "tool", data: { keep: `discard-${record.id}` }, title: "Put it in the trash", "aria-label": `Discard ${name}`, on: { click: () => void orders.discard(record.id, name) } }, icon("trash"))));
 }
 
 /**

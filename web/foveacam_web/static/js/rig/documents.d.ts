@@ -97,12 +97,25 @@ export type RailDocument = {
   places: { name: string; position_mm: number }[];
 };
 
+export type Knock = { shift_x_deg: number; shift_y_deg: number; rotation_deg: number };
+/** What is broken on purpose in a simulated rig. */
+export type RigFaults = {
+  unplugged: string[];
+  frozen: string[];
+  no_trigger: string[];
+  no_strobe: string[];
+  dead_axes: string[];
+  knocked_left: Knock;
+  knocked_right: Knock;
+};
+
 /** The self-test that this page has begun. */
 export type RunningTest = { job_id: string; note: string; done: number; total: number | null };
 
 export type RigPageState = {
   rig_page: boolean;
   rail: RailDocument | null;
+  faults: RigFaults | null;
   trigger_test: TriggerTest | null;
   running_test: RunningTest | null;
 };

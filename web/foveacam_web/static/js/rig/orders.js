@@ -11,6 +11,7 @@ import { Problem, request } from "../api.js";
  * @typedef {import("./documents.js").CameraPatch} CameraPatch
  * @typedef {import("./documents.js").CamerasChanged} CamerasChanged
  * @typedef {import("./documents.js").RailDocument} RailDocument
+ * @typedef {import("./documents.js").RigFaults} RigFaults
  * @typedef {import("./reader.js").RigReader} RigReader
  * @typedef {{changed: CamerasChanged | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */
@@ -150,6 +151,29 @@ export class RigOrders {
   /** Stop the rail, now. */
   holdRail() {
     return this.#rail("/rail/holds", undefined);
+  }
+
+  /**
+   * Break this in the simulated rig, and mend everything else.
+   * @param {RigFaults} faults
+   */
+  breakIt(faults) {
+    return this.#faults("PUT", faults);
+  }
+
+  mend() {
+    return this.#faults("DELETE", undefined);
+  }
+
+  /**
+   * @param {"PUT" | "DELETE"} method
+   * @param {RigFaults | undefined} body
+   */
+  async #faults(method, body) {
+    const faults = await this.#commands.attempt(() => /** @type {Promise<RigFaults>} */ (
+      request(method, "/simulation/faults", { body, headers: this.#commands.leaseHeader() })));
+    if (faults) this.#store.set({ faults });
+    else await this.#reader.readFaults(); // a tick that was not taken goes back
   }
 
   homeRail() {

@@ -8,6 +8,7 @@ import { fill, focusOn, h, need, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { makeCamera } from "./camera.js";
 import { mountController } from "./controller.js";
+import { mountFaults } from "./faults.js";
 import { mountPair } from "./pair.js";
 import { mountRail } from "./rail.js";
 import { mountTrigger } from "./trigger.js";
@@ -31,7 +32,7 @@ const ROLES = ["wide", "left", "right"];
 export function mountRigPage(place, { store, views, rig_orders, orders }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
-  const [apart, trigger, controller, turner, rail] = [h("div", { class: "panel apart-place", hidden: true }), inside(), inside(), inside(), inside()];
+  const [apart, trigger, controller, turner, rail, faults] = [h("div", { class: "panel apart-place", hidden: true }), inside(), inside(), inside(), inside(), inside()];
   mountPair(apart, context);
   mountTrigger(trigger, context);
   mountController(controller, context);
@@ -39,8 +40,9 @@ export function mountRigPage(place, { store, views, rig_orders, orders }) {
   mountRail(rail, context);
   fill(place, head(store),
     h("div", { class: "rig-cameras" }, apart, [...cameras.values()].map(({ element }) => element)),
-    h("div", { class: "rig-devices" }, panel("Trigger", trigger), panel("Controller", controller),
+    h("div", { class: "rig-devices" }, h("div", { class: "column" }, panel("Trigger", trigger), panel("Faults", faults)), panel("Controller", controller),
       h("div", { class: "column" }, panel("Pan-tilt", turner), panel("Rail", rail))));
+  mountFaults(faults, context);
   store.on(["rig_page"], ({ rig_page, wizard }) => {
     if (rig_page) lend(views, cameras);
     else if (wizard === null) takeHome(views);

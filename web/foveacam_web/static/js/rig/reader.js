@@ -7,6 +7,7 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../types.js").RigEvent} RigEvent
  * @typedef {import("./documents.js").RailDocument} RailDocument
+ * @typedef {import("./documents.js").RigFaults} RigFaults
  * @typedef {import("./documents.js").TriggerTest} TriggerTest
  */
 
@@ -29,6 +30,7 @@ export class RigReader {
     this.#store = store;
     this.#pan_tilt = pan_tilt;
     store.on(["rig_page"], ({ rig_page }) => rig_page && void this.readAll());
+    store.on(["rig"], ({ rig_page, faults }) => rig_page && !faults && void this.readFaults());
     setInterval(() => this.#shows && store.state.stream === "open" && void this.readRig(), READ_BACK_MS);
   }
 
@@ -38,12 +40,20 @@ export class RigReader {
 
   async readAll() {
     if (!this.#store.state.rig_page) return;
-    await Promise.all([this.readRig(), this.readRail(), this.#pan_tilt.readPanTilt(), this.readTest()]);
+    await Promise.all([this.readRig(), this.readRail(), this.#pan_tilt.readPanTilt(), this.readTest(), this.readFaults()]);
   }
 
   readTest() {
     return this.#reads.read("trigger test", async () => {
       this.#store.set({ trigger_test: /** @type {TriggerTest} */ (await request("GET", "/cameras/self_tests/newest")) });
+    });
+  }
+
+  /** Read what is broken on purpose; a rig of metal has none of it. */
+  async readFaults() {
+    if (!this.#store.state.rig?.simulated) return;
+    await this.#reads.read("faults", async () => {
+      this.#store.set({ faults: /** @type {RigFaults} */ (await request("GET", "/simulation/faults")) });
     });
   }
 
@@ -63,6 +73,7 @@ export class RigReader {
   hear(event) {
     if (!this.#store.state.rig_page) return;
     if (event.kind === "camera.self_test") void this.readTest();
+    if (event.kind === "simulation.faults") void this.readFaults();
     if (event.kind.startsWith("rail.")) void this.readRail();
   }
 }

@@ -1,0 +1,58 @@
+"""What is broken on purpose in a simulated rig, to see what the product makes of it."""
+
+import asyncio
+
+from fastapi import APIRouter
+
+from foveacam_hardware.simulated_faults import Breakable, SimulatedFaults
+from foveacam_server.api.answers import LeaseHeader, problems
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.services import Services, ServicesDep
+
+router = APIRouter(prefix="/simulation", tags=["rig"])
+
+
+@router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
+async def faults(services: ServicesDep) -> SimulatedFaults:
+    """Return what is broken in the simulated rig now; a rig of metal has none of this (404)."""
+    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).told))
+
+
+@router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))
+async def break_it(
+    wanted: SimulatedFaults, services: ServicesDep, x_lease: LeaseHeader = None
+) -> SimulatedFaults:
+    """Break this in the simulated rig, and mend everything else; in force at once, whatever runs."""
+    services.lease.check(x_lease)
+    return await _put(services, wanted)
+
+
+@router.delete("/faults", summary="Mend everything", responses=problems(404, 409, 503))
+async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedFaults:
+    """Make the simulated rig whole again, its mounts where they were built."""
+    services.lease.check(x_lease)
+    return await _put(services, SimulatedFaults())
+
+
+async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
+    def put(rig: Rig) -> SimulatedFaults:
+        _breakable(rig).put(wanted)
+        return _breakable(rig).told
+
+    now = await asyncio.wrap_future(services.hardware.submit(put))
+    words = ", ".join(now.words)
+    message = f"broken on purpose: {words}" if words else "nothing in the simulated rig is broken any more"
+    services.events.emit("simulation.faults", message, data=now.model_dump())
+    return now
+
+
+def _breakable(rig: Rig) -> Breakable:
+    if rig.breakable is None:
+        raise NotFound(
+            "asked what is broken on purpose: this rig is no simulated one, and nothing in it can be",
+            asked="faults of the simulated rig",
+            found="a rig that is not simulated",
+            remedy="start the server on the simulated rig (--rig sim, or a rig file of kind simulated)",
+        )
+    return rig.breakable

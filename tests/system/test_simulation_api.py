@@ -1,0 +1,58 @@
+"""Breaking the simulated rig over REST: in force at once, told, mended; a rig of metal has no such thing."""
+
+import pytest
+
+from foveacam_hardware.contract import Role
+
+from .conftest import API, Running
+
+pytestmark = pytest.mark.timeout(120)
+
+FAULTS = "/simulation/faults"
+WHOLE = {"shift_x_deg": 0.0, "shift_y_deg": 0.0, "rotation_deg": 0.0}
+
+
+def test_what_is_broken_is_told_in_force_and_mended(server: Running) -> None:
+    before = server.last_event
+    wanted = {"no_strobe": ["left"], "knocked_right": {"shift_x_deg": 0.2}}
+    try:
+        answer = server.http.put(f"{API}{FAULTS}", json=wanted)
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["knocked_right"] == {**WHOLE, "shift_x_deg": 0.2}
+        assert server.get(FAULTS).json() == answer.json()
+        assert server.truth.world.faults.no_strobe == {Role.LEFT}
+        assert server.wait_for_event("simulation.faults", after=before) == answer.json()
+        # Whatever is not named is mended
+        answer = server.http.put(f"{API}{FAULTS}", json={"frozen": ["wide"]})
+        assert answer.json()["no_strobe"] == []
+        assert answer.json()["knocked_right"] == WHOLE
+    finally:
+        mended = server.http.delete(f"{API}{FAULTS}")
+    assert mended.json()["frozen"] == []
+    assert server.truth.world.faults.told.words == []
+
+
+@pytest.mark.parametrize(
+    ("wanted", "words"),
+    [
+        ({"unplugged": ["centre"]}, ["unplugged", "wide", "centre"]),
+        ({"knocked_left": {"shift_x_deg": 30.0}}, ["shift_x_deg", "5", "30"]),
+        ({"stuck": ["left"]}, ["stuck"]),
+    ],
+)
+def test_what_cannot_be_broken_is_refused_in_words(
+    server: Running, wanted: dict[str, object], words: list[str]
+) -> None:
+    refused = server.http.put(f"{API}{FAULTS}", json=wanted)
+    assert refused.status_code == 422
+    assert all(word in refused.json()["detail"] for word in words), refused.json()
+    assert server.truth.world.faults.told.words == []
+
+
+def test_a_rig_of_metal_has_nothing_that_is_broken_on_purpose(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server.rig, "breakable", None)
+    for answer in (server.http.get(f"{API}{FAULTS}"), server.http.put(f"{API}{FAULTS}", json={})):
+        assert answer.status_code == 404
+        assert "--rig sim" in answer.json()["remedy"]

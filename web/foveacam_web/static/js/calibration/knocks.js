@@ -1,0 +1,13 @@
+// What a fit says of a rig that was knocked amid the sweeps, in words.
+
+import { pixels } from "../format.js";
+
+/**
+ * Nothing where it was not knocked.
+ * @param {import("./documents.js").FitResult["drift"]} drift
+ */
+export function knockWords(drift) {
+  const eyes = Object.entries(drift ?? {}).flatMap(([eye, { knocks_px: jumps }]) =>
+    jumps?.length ? [`the ${eye} eye’s gaze jumped by ${jumps.map((jump) => pixels(jump)).join(", then by ")}`] : []);
+  return eyes.length ? `The rig was knocked amid the sweeps: ${eyes.join("; ")}. It was taken out; the check says whether that worked.` : "";
+}

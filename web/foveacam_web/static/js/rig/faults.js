@@ -1,0 +1,110 @@
+// What is broken on purpose in a simulated rig: cables, cameras, mirrors, and mounts that were knocked out of place.
+
+import { changing, fill, h } from "../dom.js";
+import { icon } from "../icons.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").Role} Role
+ * @typedef {import("./documents.js").Knock} Knock
+ * @typedef {import("./documents.js").RigFaults} RigFaults
+ * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @typedef {{name: string, list: "unplugged" | "frozen" | "no_trigger" | "no_strobe" | "dead_axes", axis?: "x" | "y", roles: Role[]}} Row
+ */
+
+/** @type {Role[]} */
+const EYES = ["left", "right"];
+/** @type {Role[]} */
+const CAMERAS = ["wide", ...EYES];
+/** @type {readonly Row[]} */
+const ROWS = Object.freeze([
+  { name: "Camera unplugged", list: "unplugged", roles: CAMERAS },
+  { name: "Picture frozen", list: "frozen", roles: CAMERAS },
+  { name: "Trigger cable off", list: "no_trigger", roles: EYES },
+  { name: "Strobe cable off", list: "no_strobe", roles: EYES },
+  { name: "Mirror x axis dead", list: "dead_axes", axis: "x", roles: EYES },
+  { name: "Mirror y axis dead", list: "dead_axes", axis: "y", roles: EYES },
+]);
+/** @type {readonly {name: string, key: keyof Knock}[]} */
+const SHIFTS = Object.freeze([
+  { name: "Knocked right, °", key: "shift_x_deg" }, { name: "Knocked down, °", key: "shift_y_deg" }, { name: "Rolled, °", key: "rotation_deg" },
+]);
+const FARTHEST_DEG = 5;
+const CARRIED_DEG = 0.3; // a rig that was carried to another place: Sec. 3.3
+const ROLLED_DEG = 0.1;
+
+/**
+ * @param {HTMLElement} place the inside of its panel, which a rig of metal does not show
+ * @param {{store: Store, orders: RigOrders}} context
+ */
+export function mountFaults(place, { store, orders }) {
+  const table = h("div", { class: "scroll-x" });
+  const put = (/** @type {Partial<RigFaults>} */ part) => store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
+  const knock = h("button", { type: "button", class: "plain", on: { click: () => put({ knocked_left: carried(), knocked_right: carried() }) } }, "Knock both mounts");
+  const mend = h("button", { type: "button", class: "plain", on: { click: () => void orders.mend() } }, icon("again"), "Mend everything");
+  fill(place, h("p", { class: "lead", text: "This rig is simulated: break something, and see what the product makes of it." }), table, h("p", { class: "actions" }, knock, mend),
+    h("p", { class: "aside-note", text: "A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds what it was; the angle between the eyes only where it knows a distance." }));
+  const show = changing(table, (/** @type {RigFaults} */ faults) => [tableOf(faults, put)]);
+  store.on(["faults", "rig", "rig_page"], ({ faults, rig, rig_page }) => {
+    const whole = place.closest(".panel");
+    if (whole instanceof HTMLElement) whole.hidden = !rig?.simulated || !faults;
+    if (rig_page && faults) show(faults);
+  });
+}
+
+/** A turn of 0.3° to somewhere, and a roll to either side. */
+function carried() {
+  const heading = 2 * Math.PI * Math.random();
+  const shift = (/** @type {number} */ part) => Number((CARRIED_DEG * part).toFixed(3));
+  return { shift_x_deg: shift(Math.cos(heading)), shift_y_deg: shift(Math.sin(heading)), rotation_deg: Math.random() < 0.5 ? -ROLLED_DEG : ROLLED_DEG };
+}
+
+/**
+ * @param {RigFaults} faults
+ * @param {(part: Partial<RigFaults>) => unknown} put
+ */
+function tableOf(faults, put) {
+  return h("table", { class: "compare faults" },
+    h("thead", {}, h("tr", {}, ["", "Wide", "Left", "Right"].map((text) => h("th", { scope: "col", text })))),
+    h("tbody", {}, ROWS.map((row) => tickRow(row, faults, put)), SHIFTS.map((shift) => shiftRow(shift, faults, put))));
+}
+
+/**
+ * @param {Row} row
+ * @param {RigFaults} faults
+ * @param {(part: Partial<RigFaults>) => unknown} put
+ */
+function tickRow({ name, list, axis, roles }, faults, put) {
+  const broken = /** @type {string[]} */ (faults[list]);
+  const cell = (/** @type {Role} */ role) => {
+    if (!roles.includes(role)) return h("td", {});
+    const what = axis ? `${role} ${axis}` : role;
+    const changed = (/** @type {Event} */ event) => {
+      const input = /** @type {HTMLInputElement} */ (event.currentTarget);
+      const others = broken.filter((other) => other !== what);
+      put({ [list]: input.checked ? [...others, what] : others });
+      input.checked = broken.includes(what); // until the server says so
+    };
+    return h("td", {}, h("label", { class: "cell" }, h("input", { type: "checkbox", checked: broken.includes(what), data: { keep: `${list}-${what}` }, "aria-label": `${name}: ${role}`, on: { change: changed } })));
+  };
+  return h("tr", {}, h("th", { scope: "row", text: name }), CAMERAS.map(cell));
+}
+
+/**
+ * @param {{name: string, key: keyof Knock}} shift
+ * @param {RigFaults} faults
+ * @param {(part: Partial<RigFaults>) => unknown} put
+ */
+function shiftRow({ name, key }, faults, put) {
+  const cell = (/** @type {"left" | "right"} */ eye) => {
+    const knocked = faults[`knocked_${eye}`];
+    const changed = (/** @type {Event} */ event) => {
+      const input = /** @type {HTMLInputElement} */ (event.currentTarget);
+      if (!input.reportValidity()) return;
+      put({ [`knocked_${eye}`]: { ...knocked, [key]: Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : 0 } });
+      input.value = String(knocked[key]);
+    };
+    return h("td", {}, h("input", { type: "number", step: "any", min: -FARTHEST_DEG, max: FARTHEST_DEG, value: knocked[key], inputmode: "decimal", data: { keep: `${key}-${eye}` }, "aria-label": `${name}: ${eye}`, on: { change: changed } }));
+  };
+  return h("tr", {}, h("th", { scope: "row", text: name }), h("td", {}), cell("left"), cell("right"));
+}
