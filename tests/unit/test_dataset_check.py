@@ -89,6 +89,15 @@ def test_what_a_kill_left_behind_is_not_called_an_edit(folder: Path) -> None:
     assert len(check(folder)) == 3
 
 
+def test_what_a_bad_disk_did_not_let_go_of_is_no_damage_until_the_dataset_is_complete(folder: Path) -> None:
+    (folder / "images" / ".00003-left-b0-s0.tiff.part").touch()
+    assert len(check(folder)) == 1
+    edit(folder / "dataset.json", '"complete"', '"partial"')
+    assert check(folder) == []
+    (folder / "images" / "x.png").touch()
+    assert check(folder) == ["images/x.png: the dataset does not know this file."]
+
+
 @pytest.mark.parametrize("at", [0, 1])
 @pytest.mark.parametrize(("plan", "wides"), [("scan", "1010"), ("point", "1111"), ("none", "0000")])
 def test_wide_frames_are_counted_by_the_plan(tmp_path: Path, plan: str, wides: str, at: int) -> None:

@@ -44,7 +44,7 @@ def check(path: str | Path) -> list[str]:
         *trouble,
         *_pair_files(folder, pairs),
         *_derived_files(folder, derived),
-        *_strangers(folder, journal, pairs, derived, interrupted=interrupted),
+        *_strangers(folder, journal, pairs, derived, ended=document.state is State.COMPLETE),
     ]
 
 
@@ -228,8 +228,9 @@ def _strangers(
     pairs: tuple[PairRow, ...],
     derived: dict[str, str],
     *,
-    interrupted: bool,
+    ended: bool,
 ) -> Iterator[str]:
+    """Name files that nobody knows, but for what a kill or a bad disk left of a point until it is resumed."""
     known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}", f"{REFERENCE}/{REFERENCE_DOCUMENT}"}
     known |= set(derived)
     known |= {frame.file for record in journal.records for frame in record.frames}
@@ -238,7 +239,7 @@ def _strangers(
         return
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        begun = interrupted and (path.suffix == PART or OWN_FILE.fullmatch(path.name) is not None)
+        begun = not ended and (path.suffix == PART or OWN_FILE.fullmatch(path.name) is not None)
         if not path.is_dir() and name not in known and not begun:
             yield f"{name}: the dataset does not know this file."
 
