@@ -25,7 +25,7 @@ from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
-from .controllers import Controllers, started
+from .controllers import PATIENT, Controllers, started
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
@@ -42,7 +42,7 @@ class Bench:
         self.controller = controller
         self.cables = cables
         self.clock = clock
-        self.mirrors = ControllerMirrors(controller.open, clock)
+        self.mirrors = ControllerMirrors(controller.open, clock, care=PATIENT)
 
     def seen(self) -> RecordingCables:
         """Return what the cables saw of everything that was sent so far."""
@@ -382,9 +382,9 @@ def test_a_controller_found_enabled_is_switched_off_and_started_properly(make: M
 
 def test_a_second_driver_is_told_that_the_port_is_held(controllers: Controllers) -> None:
     process = controllers.fresh(RecordingCables(), strict=False)
-    first = ControllerMirrors(process.open, MonotonicClock())
+    first = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
     first.connect()
-    second = ControllerMirrors(process.open, MonotonicClock())
+    second = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
     with pytest.raises(NotConnected, match="held by another program"):
         second.connect()
     assert "held" in (second.state.fault or "")

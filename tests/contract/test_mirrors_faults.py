@@ -16,17 +16,21 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
+from foveacam_hardware.drivers.controller.guard import Care
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.drivers.controller.recovery import PROBES
+from foveacam_hardware.drivers.controller.replies import STALL_S
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController, LoopbackLink
 
-from .controllers import Controllers, started
+from .controllers import PATIENT, Controllers, started
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
-REPORT_WITHIN_S = 1.0
+HUNG_S = 10.0
+"""Nothing waits so long; how long silence is waited for is a sum of deadlines, tested as such."""
 
 Controller = LoopbackController | ControllerProcess
 
@@ -44,7 +48,7 @@ class Rig:
         self.mirrors.ping()
 
     def outcome(self, action: Callable[[], object]) -> str:
-        """Return 'done', 'recovered', 'silent' or 'gone' after at most a second."""
+        """Return 'done', 'recovered', 'silent' or 'gone'; nothing may hang."""
         began_s = time.monotonic()
         try:
             action()
@@ -53,7 +57,7 @@ class Rig:
             result = "recovered" if "answers again" in str(silence) else "silent"
         except NotConnected:
             result = "gone"
-        assert time.monotonic() - began_s < REPORT_WITHIN_S
+        assert time.monotonic() - began_s < HUNG_S
         return result
 
     def codes(self) -> DacCodes:
@@ -213,6 +217,12 @@ def test_a_strict_controller_works_again_after_a_power_cycle_and_starts_parked()
     rig.mirrors.close()
 
 
+def test_silence_is_reported_within_a_second() -> None:
+    care = Care()
+    answer_s, probe_s = (one + min(STALL_S, one) for one in (care.answer_s, care.probe_s))
+    assert answer_s + PROBES * probe_s <= 0.75
+
+
 def test_silence_is_reported_and_ends_with_a_reconnect(rig: Rig) -> None:
     rig.controller.configure(silent=True)
     assert rig.outcome(lambda: rig.mirrors.expose(PARKED, settle_us=0, pulse_us=1000)) == "silent"
@@ -235,7 +245,7 @@ def test_unplugging_ends_a_pending_request_at_once(waiting: Rig) -> None:
         with pytest.raises(NotConnected, match="plug"):
             pending.result(timeout=5)
 
-    assert time.monotonic() - began_s < REPORT_WITHIN_S
+    assert time.monotonic() - began_s < HUNG_S
     assert not waiting.mirrors.state.connected
     assert "plug" in (waiting.mirrors.state.fault or "")
 
@@ -296,18 +306,18 @@ def test_park_moves_the_mirrors_at_once_while_another_thread_waits_for_its_expos
     cables = MovingCables()
     process = controllers.fresh(cables, strict=True)
     with ThreadPoolExecutor(1) as pool:
-        mirrors = ControllerMirrors(process.open, MonotonicClock())
+        mirrors = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
         mirrors.connect()
-        pending = pool.submit(mirrors.expose, ASIDE, settle_us=400_000, pulse_us=4000)
+        pending = pool.submit(mirrors.expose, ASIDE, settle_us=3_000_000, pulse_us=4000)
         assert cables.moved.wait(5)
 
         began_s = time.monotonic()
         mirrors.park()
         took_s = time.monotonic() - began_s
-        receipt = pending.result(timeout=5)
+        receipt = pending.result(timeout=20)
         process.status()
 
-        assert took_s < 0.2
+        assert took_s < 1.5  # it did not wait for the exposure
         assert receipt.volts == PARKED == mirrors.state.volts
         parked_ns = cables.drives[-1][0]
         assert cables.codes == REST

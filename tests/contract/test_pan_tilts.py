@@ -37,9 +37,9 @@ KINDS = ("grbl loopback", "grbl process", "ptu loopback", "ptu process", "manual
 GRBL_SPEED: Impairment = {"settings": {24: 1e6, 25: 1e6, 110: 1e6, 111: 1e6, 120: 1e6, 121: 1e6}}
 PTU_SPEED: Impairment = {"steps_per_s": 2_000_000, "slow_ns": -8_000_000}
 """Motors (and a unit) that are quick, for tests in real time: homing takes a tenth of a second."""
-GRBL_STROLL: Impairment = {"settings": {110: 3000.0, 111: 3000.0}}
-PTU_STROLL: Impairment = {"steps_per_s": 1000}
-"""Motors that take a second for 60 degrees: slow enough to be held on their way."""
+GRBL_STROLL: Impairment = {"settings": {110: 600.0, 111: 600.0}}
+PTU_STROLL: Impairment = {"steps_per_s": 200}
+"""Motors that take several seconds for 60 degrees: slow enough to be met on their way by a busy machine."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
 SPEED_RAD_S = math.radians(10_000.0)

@@ -28,8 +28,8 @@ from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
 KINDS = ("loopback", "process", "manual")
 BRISK = dict.fromkeys((24, 25, 110, 111, 112, 120, 121, 122), 1e6)
 """Settings of a board whose motors are quick, for tests in real time: homing takes a tenth of a second."""
-STROLL = {112: 15_000.0}
-"""A second for 250 mm: slow enough to be held on its way."""
+STROLL = {112: 6_000.0}
+"""A second for 100 mm: slow enough to be held on its way by a busy machine."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
 LIMITS = RailLimits(min_m=-0.3, max_m=0.3)

@@ -88,7 +88,7 @@ def test_a_cluster_of_two_workers_finds_what_one_process_does(alone: tuple[MapRu
 def test_a_scheduler_without_workers_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import LocalCluster  # an extra, and slow to import
 
-    monkeypatch.setattr(standoff_runs, "CONNECT_S", 0.5)
+    monkeypatch.setattr(standoff_runs, "WORKER_S", 0.5)
     with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
         n_workers=0, processes=False, dashboard_address=None, protocol="tcp"
     ) as cluster:

@@ -73,11 +73,15 @@ class FakeCamera:
     def call(self, name: str) -> None:
         """Count a call, and do to it what the faults say."""
         self.calls[name] += 1
-        if name in self.hangs:
-            self.hangs[name].wait(20.0)
+        self.hang(name)
         self.clock.sleep_until_ns(self.clock.now_ns() + self.blocks_ns.get(name, 0))
         if self.dead:
             raise NotConnected("serial F-1 does not answer; check its cable")
+
+    def hang(self, name: str) -> None:
+        """Return once nothing holds a call of this name."""
+        if (held := self.hangs.get(name)) is not None:
+            held.wait(20.0)
 
     def pulse(self) -> None:
         """Raise the trigger line."""
@@ -159,15 +163,13 @@ class FakeDevice:
 
     def alive(self) -> bool:
         self._camera.calls["alive"] += 1
-        if "alive" in self._camera.hangs:
-            self._camera.hangs["alive"].wait(20.0)
+        self._camera.hang("alive")
         clock = self._camera.clock
         clock.sleep_until_ns(clock.now_ns() + self._camera.blocks_ns.get("alive", 0))
         return not self._camera.dead
 
     def underruns(self) -> int:
-        if "underruns" in self._camera.hangs:
-            self._camera.hangs["underruns"].wait(20.0)
+        self._camera.hang("underruns")
         return self._camera.underruns
 
     def _next_exposure_ns(self) -> int | None:

@@ -117,14 +117,14 @@ def test_a_full_disk_is_told_and_what_it_did_not_take_is_written_once_there_is_r
         pages(store, "1")  # no more than it has
         told = [log.emit("k", "x" * 5000) for _ in range(30)]
         until(lambda: "storage.fault" in kinds(log))
-        assert any("the disk is full" in event.data.get("detail", "") for event in log.recent(5))
+        assert any("the disk is full" in event.data.get("detail", "") for event in log.recent(200))
         pages(store, "1073741823")
         until(lambda: "storage.recovered" in kinds(log))
         log.close()
         again = EventLog(store)
         kept = [event.id for event in again.after(0)]
         again.close()
-    assert kept == list(range(1, told[-1].id + 3))
+    assert kept == list(range(1, len(told) + 3))
     assert (log.fault, log.unwritten) == (None, 0)
 
 
@@ -153,8 +153,8 @@ def pages(store: Store, most: str) -> None:
 
 
 def kinds(log: EventLog) -> list[str]:
-    """Return the kinds of the newest events."""
-    return [event.kind for event in log.recent(5)]
+    """Return the kinds of the events."""
+    return [event.kind for event in log.recent(200)]
 
 
 def until(reached: Callable[[], bool]) -> None:

@@ -259,9 +259,10 @@ def test_a_job_beside_waits_for_no_other_and_the_stop_lets_it_go_on(bench: Bench
 def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Store) -> None:
     events = EventLog(store)
     jobs = JobRunner(store, events=events, clock=MonotonicClock())
-    noticed = threading.Event()
+    began, noticed = threading.Event(), threading.Event()
 
     def observe(context: JobContext) -> str:
+        began.set()
         while not context.cancelled():
             noticed.wait(0.001)
         noticed.set()
@@ -271,6 +272,7 @@ def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Stor
     jobs.handle("observe", observe, beside=True)
     jobs.start()
     job = jobs.submit("observe", {})
+    assert began.wait(PATIENCE_S)
     jobs.close()
     events.close()
 

@@ -34,6 +34,8 @@ QUICK = Patience(
     backoff_first_ns=20 * MS,
     backoff_most_ns=80 * MS,
 )
+HELD_S = 10.0
+"""Half as long as a call hangs: who returns before was not held by it."""
 TRIGGERED = replace(SETTINGS, triggered=True)
 COMMANDED = replace(TRIGGERED, trigger_source=TriggerSource.SOFTWARE)
 DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
@@ -66,14 +68,13 @@ def hanging(device: FakeCamera, call: str) -> Iterator[None]:
         release.set()
 
 
-def becomes(reached: Callable[[], bool], *, within_s: float = 5.0) -> float:
-    """Wait until something is so; return how long that took, s."""
+def becomes(reached: Callable[[], bool]) -> None:
+    """Wait until something is so."""
     began_s = time.monotonic()
     waiting = threading.Event()
     while not reached():
-        assert time.monotonic() - began_s < within_s, "it did not become so"
+        assert time.monotonic() - began_s < HELD_S, "it did not become so"
         waiting.wait(0.005)
-    return time.monotonic() - began_s
 
 
 def test_frames_come_in_order_with_their_epoch(device: FakeCamera) -> None:
@@ -93,8 +94,8 @@ def test_a_call_that_hangs_is_a_timeout_for_its_caller_and_says_what_hangs(devic
         with pytest.raises(Timeout, match=r"camera left: asked to configure.*has not answered"):
             camera.configure(replace(SETTINGS, gain_db=3.0))
 
-        assert time.monotonic() - began_s < 1.0
-        becomes(lambda: camera.link.phase in DOWN, within_s=0.5)
+        assert time.monotonic() - began_s < HELD_S
+        becomes(lambda: camera.link.phase in DOWN)
 
 
 def test_a_command_does_not_wait_behind_a_call_that_hangs(device: FakeCamera) -> None:
@@ -109,7 +110,7 @@ def test_a_command_does_not_wait_behind_a_call_that_hangs(device: FakeCamera) ->
         with pytest.raises(Timeout, match=r"camera left: asked to configure.*asked to read a register"):
             camera.configure(replace(TRIGGERED, gain_db=3.0))
 
-        assert time.monotonic() - began_s < 20.0  # its own deadline is a minute
+        assert time.monotonic() - began_s < HELD_S  # its own deadline is a minute
 
 
 def test_a_reader_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> None:
@@ -120,7 +121,7 @@ def test_a_reader_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> Non
             with pytest.raises((NotConnected, Timeout), match="camera left"):
                 list(camera.frames(20, timeout_ms=2000.0))
 
-            assert time.monotonic() - began_s < 2.5
+            assert time.monotonic() - began_s < HELD_S
 
 
 def test_a_triggered_camera_that_hangs_is_lost_as_soon_as_its_answer_is_overdue(device: FakeCamera) -> None:
@@ -128,13 +129,14 @@ def test_a_triggered_camera_that_hangs_is_lost_as_soon_as_its_answer_is_overdue(
         streaming(supervised(device, settings=TRIGGERED, patience=QUICK)) as camera,
         hanging(device, "alive"),
     ):
-        becomes(lambda: camera.link.phase is CameraPhase.LOST, within_s=1.0)
-
-        assert "read a register" in camera.link.reason
+        becomes(lambda: "read a register" in (seen := camera.link).reason and seen.phase in DOWN)
 
 
 def test_a_thread_that_hangs_for_good_is_replaced_and_the_camera_comes_back(device: FakeCamera) -> None:
-    with streaming(supervised(device, patience=QUICK)) as camera:
+    patience = replace(
+        QUICK, abandon_ns=1_000 * MS
+    )  # time enough to see that it hangs, and to let the next go
+    with streaming(supervised(device, patience=patience)) as camera:
         camera.configure(replace(SETTINGS, gain_db=4.0))
         last_seq = camera.read().seq
         release = threading.Event()
@@ -151,12 +153,11 @@ def test_a_thread_that_hangs_for_good_is_replaced_and_the_camera_comes_back(devi
     becomes(lambda: not camera_threads())
 
 
-def test_a_camera_that_stops_while_it_counts_is_noticed_within_a_second(device: FakeCamera) -> None:
+def test_a_camera_that_stops_while_it_counts_is_noticed(device: FakeCamera) -> None:
     with streaming(supervised(device)) as camera:
         camera.read()
         with hanging(device, "underruns"):
-            becomes(lambda: "underruns" in device.hangs and camera.link.phase in DOWN, within_s=2.5)
-            assert "asked to count" in camera.link.reason
+            becomes(lambda: "asked to count" in (seen := camera.link).reason and seen.phase in DOWN)
 
 
 def camera_threads() -> list[threading.Thread]:
@@ -177,13 +178,12 @@ def test_connecting_to_a_camera_known_to_be_lost_takes_only_a_moment(device: Fak
     camera = supervised(device, patience=QUICK)
     with pytest.raises(NotConnected, match="camera left: serial F-1 is not found"):
         camera.connect()
-    device.blocks_ns["open"] = 800 * MS
-    began_s = time.monotonic()
-    with pytest.raises(NotConnected, match="camera left"):
-        camera.connect()
+    with hanging(device, "open"):
+        began_s = time.monotonic()
+        with pytest.raises(NotConnected, match="camera left"):
+            camera.connect()
 
-    assert time.monotonic() - began_s < 1.0
-    device.blocks_ns.clear()
+        assert time.monotonic() - began_s < HELD_S
     camera.close()
 
 
@@ -207,7 +207,7 @@ def test_closing_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> None
     with hanging(device, "close"):
         began_s = time.monotonic()
         camera.close()
-        assert time.monotonic() - began_s < 1.0
+        assert time.monotonic() - began_s < HELD_S
     assert camera.link.phase is CameraPhase.CLOSED
     becomes(lambda: not camera_threads())
 

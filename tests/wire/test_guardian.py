@@ -106,7 +106,7 @@ def test_a_host_that_is_killed_leaves_parked_mirrors_and_a_free_port(
     assert (off_ns - killed_ns) / 1e9 < 1.0
     assert cables.codes_at(off_ns) == REST
     assert controller.status().malformed == 0
-    second = ControllerMirrors(controller.open, MonotonicClock())
+    second = ControllerMirrors(controller.open, MonotonicClock(), care=Care(answer_s=5.0))
     second.connect()
     second.close()
 
@@ -143,7 +143,7 @@ def guardian() -> Iterator[Guardian]:
 def test_a_port_handed_over_is_free_again_after_each_close(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
     for _ in range(3):
         mirrors.connect()
         assert mirrors.state.guarded
@@ -154,7 +154,7 @@ def test_a_port_handed_over_is_free_again_after_each_close(
 def test_the_guardian_holds_the_port_of_a_reconnect(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
     mirrors.connect()
     before = guardian.pid
     controller.unplug()
@@ -171,7 +171,7 @@ def test_the_guardian_holds_the_port_of_a_reconnect(
 def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian))
+    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
     mirrors.connect()
     first = guardian.pid
     assert first is not None

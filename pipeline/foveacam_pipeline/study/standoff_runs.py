@@ -36,7 +36,9 @@ AHEAD = 2
 """Batches per worker between two looks at whether the study was cancelled."""
 
 CONNECT_S = 10.0
-"""How long a scheduler may take to answer, and to have a worker."""
+"""How long a scheduler may take to answer."""
+WORKER_S = 10.0
+"""How long it may take to have a worker."""
 
 START_ONE = (
     "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
@@ -183,7 +185,7 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
 def _await_worker(client: "Client", cluster: str) -> None:
     """Raise where a scheduler has nobody to give work to."""
     try:
-        client.wait_for_workers(1, timeout=CONNECT_S)
+        client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError as error:
         raise NotConnected(
             f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster}` where "
