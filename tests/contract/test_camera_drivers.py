@@ -120,6 +120,7 @@ def test_the_newest_frame_is_repeated_while_it_is_young_enough(streaming: Camera
     streaming.read(timeout_ms=PATIENCE_MS)
     streaming.stop()
     streaming.start()
+    streaming.read(timeout_ms=PATIENCE_MS)
     first = streaming.latest(max_age_ms=1000.0)
     again = streaming.latest(max_age_ms=60_000.0)
 

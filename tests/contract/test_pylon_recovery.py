@@ -12,7 +12,7 @@ from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 
 SERIAL = "0815-0001"
-SETTINGS = CameraSettings(exposure_ns=1_000_000, gain_db=6.0, frame_rate_hz=50.0)
+SETTINGS = CameraSettings(exposure_ns=1_000_000, gain_db=6.0, frame_rate_hz=20.0)
 
 
 def wait_until(holds: Callable[[], bool]) -> None:

@@ -30,9 +30,10 @@ class FrameTap:
     def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
         """Show a camera frame, and hand it to whoever listens to its camera."""
         self._sink.publish_frame(frame, meta=meta)
-        for listener in self._listeners:
-            if frame.role in listener.roles:
-                listener.take(frame)
+        with self._lock:  # whoever has stopped listening gets no more
+            for listener in self._listeners:
+                if frame.role in listener.roles:
+                    listener.take(frame)
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
         """Show a computed picture, (h, w, 3) uint8 RGB."""
