@@ -220,15 +220,23 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
         process.wait(20)
 
 
-@pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
-    """Captures wait behind every look while it is closed."""
+@contextmanager
+def gated() -> Iterator[threading.Event]:
+    """Let captures wait behind every look until the event is set, or the context ends."""
     found, saw = threading.Event(), CaptureWatch.saw
 
     def wait_behind(watch: CaptureWatch, frames: tuple[Frame, ...]) -> None:
         saw(watch, frames)
         found.wait(PATIENCE_S)
 
-    monkeypatch.setattr(CaptureWatch, "saw", wait_behind)
-    yield found
-    found.set()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CaptureWatch, "saw", wait_behind)
+        yield found
+        found.set()
+
+
+@pytest.fixture
+def gate() -> Iterator[threading.Event]:
+    """Captures wait behind every look while it is closed."""
+    with gated() as found:
+        yield found

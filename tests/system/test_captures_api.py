@@ -17,7 +17,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_server.runtime.store import Document
 
-from .conftest import API, PATIENCE_S, Running
+from .conftest import API, PATIENCE_S, Running, gated
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -70,13 +70,16 @@ def ended(server: Running, job: Document) -> Document:
 @pytest.fixture(scope="module")
 def kept(server: Running) -> Document:
     """A capture that was cancelled after its first points and gone on with to its end."""
-    capture_id, job = begin(server, "kept", plan(), Idempotency_Key="one")
-    again = server.post(URL, {"name": "kept", "plan": plan()}, Idempotency_Key="one")
-    assert again.json()["id"] == job["id"]
-    refused = server.post(URL, {"name": "another", "plan": plan()})
-    assert (refused.status_code, refused.json()["found"]) == (409, "capture kept is using the rig")
-    until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
-    server.post(f"/jobs/{job['id']}/cancel")
+    with gated() as gate:
+        capture_id, job = begin(server, "kept", plan(), Idempotency_Key="one")
+        again = server.post(URL, {"name": "kept", "plan": plan()}, Idempotency_Key="one")
+        assert again.json()["id"] == job["id"]
+        refused = server.post(URL, {"name": "another", "plan": plan()})
+        assert (refused.status_code, refused.json()["found"]) == (409, "capture kept is using the rig")
+        gate.set()
+        until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
+        gate.clear()
+        server.post(f"/jobs/{job['id']}/cancel")
     assert ended(server, job)["state"] == "cancelled"
     partial: Document = server.get(f"{URL}/{capture_id}").json()
     assert (partial["state"], partial["resumable"]) == ("partial", True)

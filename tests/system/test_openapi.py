@@ -14,7 +14,7 @@ from schemathesis.core.result import Ok
 from foveacam_server.app import create_app
 from foveacam_server.settings import Settings
 
-from .conftest import API, Running
+from .conftest import API, PATIENCE_S, Running
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -64,7 +64,7 @@ def test_generated_requests_meet_no_server_error_and_answers_fit_their_descripti
         def ask(case: Case[Any]) -> None:  # Any: whatever the case carries
             nonlocal tried
             tried += 1
-            answer = case.call(base_url=str(server.http.base_url))
+            answer = case.call(base_url=str(server.http.base_url), timeout=PATIENCE_S)
             case.validate_response(answer, excluded_checks=left_out)  # type: ignore[arg-type]  # its own registry's types
 
         ask()

@@ -14,6 +14,7 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.runtime.store import Document
 
 from .conftest import API, PATIENCE_S, Running
+from .test_captures_api import ended
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -65,10 +66,10 @@ def kept(server: Running) -> Document:
     assert [found["id"] for found in server.get(URL).json()] == [live["id"]]
     assert now["duration_s"] > 0.0
 
-    ended = server.post(f"{URL}/{live['id']}/stop")
+    stopped = server.post(f"{URL}/{live['id']}/stop")
 
-    assert ended.status_code == 200, ended.text
-    found: Document = ended.json()
+    assert stopped.status_code == 200, stopped.text
+    found: Document = stopped.json()
     return found
 
 
@@ -76,7 +77,7 @@ def test_a_recording_made_beside_a_fixation_counts_every_frame_and_carries_its_p
     server: Running, kept: Document
 ) -> None:
     assert (kept["state"], kept["why"], kept["label"]) == ("complete", "", "a fixation in between")
-    job = server.get(f"/jobs/{kept['id'].replace('rec-', 'job-')}").json()
+    job = ended(server, {"id": kept["id"].replace("rec-", "job-")})
     assert (job["state"], job["result_url"]) == ("succeeded", kept["url"])
     for stream in kept["streams"]:
         assert stream["published"] == stream["written"] + stream["dropped"] == stream["frames"]
@@ -140,7 +141,8 @@ def test_a_part_of_the_file_is_sent_and_it_is_the_file(server: Running, kept: Do
 
 def test_a_film_is_made_once(server: Running, kept: Document) -> None:
     base = f"{URL}/{kept['id']}/films"
-    asked = {"show": "anaglyph", "fps": 5.0, "end_s": 0.3}
+    first_s = server.get(f"{URL}/{kept['id']}/timeline").json()["streams"][1]["t_s"][0]
+    asked = {"show": "anaglyph", "fps": 5.0, "end_s": first_s + 0.3}
     made = server.post(base, asked, Prefer="wait=60")
     assert made.status_code == 200, made.text
 

@@ -61,7 +61,7 @@ class Live:
         return f"{scheme}://127.0.0.1:{self.port}{path}"
 
     def get(self, path: str) -> httpx.Response:
-        return httpx.get(self.url(path), trust_env=False)
+        return httpx.get(self.url(path), trust_env=False, timeout=PATIENCE_S)
 
     @asynccontextmanager
     async def viewer(self, **scales: int) -> AsyncIterator["Client"]:
@@ -282,21 +282,25 @@ def test_a_thin_line_shows_late_pictures_but_never_old_ones(live: Live) -> None:
         async with thin_line(port=live.port, bytes_per_s=bytes_per_s) as port:
             viewer = Viewer(f"ws://127.0.0.1:{port}{SOCKET}", {"wide": 1, "left": 2, "right": 2})
             task = asyncio.create_task(viewer.watch())
-            picture_bytes = 0
+            picture_bytes, late_s = 0, []
             for seq in range(1, round(4 * rate_hz)):
                 for view in ("wide", "left", "right"):
                     live.publish(view, seq, height=360, width=480)
                 picture_bytes = (
                     len(live.get("/api/v1/views/wide/snapshot.jpg").content) if seq == 1 else picture_bytes
                 )
+                due_s = time.monotonic() + 1.0 / rate_hz
                 await asyncio.sleep(1.0 / rate_hz)
+                late_s.append(time.monotonic() - due_s)
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
         # Published at 20 Hz the three views are more than the line carries, so that a queue would grow
         assert rate_hz * 1.5 * picture_bytes > 1.5 * bytes_per_s
         settled = viewer.arrivals[len(viewer.arrivals) // 4 :]
         assert len(settled) > 10
-        assert float(np.percentile([arrival.age_s for arrival in settled], 95)) <= 0.5
+        # What this machine stood still makes pictures older, the line's queue does not
+        age_s, stood_s = (float(np.percentile(of, 95)) for of in ([one.age_s for one in settled], late_s))
+        assert age_s <= 0.5 + 5.0 * stood_s
 
     play(scenario)
 

@@ -36,7 +36,7 @@ class Live:
         return f"http://127.0.0.1:{self.port}{path}"
 
     def get(self, path: str) -> httpx.Response:
-        return httpx.get(self.url(path), trust_env=False)
+        return httpx.get(self.url(path), trust_env=False, timeout=PATIENCE_S)
 
 
 @pytest.fixture

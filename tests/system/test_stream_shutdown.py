@@ -22,7 +22,7 @@ async def watch_and_stop(process: "subprocess.Popen[str]", *, port: int) -> floa
     viewers = [Viewer(f"ws://{root}/api/v1/views/ws", {"wide": 1, "left": 2}) for _ in range(8)]
     tasks = [asyncio.create_task(viewer.watch()) for viewer in viewers]
     async with (
-        httpx.AsyncClient(trust_env=False) as http,
+        httpx.AsyncClient(trust_env=False, timeout=PATIENCE_S) as http,
         connect(f"ws://{root}/api/v1/views/ws", compression=None, proxy=None),
         http.stream("GET", f"http://{root}/api/v1/views/wide/stream.mjpeg") as mjpeg,
     ):

@@ -87,7 +87,9 @@ async def read_until(socket: ClientConnection, name: str) -> list[dict[str, Any]
 
 
 def test_the_page_is_viser_s_own_and_never_cached(port: int) -> None:
-    answer = httpx.get(f"http://127.0.0.1:{port}/viser", follow_redirects=True, trust_env=False)
+    answer = httpx.get(
+        f"http://127.0.0.1:{port}/viser", follow_redirects=True, trust_env=False, timeout=PATIENCE_S
+    )
     assert answer.url.path == "/viser/"
     assert answer.headers["cache-control"] == "no-store"
     assert "document.hasFocus" in answer.text
@@ -96,7 +98,7 @@ def test_the_page_is_viser_s_own_and_never_cached(port: int) -> None:
 
 
 def test_inside_the_console_the_page_shows_no_second_copy_of_the_views(port: int) -> None:
-    answer = httpx.get(f"http://127.0.0.1:{port}/viser/?embedded=1", trust_env=False)
+    answer = httpx.get(f"http://127.0.0.1:{port}/viser/?embedded=1", trust_env=False, timeout=PATIENCE_S)
     assert "frame-src 'none'" in answer.headers["content-security-policy"]
 
 
@@ -212,7 +214,7 @@ def test_the_server_stops_at_once_while_somebody_watches(scene: ViewerScene) -> 
 
 def test_without_the_pane_the_page_says_so() -> None:
     with serving(application(None)) as served:
-        answer = httpx.get(f"http://127.0.0.1:{served}/viser/", trust_env=False)
+        answer = httpx.get(f"http://127.0.0.1:{served}/viser/", trust_env=False, timeout=PATIENCE_S)
         assert answer.status_code == 503
         assert answer.json()["type"] == "/problems/not-connected"
 

@@ -130,9 +130,9 @@ def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again
     panel = page.locator('[data-testid="floating-panel"] [data-dock-minimize]')
     wait_until(page, lambda: panel.count() == 1 and panel.get_attribute("aria-expanded") == "false")
     wait_until(page, lambda: page.locator('[data-dock-region-collapse="left"]').count() == 0)
-    canvas = page.locator("canvas[data-engine]").bounding_box()
-    assert canvas is not None
-    assert (canvas["x"], canvas["width"]) == (0, SIZE["width"])
+    canvas = page.locator("canvas[data-engine]")
+    whole = (0, SIZE["width"])
+    wait_until(page, lambda: (box := canvas.bounding_box()) is not None and (box["x"], box["width"]) == whole)
     assert not any(frame.url.endswith("/view") for frame in page.frames)
 
 

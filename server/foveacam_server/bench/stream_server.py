@@ -165,7 +165,7 @@ async def _serve() -> None:
         log_level="warning",
         access_log=False,
         ws_per_message_deflate=False,
-        timeout_graceful_shutdown=1,
+        timeout_graceful_shutdown=3,
     )
     server = _Server(config, app=app)
     loop = asyncio.get_running_loop()

@@ -267,13 +267,13 @@ class JobRunner:
         self._tell(job)
 
     def _ended_early(self, job: Job, otherwise: str) -> None:
-        job.state = JobState.CANCELLED
         reason = self._cancelled.get(job.id, otherwise)
         job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
+        job.state = JobState.CANCELLED  # last: whoever sees that it has ended finds why
 
     def _failed(self, job: Job, error: Exception) -> None:
-        job.state = JobState.FAILED
         job.problem = problem_of(error).document()
+        job.state = JobState.FAILED
 
     def _forget(self, job: Job) -> None:
         with self._lock:

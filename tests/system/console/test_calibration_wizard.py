@@ -216,6 +216,10 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
     )
     console.page.get_by_role("button", name="New", exact=True).click()
     console.page.get_by_role("button", name="Check again").click()
+    for _ in range(1000):
+        if held:
+            break
+        console.page.wait_for_timeout(10)
     assert not [path for _, path, _ in stand_in.asked if path.endswith("/runs")]
     with console.page.expect_response(re.compile("/runs$")):
         held[0].continue_()

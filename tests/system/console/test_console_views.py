@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from .browsing import TOUCH, Console, OpenConsole, is_fixation, posted
-from .own_server import Server
+from .own_server import PATIENCE_S, Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -71,7 +71,9 @@ def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, serv
     assert box is not None
     x, y = float(np.ceil(box["x"]) + 20), float(np.ceil(box["y"]) + 20)
     seen = grey(console.page.screenshot(clip={"x": x, "y": y, "width": 512, "height": 384}))
-    snapshot = grey(httpx.get(f"{server.url}api/v1/views/wide/snapshot.jpg", trust_env=False).content)
+    snapshot = grey(
+        httpx.get(f"{server.url}api/v1/views/wide/snapshot.jpg", trust_env=False, timeout=PATIENCE_S).content
+    )
     left, top, width = console.wide_box()
     per_css = 1440.0 / width
     origin_px = np.array([x + 0.5 - left, y + 0.5 - top]) * per_css - 0.5
@@ -124,6 +126,7 @@ def test_alt_drag_steers_to_where_it_ends_and_not_faster_than_20_a_second(
 ) -> None:
     page = console.page
     page.locator(".overlay .field .edge").wait_for(state="attached")  # drawn once the lens is known
+    page.evaluate("performance.clearResourceTimings()")  # the browser keeps 250 of them
     page.keyboard.down("Alt")
     page.mouse.move(*console.place(700.0, 500.0))
     page.mouse.down()

@@ -1,5 +1,6 @@
 """The rig's page below the cameras, on a server that says what a test has put into it."""
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -80,8 +81,9 @@ def test_controller_shows_its_line_its_clock_and_who_watches(
     ):
         expect(controller).to_contain_text(text)
     controller.get_by_role("button", name="Recover mirrors").click()
-    controller.get_by_role("button", name="Switch off").click()
     expect(controller.page.locator(".toast.good")).to_contain_text("started anew")
+    with controller.page.expect_response(re.compile("/mirrors/disable$")):
+        controller.get_by_role("button", name="Switch off").click()
     assert stand_in.orders("/mirrors/recover") and stand_in.orders("/mirrors/disable")
 
 
@@ -94,9 +96,11 @@ def test_rail_moves_to_places_and_positions_once_it_is_homed(
     expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
     stand_in.answers["/rail"] = documents.rail()
     rail.get_by_role("button", name="Home the rail").click()
-    rail.get_by_role("button", name="Move to the place far left").click()
+    with rail.page.expect_response(re.compile("/rail/moves$")):
+        rail.get_by_role("button", name="Move to the place far left").click()
     rail.get_by_label("Position").fill("12.5")
-    rail.get_by_label("Position").press("Enter")
+    with rail.page.expect_response(re.compile("/rail/moves$")):
+        rail.get_by_label("Position").press("Enter")
     rail.get_by_role("button", name="Hold the rail").click()
     expect(rail.locator(".pose")).to_have_text("0.0 mm")
     assert stand_in.orders("/rail/moves") == [{"place": "far left"}, {"position_mm": 12.5}]
