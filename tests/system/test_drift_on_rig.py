@@ -143,6 +143,18 @@ def test_a_rig_that_was_not_touched_is_left_alone() -> None:
     assert not check.significant, check.detail
 
 
+def test_a_slow_machine_is_given_the_time_that_a_lock_takes_and_no_more_than_that_to_none() -> None:
+    with relocated("calibration") as rig:
+        plainly(rig)
+        whole = shoot(rig, CERTIFICATE)
+        slow = shoot(rig, CERTIFICATE, DriftSettings(timeout_s=0.0))
+        slower = shoot(rig, CERTIFICATE, DriftSettings(timeout_s=0.0, longest_s=0.5))
+    assert slow.locked, slow.detail
+    assert FEW.least_places <= len(slow.places) < len(whole.places)
+    assert not slower.locked
+    assert "No lock: time was up after 1 s" in slower.detail
+
+
 def test_a_check_can_be_cancelled() -> None:
     class Impatient(Nobody):
         def cancelled(self) -> bool:

@@ -30,7 +30,9 @@ class DriftSettings:
     layout: MarkerLayout | None = field(default_factory=MarkerLayout)
     """The marker target that would tell a distance if it were in view; None: not looked for."""
     timeout_s: float = 20.0
-    """On the rig's clock."""
+    """No more places are looked at after that once there is a lock; on the rig's clock."""
+    longest_s: float = 120.0
+    """The same without a lock: what a computer takes that renders its own rig beside other work."""
     score: float = 0.55
     """Least correlation of each fovea with the wide patch."""
     fine_score: float = 0.7

@@ -50,6 +50,11 @@ def _vergence(found: DriftCheck, f_px: float) -> str:
 
 
 def _verdict(found: DriftCheck, settings: DriftSettings) -> str:
+    if not found.locked and found.duration_s > settings.longest_s:
+        return (
+            f"No lock: time was up after {found.duration_s:.0f} s; the cameras or the computer are too slow. "
+            "End what else keeps it busy, then check again."
+        )
     if not found.locked:
         return (
             f"No lock: at least {settings.least_places} places all over the field must agree; look at a "
