@@ -25,6 +25,7 @@ async def endless(scope: Scope, receive: Receive, send: Send) -> None:
 def test_a_client_that_stops_reading_leaves_no_socket_open_behind_the_server(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    gc.collect()  # what came before
     left: list[object] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda found: left.append(found.object))
     with serving(endless) as port:

@@ -26,8 +26,8 @@ from .fake_camera import SETTINGS, FakeCamera, supervised
 
 MS = 1_000_000
 QUICK = Patience(
-    call_ns=400 * MS,
-    alive_ns=100 * MS,
+    call_ns=1_000 * MS,
+    alive_ns=300 * MS,
     ask_ns=50 * MS,
     abandon_ns=200 * MS,
     reconnect_ns=150 * MS,
