@@ -128,7 +128,7 @@ def _suffer(tally: FaultTally, disk: Disk, host: BenchHost, rng: random.Random) 
     disk.free(host)
     back_ns = time.monotonic_ns()
     recovered_s = seconds_until(lambda: host.events.fault is None, since_ns=back_ns, within_s=RECOVER_S)
-    if noticed_s is None or late == LATE_IN_A_ROW or not taken:
+    if noticed_s is None or late == LATE_IN_A_ROW or (late and not taken):
         tally.add_hang()
         return
     # no reason to bring the mirrors to rest: the rig is as well as before
