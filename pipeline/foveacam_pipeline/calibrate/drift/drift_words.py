@@ -61,5 +61,5 @@ def _verdict(found: DriftCheck, settings: DriftSettings) -> str:
             "scene with more texture that stands still, or calibrate the mirrors again."
         )
     if found.significant:
-        return "The correction can be applied."
+        return "That is well beyond its own error."
     return "That is within its own error: nothing to correct."
