@@ -1,4 +1,5 @@
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,6 +91,44 @@ def test_after_a_correction_the_next_shot_finds_nothing_to_correct() -> None:
     assert again.locked
     assert not again.significant
     assert applied(corrected, again, created_utc=LATER).id == corrected.id
+
+
+HALF_PX = 0.5 / CALIBRATION.fovea_f_px
+RAISED, LOWERED = EyeTurn(turn_rad=(HALF_PX, 0.0, 0.0)), EyeTurn(turn_rad=(-HALF_PX, 0.0, 0.0))
+
+
+def test_a_pixel_between_the_eyes_in_height_is_corrected_alone_and_only_once() -> None:
+    check = judged(places(RAISED, LOWERED), CALIBRATION)
+    assert check.height_alone
+    assert re.search(
+        r"the right one [01]\.\d ± 0\.\d px lower than the left: that alone has drifted", check.detail
+    )
+    for role, sign in ((Role.LEFT, 1.0), (Role.RIGHT, -1.0)):
+        assert check.eye(role).significant
+        assert check.eye(role).turn.turn_rad == pytest.approx((sign * HALF_PX, 0.0, 0.0), abs=0.1 * HALF_PX)
+    corrected = applied(CALIBRATION, check, created_utc=LATER)
+    assert corrected.epipolar_sigma_px(10.0) < CALIBRATION.epipolar_sigma_px(10.0) + 0.2
+    again = judged(places(STILL, STILL, seed=5), corrected)
+    assert again.locked
+    assert not again.significant
+
+
+def test_a_later_correction_that_does_not_know_the_angle_between_the_eyes_keeps_the_doubt() -> None:
+    unseen = applied(CALIBRATION, judged(places(), CALIBRATION), created_utc=LATER)
+    up, down = (EyeTurn(turn_rad=(sign * 4.0 * HALF_PX, 0.0, 0.0)) for sign in (1.0, -1.0))
+    check = judged(places(up, down, seed=4), unseen)
+    assert check.height_alone
+    later = applied(unseen, check, created_utc=LATER)
+    assert later.pose_sigma_px(10.0) >= unseen.pose_sigma_px(10.0)
+    known = judged(places(known=2, seed=4), unseen)
+    assert applied(unseen, known, created_utc=LATER).pose_sigma_px(10.0) < 5.0
+
+
+def test_eyes_that_both_look_a_little_off_within_their_error_are_left_alone() -> None:
+    check = judged(places(RAISED, RAISED), CALIBRATION)
+    assert check.locked
+    assert not check.significant
+    assert not check.height_alone
 
 
 def test_a_corrected_calibration_names_its_parent_and_is_kept_whole(tmp_path: Path) -> None:

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Head, NotCalibrated, Role
-from foveacam_pipeline.calibrate.drift.drift_fit import DriftFit, field_sigma_rad, fit_drift
+from foveacam_pipeline.calibrate.drift.drift_eyes import eye_drifts, field_of
+from foveacam_pipeline.calibrate.drift.drift_fit import DriftFit, fit_drift
+from foveacam_pipeline.calibrate.drift.drift_height import height_alone
 from foveacam_pipeline.calibrate.drift.drift_known import known_spots
 from foveacam_pipeline.calibrate.drift.drift_look import Expectation, PlaceLooker
 from foveacam_pipeline.calibrate.drift.drift_places import Field, Spot, spots
-from foveacam_pipeline.calibrate.drift.drift_turn import TERMS, EyeTurn, turn_of, turned_eye
+from foveacam_pipeline.calibrate.drift.drift_turn import TERMS, EyeTurn, turned_eye
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftPlace, DriftSettings, EyeDrift
 from foveacam_pipeline.calibrate.drift.drift_view import drift_view
 from foveacam_pipeline.calibrate.drift.drift_words import words
@@ -33,7 +35,6 @@ AGREES = 4.0
 SPREAD = 0.4
 """The places of a lock cover at least this share of the field of regard along both axes."""
 DEFAULT = DriftSettings()
-FIELD_KNOTS = 9
 
 
 def one_shot(
@@ -70,13 +71,13 @@ def judged(
         replace(place, agrees=bool(missed < AGREES)) for place, missed in zip(places, fit.missed, strict=True)
     )
     known = _vergence_known(marked, fit, calibration, settings)
-    terms, covariance = _kept(fit, vergence=known)
-    left, right = (
-        _eye_drift(terms[part], covariance[part, part], calibration, role, settings)
-        for role, part in ((Role.LEFT, slice(0, TERMS)), (Role.RIGHT, slice(TERMS, 2 * TERMS)))
-    )
+    left, right = eye_drifts(*_kept(fit, vergence=known), calibration, settings)
     locked = _locked(marked, calibration, settings)
     significant = locked and (left.significant or right.significant)
+    height = height_alone(fit) if locked and not significant else None
+    if height is not None:
+        left, right = eye_drifts(*height, calibration, settings)
+        significant = True
     found = DriftCheck(
         calibration_id=calibration.id,
         rig_id=calibration.rig_id,
@@ -88,6 +89,7 @@ def judged(
         vergence_sigma_rad=0.0 if known or not significant else _blind_sigma_rad(left.turn, right.turn),
         locked=locked,
         significant=significant,
+        height_alone=height is not None,
         residual_px=fit.residual_px,
         duration_s=duration_s,
         detail="",
@@ -128,8 +130,9 @@ def _corrected_eye(calibration: Calibration, found: DriftCheck, role: Role) -> E
     eye = turned_eye(calibration.eye(role), drift.turn, f_px=calibration.fovea_f_px)
     own = drift.sigma_px / calibration.fovea_f_px / math.sqrt(2.0)
     sigma_x, sigma_y = eye.mirror.sigma_rad
-    if calibration.origin == "corrected":  # what an earlier correction stated, this one replaces
-        sigma_x, sigma_y = max(min(sigma_x, sigma_y), own), max(sigma_y, own)
+    if calibration.origin == "corrected":  # what an earlier correction stated, one that knows replaces
+        sigma_x = max(min(sigma_x, sigma_y) if found.vergence_known else sigma_x, own)
+        sigma_y = max(sigma_y, own)
     else:
         sigma_x, sigma_y = math.hypot(sigma_x, own), math.hypot(sigma_y, own)
     blind = math.sqrt(2.0) * found.vergence_sigma_rad
@@ -240,47 +243,12 @@ def _kept(fit: DriftFit, *, vergence: bool) -> tuple[NDArray[np.float64], NDArra
     return keep @ fit.terms, keep @ fit.covariance @ keep
 
 
-def _eye_drift(
-    terms: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    calibration: Calibration,
-    role: Role,
-    settings: DriftSettings,
-) -> EyeDrift:
-    turn = turn_of(terms)
-    field = _field(calibration, role)
-    f_px = calibration.fovea_f_px
-    moved_px = f_px * _rms2(turn.apply(field) - field)
-    sigma_px = f_px * _rms2(field_sigma_rad(covariance, field, turn))
-    sigmas = np.sqrt(np.diag(covariance))
-    return EyeDrift(
-        turn=turn,
-        shift_sigma_rad=(float(sigmas[1]), float(sigmas[0])),
-        roll_sigma_rad=float(sigmas[2]),
-        moved_px=moved_px,
-        sigma_px=sigma_px,
-        significant=moved_px > settings.significant * sigma_px,
-    )
-
-
-def _field(calibration: Calibration, role: Role) -> NDArray[np.float64]:
-    """Return (n, 2) tangents all over an eye's field of regard."""
-    hull = calibration.eye(role).mirror.hull_rad
-    xs, ys = (np.linspace(hull[:, k].min(), hull[:, k].max(), FIELD_KNOTS) for k in (0, 1))
-    return np.tan(np.array([(x, y) for x in xs for y in ys], dtype=np.float64))
-
-
-def _rms2(vectors: NDArray[np.float64]) -> float:
-    """Return the root mean square length of (n, 2) vectors."""
-    return math.sqrt(float(np.mean(np.sum(vectors**2, axis=1))))
-
-
 def _locked(places: tuple[DriftPlace, ...], calibration: Calibration, settings: DriftSettings) -> bool:
     """Return whether enough places agree, spread over the field."""
     agreeing = np.array([place.target for place in places if place.agrees])
     if len(agreeing) < max(settings.least_places, settings.least_share * len(places)):
         return False
-    field = _field(calibration, Role.LEFT)
+    field = field_of(calibration, Role.LEFT)
     return bool((np.ptp(agreeing, axis=0) > SPREAD * np.ptp(field, axis=0)).all())
 
 

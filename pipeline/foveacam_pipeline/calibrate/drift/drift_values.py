@@ -128,6 +128,8 @@ class DriftCheck:
     residual_px: float
     duration_s: float
     detail: str
+    height_alone: bool = False
+    """Each eye is within its own error, but how far apart they look in height is not: that alone is found."""
 
     def eye(self, role: Role) -> EyeDrift:
         """Return the left or the right eye's."""

@@ -12,7 +12,7 @@ def words(found: DriftCheck, *, settings: DriftSettings, f_px: float) -> str:
     return " ".join(
         [
             _agreement(found),
-            *(_eye(found, role) for role in EYES),
+            *(_height(found, f_px) if found.height_alone else (_eye(found, role) for role in EYES)),
             _vergence(found, f_px),
             _verdict(found, settings),
         ]
@@ -33,6 +33,16 @@ def _eye(found: DriftCheck, role: Role) -> str:
     return (
         f"The {role} eye is off by {ax_deg:+.4f}° across, {ay_deg:+.4f}° down and {roll_deg:+.3f}° of roll: "
         f"{eye.moved_px:.1f} ± {eye.sigma_px:.1f} px over the field."
+    )
+
+
+def _height(found: DriftCheck, f_px: float) -> tuple[str]:
+    apart_px = f_px * (found.right.turn.shift_rad[1] - found.left.turn.shift_rad[1])
+    sigma_px = f_px * (found.left.shift_sigma_rad[1] + found.right.shift_sigma_rad[1])
+    where = "lower" if apart_px > 0.0 else "higher"
+    return (
+        "Each eye looks where it should, within its own error, but the right one "
+        f"{abs(apart_px):.1f} ± {sigma_px:.1f} px {where} than the left: that alone has drifted.",
     )
 
 
@@ -61,5 +71,5 @@ def _verdict(found: DriftCheck, settings: DriftSettings) -> str:
             "scene with more texture that stands still, or calibrate the mirrors again."
         )
     if found.significant:
-        return "That is well beyond its own error."
+        return "What has drifted is well beyond its own error."
     return "That is within its own error: nothing to correct."
