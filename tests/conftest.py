@@ -18,9 +18,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Give every process of the tests three emulated Basler cameras, and examples the time they take."""
     os.environ.setdefault("PYLON_CAMEMU", "3")
-    settings.register_profile(
-        "busy", deadline=None
-    )  # a moment in which this machine stands still is no failure
+    # A moment in which this machine stands still is no failure of an example
+    settings.register_profile("busy", deadline=None)
     settings.load_profile("busy")
 
 
