@@ -1,8 +1,8 @@
-"""How far apart the eyes look in height: known ten times as well as where each of them looks.
+"""How far apart the eyes look in height: known several times as well as where each of them looks.
 
-Both eyes see the same thing, so that what the wide camera and its lens lack falls out. A pixel, as a night
-leaves it, is within the error of each eye's own shift and far beyond that of their difference; it is the
-difference that rows, depth and the health of a calibration feel.
+Both eyes see the same thing, so that what the wide camera and its lens lack falls out. A pixel, as mounts
+drift in minutes, is within the error of each eye's own correction and far beyond that of their difference;
+it is the difference that rows and the health of a calibration feel.
 """
 
 import math
