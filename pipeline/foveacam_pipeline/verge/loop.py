@@ -28,7 +28,15 @@ from foveacam_pipeline.verge.search import Found, Search
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
 from foveacam_pipeline.verge.template import Template
-from foveacam_pipeline.verge.values import Fixation, FixationState, Phase, Target, VergeStep
+from foveacam_pipeline.verge.values import (
+    Basis,
+    EyeView,
+    Fixation,
+    FixationState,
+    Phase,
+    Target,
+    VergeStep,
+)
 from foveacam_pipeline.verge.way_back import ways_back
 
 DEFAULT = VergeSettings()
@@ -87,6 +95,9 @@ def fixate(
 def _with_result(answer: Fixation, verged: _Verged) -> Fixation:
     return replace(
         answer,
+        basis=Basis.BOTH_FOVEAE,
+        left_view=EyeView(sees_target=True),
+        right_view=EyeView(sees_target=True),
         distance_m=verged.place.distance_m,
         distance_sigma_m=verged.place.distance_sigma_m,
         point_rig_m=verged.place.point_rig_m,

@@ -18,6 +18,19 @@ class FixationState(StrEnum):
     TIMED_OUT = "timed_out"
 
 
+class Basis(StrEnum):
+    """How the distance of a fixation is known."""
+
+    BOTH_FOVEAE = "both_foveae"
+    """Left against right, baseline 0.2 m, confirmed by the wide view."""
+    FOVEA_AND_WIDE = "fovea_and_wide"
+    """One fovea against the wide camera, baseline 0.1 m: the other eye cannot see the point."""
+    SURROUNDINGS = "surroundings"
+    """Inferred from measured neighbours: the point itself has nothing that could be matched."""
+    BOUND = "bound"
+    """No distance, only limits of it."""
+
+
 class Phase(StrEnum):
     """What one step of the loop did."""
 
@@ -76,11 +89,42 @@ class VergeStep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DistanceBound:
+    """Limits of a distance from the rig's origin, metres; `farthest_m` is infinite when there is none."""
+
+    nearest_m: float
+    farthest_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alternative:
+    """One of several distances that a target may have; the probabilities of all add up to 1."""
+
+    basis: Basis
+    distance_m: float
+    distance_sigma_m: float
+    point_rig_m: tuple[float, float, float]
+    probability: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EyeView:
+    """What one fovea shows at the end of a fixation.
+
+    `sees_target`: whether the target is visible in it. `reason`: one sentence when it is not, else empty.
+    """
+
+    sees_target: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Fixation:
     """The answer to one target.
 
-    `distance_m` is the distance of the point from the rig's origin (the wide camera's centre);
-    `point_rig_m` is (X, Y, Z) in the rig frame. All are None unless `state` is `verged`.
+    `state` is how the closed loop of both foveae ended; `basis` is how the distance is known, which may be by
+    other means. `distance_m` is the distance of the point from the rig's origin (the wide camera's centre);
+    `point_rig_m` is (X, Y, Z) in the rig frame. All three are None when `basis` is `bound` or None.
     """
 
     state: FixationState
@@ -92,6 +136,13 @@ class Fixation:
     distance_m: float | None = None
     distance_sigma_m: float | None = None
     point_rig_m: tuple[float, float, float] | None = None
+    basis: Basis | None = None
+    bound: DistanceBound | None = None
+    """Set when `basis` is `bound`."""
+    alternatives: tuple[Alternative, ...] = ()
+    """Empty, or two and more, the most probable first: that one is the answer above."""
+    left_view: EyeView | None = None
+    right_view: EyeView | None = None
     residual_px: float | None = None
     score: float | None = None
     volts: StereoVolts | None = None

@@ -137,8 +137,41 @@ class StepDocument(Told):
     compute_ms: float | None
 
 
+Basis = Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"]
+"""How a distance is known: left against right; one fovea against the wide camera; inferred from measured
+neighbours; not at all, only limits of it."""
+
+
+class BoundDocument(Told):
+    """Limits of a distance; `farthest_m` is null when there is none."""
+
+    nearest_m: float
+    farthest_m: float | None
+
+
+class AlternativeDocument(Told):
+    """One of several distances that a target may have; the probabilities of all add up to 1."""
+
+    basis: Basis
+    distance_m: float
+    distance_sigma_m: float
+    point_rig_m: tuple[float, float, float]
+    probability: float
+
+
+class EyeViewDocument(Told):
+    """What one fovea shows at the end of a fixation; `reason` says why it does not see the target."""
+
+    sees_target: bool
+    reason: str
+
+
 class FixationDocument(Told):
-    """The answer to one target; distance and point are null unless it verged."""
+    """The answer to one target.
+
+    `state` is how the closed loop of both foveae ended, `basis` how the distance is known, which may be by
+    other means. Distance and point are null where `basis` is `bound` or null.
+    """
 
     id: str
     job_id: str
@@ -150,6 +183,11 @@ class FixationDocument(Told):
     distance_m: float | None
     distance_sigma_m: float | None
     point_rig_m: tuple[float, float, float] | None
+    basis: Basis | None = None
+    bound: BoundDocument | None = None
+    alternatives: list[AlternativeDocument] = []
+    left_view: EyeViewDocument | None = None
+    right_view: EyeViewDocument | None = None
     residual_px: float | None
     score: float | None
     duration_ms: float | None
@@ -160,7 +198,7 @@ class FixationDocument(Told):
 
 
 class TargetDocument(Told):
-    """A point that was verged on and kept."""
+    """A point that was looked at, its distance known, and kept."""
 
     id: str
     label: str
@@ -168,6 +206,8 @@ class TargetDocument(Told):
     distance_m: float
     distance_sigma_m: float
     point_rig_m: tuple[float, float, float]
+    basis: Basis = "both_foveae"
+    alternatives: list[AlternativeDocument] = []
     ax_deg: float
     ay_deg: float
     x_px: float

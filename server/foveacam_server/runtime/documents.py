@@ -3,7 +3,7 @@
 import math
 
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.values import Fixation, VergeStep
+from foveacam_pipeline.verge.values import Alternative, EyeView, Fixation, VergeStep
 from foveacam_server.runtime.names import age_s
 from foveacam_server.runtime.store import Document
 
@@ -51,12 +51,38 @@ def fixation_document(fixation: Fixation, *, calibration: Calibration) -> Docume
         "distance_m": rounded(fixation.distance_m, 6),
         "distance_sigma_m": rounded(fixation.distance_sigma_m, 6),
         "point_rig_m": None if point is None else [round(value, 6) for value in point],
+        "basis": None if fixation.basis is None else fixation.basis.value,
+        "bound": _bound_document(fixation),
+        "alternatives": [_alternative_document(other) for other in fixation.alternatives],
+        "left_view": _eye_view_document(fixation.left_view),
+        "right_view": _eye_view_document(fixation.right_view),
         "residual_px": rounded(fixation.residual_px, 3),
         "score": rounded(fixation.score, 4),
         "duration_ms": rounded(fixation.duration_ms, 1),
         "steps": [step_document(step) for step in fixation.steps],
         "calibration_id": calibration.id,
     }
+
+
+def _bound_document(fixation: Fixation) -> Document | None:
+    bound = fixation.bound
+    if bound is None:
+        return None
+    return {"nearest_m": rounded(bound.nearest_m, 6), "farthest_m": rounded(bound.farthest_m, 6)}
+
+
+def _alternative_document(alternative: Alternative) -> Document:
+    return {
+        "basis": alternative.basis.value,
+        "distance_m": rounded(alternative.distance_m, 6),
+        "distance_sigma_m": rounded(alternative.distance_sigma_m, 6),
+        "point_rig_m": [round(value, 6) for value in alternative.point_rig_m],
+        "probability": rounded(alternative.probability, 4),
+    }
+
+
+def _eye_view_document(view: EyeView | None) -> Document | None:
+    return None if view is None else {"sees_target": view.sees_target, "reason": view.reason}
 
 
 def calibration_document(

@@ -153,6 +153,8 @@ class FixationService:
             "distance_m": document["distance_m"],
             "distance_sigma_m": document["distance_sigma_m"],
             "point_rig_m": document["point_rig_m"],
+            "basis": document["basis"],
+            "alternatives": document["alternatives"],
             "ax_deg": seen["ax_deg"],
             "ay_deg": seen["ay_deg"],
             "x_px": seen["x_px"],

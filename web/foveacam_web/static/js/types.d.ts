@@ -108,6 +108,18 @@ export type VergeStep = {
 
 export type FixationState = "verged" | "no_texture" | "lost" | "out_of_range" | "timed_out";
 
+export type Basis = "both_foveae" | "fovea_and_wide" | "surroundings" | "bound";
+
+export type Alternative = {
+  basis: Basis;
+  distance_m: number;
+  distance_sigma_m: number;
+  point_rig_m: [number, number, number];
+  probability: number;
+};
+
+export type EyeView = { sees_target: boolean; reason: string };
+
 export type FixationDocument = {
   id: string;
   job_id: string;
@@ -119,6 +131,11 @@ export type FixationDocument = {
   distance_m: number | null;
   distance_sigma_m: number | null;
   point_rig_m: [number, number, number] | null;
+  basis: Basis | null;
+  bound: { nearest_m: number; farthest_m: number | null } | null;
+  alternatives: Alternative[];
+  left_view: EyeView | null;
+  right_view: EyeView | null;
   residual_px: number | null;
   score: number | null;
   duration_ms: number | null;
@@ -135,6 +152,8 @@ export type TargetDocument = {
   distance_m: number | null;
   distance_sigma_m: number | null;
   point_rig_m: [number, number, number] | null;
+  basis: Basis;
+  alternatives: Alternative[];
   ax_deg: number;
   ay_deg: number;
   x_px: number | null;
