@@ -14,6 +14,10 @@ from foveacam_hardware.contract import OutOfRange, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 
 EYES = (Role.LEFT, Role.RIGHT)
+EDGE_MARGIN = 1.0e-3
+"""A gaze nearer to the edge of the field than this share of its way from the middle counts as beyond it."""
+CLAMP_STEPS = 400
+"""So finely the way from the middle of a mirror's field to a gaze beyond it is tried: 0.03 degrees."""
 REACH_STEPS = 40
 """So finely the reach along a line of sight is tried: 0.02 1/m, a tenth of a fovea's field."""
 
@@ -51,9 +55,16 @@ def gazes_under(calibration: Calibration, volts: StereoVolts) -> Gazes:
 
 def reaches(calibration: Calibration, gazes: Gazes) -> bool:
     """Return whether both eyes are calibrated to look so."""
-    return all(
-        calibration.eye(role).mirror.contains(*(math.atan(t) for t in gazes.eye(role))) for role in EYES
-    )
+    return len(reachable_eyes(calibration, gazes)) == len(EYES)
+
+
+def reachable_eyes(calibration: Calibration, gazes: Gazes) -> set[Role]:
+    """Return the eyes that are calibrated to look so."""
+    return {
+        role
+        for role in EYES
+        if calibration.eye(role).mirror.contains(*(math.atan(t) for t in gazes.eye(role)))
+    }
 
 
 def reach_span(
@@ -68,6 +79,27 @@ def reach_span(
         inside &= calibration.eye(role).mirror.inside(angles_rad)
     reached = tried[inside]
     return (float(reached[0]), float(reached[-1])) if len(reached) else None
+
+
+def nearest_reachable(calibration: Calibration, role: Role, gaze: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the gaze itself, or, beyond the calibrated field, the last one inside on the way to its middle.
+
+    `gaze`: (2,) tangents, as is what is returned.
+    """
+    mirror = calibration.eye(role).mirror
+    middle = np.tan(mirror.hull_rad.mean(axis=0))
+    if mirror.contains(*np.arctan(gaze + EDGE_MARGIN * (gaze - middle)).tolist()):
+        return gaze
+    tried = middle + np.linspace(0.0, 1.0, CLAMP_STEPS + 1)[:, None] * (gaze - middle)
+    inside = mirror.inside(np.arctan(tried))
+    first_outside = len(tried) if inside.all() else int(np.argmin(inside))
+    return np.asarray(tried[max(0, first_outside - 2)], dtype=np.float64)
+
+
+def clamp_gazes(calibration: Calibration, gazes: Gazes) -> Gazes:
+    """Return each eye's gaze, or the nearest to it that the eye can take."""
+    left, right = (nearest_reachable(calibration, role, gazes.eye(role)) for role in EYES)
+    return Gazes(left=left, right=right)
 
 
 def volts_for(calibration: Calibration, gazes: Gazes) -> StereoVolts:

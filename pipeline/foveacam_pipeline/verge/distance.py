@@ -46,3 +46,15 @@ def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> 
         distance_m=float(np.linalg.norm(point)),
         distance_sigma_m=float(sigma_m[0]),
     )
+
+
+def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> Place:
+    """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`."""
+    way = np.append(target, 1.0)
+    x_m, y_m, z_m = (way / inverse_z_per_m).tolist()
+    length = float(np.linalg.norm(way))
+    return Place(
+        point_rig_m=(x_m, y_m, z_m),
+        distance_m=length / inverse_z_per_m,
+        distance_sigma_m=length * sigma_per_m / inverse_z_per_m**2,
+    )

@@ -82,13 +82,13 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
     The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
     grazing angle) or does not tell, narrower ones, upright and leaning.
     """
-    z_m = _depth_m(calibration, sighting, guess)
+    z_m = guessed_depth_m(calibration, sighting, guess)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
     told_px = left_px - right_px
     half = WIDER.half_px + MARGIN_PX
-    left = _patch(sighting, calibration, Role.LEFT, z_m, left_px, (half, half))
+    left = eye_patch(sighting, calibration, Role.LEFT, z_m, left_px, (half, half))
     size = (half + guess.reach_px[0], half + guess.reach_px[1])
-    right = _patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
+    right = eye_patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
     best = _best_placed(left, right, guess.reach_px, told_px)
     residual = told_px - best.place_px
     return FineMatch(
@@ -128,14 +128,14 @@ def _contrast(patch: Patch) -> float:
     return float(patch.cut((NARROWER.half_px, NARROWER.half_px)).std())
 
 
-def _depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:
+def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:
     """Return the depth along z that the guess means, m, for the parallax of pivots and pupils."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
     return calibration.baseline_m / apart if apart > 0.0 else math.inf
 
 
-def _patch(
+def eye_patch(
     sighting: Sighting,
     calibration: Calibration,
     role: Role,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.aim import Gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_for
 from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.passing import Surroundings, wait_until_still
 from foveacam_pipeline.verge.settings import VergeSettings
@@ -67,7 +67,8 @@ class Looker:
         self._head = head
         self._calibration = calibration
         self._clock = clock
-        self._limits = limits
+        self._max_looks = limits.max_looks
+        self._deadline_ms = 1e3 * limits.timeout_s
         self._on_step = on_step
         self._cancelled = cancelled
         self._started_ns = clock.now_ns()
@@ -84,8 +85,7 @@ class Looker:
     @property
     def out_of_time(self) -> bool:
         """Whether the deadline has passed or no look is left."""
-        late = self.elapsed_ms > 1e3 * self._limits.timeout_s
-        return late or len(self._steps) >= self._limits.max_looks
+        return self.elapsed_ms > self._deadline_ms or len(self._steps) >= self._max_looks
 
     @property
     def elapsed_ms(self) -> float:
@@ -108,13 +108,22 @@ class Looker:
         with self._own.paused():
             wait_until_still(around, self.wide, self._clock)
 
+    def look_clamped(self, gazes: Gazes, phase: Phase) -> Seen:
+        """Steer each eye, or as near as it can turn, and look; raise Ended at the limits."""
+        return self.look(clamp_gazes(self._calibration, gazes), phase)
+
+    def grant(self, *, looks: int, seconds: float) -> None:
+        """Allow so many further looks and seconds, counted from now."""
+        self._max_looks = len(self._steps) + looks
+        self._deadline_ms = self.elapsed_ms + 1e3 * seconds
+
     def look(self, gazes: Gazes, phase: Phase) -> Seen:
         """Steer both eyes and look; raise Ended beyond the calibrated field or the limits."""
         self._check()
-        if len(self._steps) >= self._limits.max_looks:
+        if len(self._steps) >= self._max_looks:
             raise Ended(
                 FixationState.TIMED_OUT,
-                f"Not settled after {self._limits.max_looks} looks: the target may move too fast; try again.",
+                f"Not settled after {len(self._steps)} looks: the target may move too fast; try again.",
             )
         volts = self._volts(gazes)
         asked_ns = self._clock.now_ns()
@@ -157,10 +166,10 @@ class Looker:
     def _check(self) -> None:
         if self._cancelled is not None and self._cancelled():
             raise Cancelled(f"fixation cancelled after {len(self._steps)} looks; ask again to resume")
-        if self.elapsed_ms > 1e3 * self._limits.timeout_s:
+        if self.elapsed_ms > self._deadline_ms:
             raise Ended(
                 FixationState.TIMED_OUT,
-                f"No result after {self._limits.timeout_s:g} s and {len(self._steps)} looks; try again.",
+                f"No result after {self.elapsed_ms / 1e3:.1f} s and {len(self._steps)} looks; try again.",
             )
 
 

@@ -1,56 +1,29 @@
-"""Target vergence (Sec. 3.4): look parallel, find the target in both foveae, verge on it in a closed loop.
+"""One fixation: the closed loop of both foveae, and where that fails the next best answer (Sec. 3.4)."""
 
-Every look is measured twice, against the wide view and left against right; they must agree before a
-fixation counts as verged. `looking` does the looks, `survey` and `fine` the matching. Where somebody passed
-and the target was lost, it is looked for a second time when he is gone.
-"""
-
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_hardware.contract import Clock, Frame, Head, OutOfRange
+from foveacam_hardware.contract import Clock, Head
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import Gazes
-from foveacam_pipeline.verge.astray import Astray
-from foveacam_pipeline.verge.distance import Place, triangulate
-from foveacam_pipeline.verge.fine import FineMatch
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
-from foveacam_pipeline.verge.measure import Measurement, measure
-from foveacam_pipeline.verge.motion import Motion, Watch
-from foveacam_pipeline.verge.passing import Surroundings
-from foveacam_pipeline.verge.search import Found, Search
+from foveacam_pipeline.verge.answering import Answer, Answering, both_foveae
+from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
+from foveacam_pipeline.verge.depth_samples import DepthContext
+from foveacam_pipeline.verge.looking import Ended, Looker
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.sight import Aim, patches_for, resolve
-from foveacam_pipeline.verge.template import Template
-from foveacam_pipeline.verge.values import (
-    Basis,
-    EyeView,
-    Fixation,
-    FixationState,
-    Phase,
-    Target,
-    VergeStep,
-)
-from foveacam_pipeline.verge.way_back import ways_back
+from foveacam_pipeline.verge.sight import Aim, resolve
+from foveacam_pipeline.verge.values import DepthRange, Fixation, FixationState, Target, VergeStep
 
 DEFAULT = VergeSettings()
-LAG_GAIN = 0.7
-LAG_MAX_PX = 1.5
-"""A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
-ROUGH_SIGMA_PX = 2.0
-"""A match with a larger error is nothing to steer by, fovea px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Verged:
-    place: Place
-    fine: FineMatch
+class Knowledge:
+    """What is known before a fixation: measured surroundings, and the distances that come into question."""
+
+    context: DepthContext | None = None
+    within: DepthRange | None = None
 
 
 def fixate(
@@ -60,199 +33,56 @@ def fixate(
     *,
     clock: Clock,
     limits: VergeSettings = DEFAULT,
+    known: Knowledge = Knowledge(),
     on_step: Callable[[VergeStep], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fixation:
-    """Verge both foveae on a target and return how it ended; raise Cancelled when `cancelled()` says so.
+    """Look at a target with both foveae and return its distance with its basis, or limits of it.
 
-    A target outside the wide image raises OutOfRange; one that the eyes cannot reach ends as out_of_range.
+    Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
     """
     aim = resolve(target, calibration.wide, limits)
     looker = Looker(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
-    verged: _Verged | None = None
-    astray: Astray | None = None
+    loop = ClosedLoop(looker, calibration, limits)
+    ended: Ended | None = None
     try:
-        verged = _Loop(looker, calibration, limits).run(aim)
-        state, reason = FixationState.VERGED, verdict.verged(verged.place, verged.fine)
+        answer = both_foveae(_within(loop.run(aim), known.within))
     except Ended as end:
-        state, reason, astray = end.state, end.reason, end.astray
-    seen = looker.last
+        ended = end
+        answering = Answering(looker, calibration, limits, context=known.context, within=known.within)
+        answer = answering.answer(aim, loop, end)
+    return _fixation(aim, looker, answer, ended)
+
+
+def _within(verged: Verged, span: DepthRange | None) -> Verged:
+    """Return what the loop verged on, or raise Ended when that is not at the distances asked for."""
+    if span is None or span.nearest_m <= verged.place.distance_m <= span.farthest_m:
+        return verged
+    raise Unsupported(verged)
+
+
+def _fixation(aim: Aim, looker: Looker, answer: Answer, ended: Ended | None) -> Fixation:
     ax_rad, ay_rad = aim.angles_rad
-    answer = Fixation(
+    seen, place, verged = looker.last, answer.place, answer.verged
+    state = FixationState.VERGED if ended is None or verged is not None else ended.state
+    return Fixation(
         state=state,
-        reason=reason,
+        reason=answer.reason,
         target_ax_rad=ax_rad,
         target_ay_rad=ay_rad,
         steps=looker.steps,
+        basis=answer.basis,
+        bound=answer.bound,
+        alternatives=answer.alternatives,
+        left_view=answer.left_view,
+        right_view=answer.right_view,
+        distance_m=None if place is None else place.distance_m,
+        distance_sigma_m=None if place is None else place.distance_sigma_m,
+        point_rig_m=None if place is None else place.point_rig_m,
+        residual_px=None if verged is None else float(np.hypot(*verged.fine.residual_px)),
+        score=answer.score,
         volts=seen.sighting.volts if seen else None,
         sighting=seen.sighting if seen else None,
         duration_ms=looker.elapsed_ms,
-        astray=astray,
+        astray=None if ended is None else ended.astray,
     )
-    return answer if verged is None else _with_result(answer, verged)
-
-
-def _with_result(answer: Fixation, verged: _Verged) -> Fixation:
-    return replace(
-        answer,
-        basis=Basis.BOTH_FOVEAE,
-        left_view=EyeView(sees_target=True),
-        right_view=EyeView(sees_target=True),
-        distance_m=verged.place.distance_m,
-        distance_sigma_m=verged.place.distance_sigma_m,
-        point_rig_m=verged.place.point_rig_m,
-        residual_px=math.hypot(verged.fine.residual_x_px, verged.fine.residual_y_px),
-        score=verged.fine.score,
-    )
-
-
-class _Loop:
-    """The second part of a fixation: the target is found, both eyes verge on it."""
-
-    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
-        self._looker = looker
-        self._calibration = calibration
-        self._limits = limits
-        self._search = Search(looker, calibration, limits)
-        self._f_px = calibration.fovea_f_px
-        self._lag_px = np.zeros(2)
-
-    def run(self, aim: Aim) -> _Verged:
-        """Return the verged fixation, or raise Ended."""
-        frame = self._looker.wide()
-        try:
-            templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
-        except OutOfRange as error:
-            raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
-        try:
-            return self._attempt(templates, frame)
-        except Ended as end:
-            if not self._crossed(end, templates[0], frame):
-                raise
-        return self._attempt(templates, self._looker.wide())
-
-    def _attempt(self, templates: tuple[Template, ...], frame: Frame) -> _Verged:
-        watch = Watch(templates[0], frame, self._calibration.wide)
-        self._lag_px = np.zeros(2)
-        try:
-            return self._close(self._search.find(templates, watch), watch)
-        except Ended as end:
-            astray = (
-                self._search.astray(templates, watch.motion) if self._doubtful(end, templates[0]) else None
-            )
-            if astray is None:
-                raise
-            raise verdict.elsewhere(astray) from end
-
-    def _doubtful(self, end: Ended, template: Template) -> bool:
-        """Return whether a failure may be due to something else than the target."""
-        blank = template.sigma_px > self._limits.no_texture_sigma_px
-        return end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and not blank
-
-    def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
-        """Return whether a failure may be due to somebody who passed; wait until he is gone."""
-        if not self._doubtful(end, template):
-            return False
-        around = Surroundings(self._calibration.wide, template.target)
-        if not around.differ(frame, self._looker.wide()):
-            return False
-        self._looker.wait_until_still(around)
-        return True
-
-    def _close(self, found: Found, watch: Watch) -> _Verged:
-        """Verge until left and right agree to half a pixel and the wide view agrees with both."""
-        target, phase, doubts = found.gazes, Phase.COARSE, 0
-        while True:
-            seen = self._looker.look(self._led(target, watch.motion), phase)
-            phase = Phase.FINE
-            watch.follow(seen.sighting.wide)
-            now = self._measure(seen, found, watch.motion)
-            doubt = verdict.doubt(now, self._limits)
-            settled = doubt is None and self._settled(now, moving=watch.motion.moves)
-            look_alike = self._look_alike(seen, now, found, watch.motion) if settled else None
-            x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
-            self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
-            if look_alike is not None:
-                raise look_alike
-            if settled:
-                return self._verged(self._measured(seen, now), now.fine)
-            doubts = 0 if doubt is None else doubts + 1
-            if doubt is not None and doubts > self._limits.doubtful_looks:
-                raise doubt
-            target = self._next(seen, now, found, watch) or target
-
-    def _led(self, target: Gazes, motion: Motion) -> Gazes:
-        """Return the gazes moved to where a moving target will be at the next look."""
-        if not motion.moves:
-            return target
-        ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
-        return target.moved(ahead, ahead)
-
-    def _measure(self, seen: Seen, found: Found, motion: Motion) -> Measurement:
-        return measure(
-            seen,
-            found.templates,
-            motion.at(seen.sighting.left.t_ns),
-            calibration=self._calibration,
-            limits=self._limits,
-        )
-
-    def _look_alike(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
-        """Return the end of the fixation when the eyes see a neighbour of the target that is nearly alike.
-
-        One eye whose way back leads to the target is proof enough: left and right agree on what they see.
-        """
-        image = gray(to_uint8(seen.sighting.wide))
-        target = motion.at(seen.sighting.wide.t_ns)
-        ways = ways_back(
-            now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
-        )
-        if min(way.best - way.here for way in ways) <= self._limits.neighbour_lead:
-            return None
-        side, way = max(
-            zip(("left", "right"), ways, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
-        )
-        return verdict.neighbour(side, aside_px=way.aside_wide_px)
-
-    def _measured(self, seen: Seen, now: Measurement) -> Gazes:
-        """Return the lines of sight to the target in a look."""
-        half = now.fine.residual_px / (2.0 * self._f_px)
-        return seen.gazes.moved(now.centre + half, now.centre - half)
-
-    def _next(self, seen: Seen, now: Measurement, found: Found, watch: Watch) -> Gazes | None:
-        """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
-        if now.fine.score >= self._limits.fine_score and now.fine.sigma_x_px <= ROUGH_SIGMA_PX:
-            if seen.phase is Phase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
-                self._lag_px += LAG_GAIN * now.fine.residual_px
-            lag = self._lag_px / (2.0 * self._f_px)
-            gazes: Gazes | None = self._measured(seen, now).moved(lag, -lag)
-        else:
-            gazes = self._search.recover(seen, found, watch.motion)
-        astray = now.quality(self._limits) < 0.0
-        if gazes is not None and (watch.motion.moves or astray):  # else it is for the wide view to say
-            watch.motion.sees((gazes.left + gazes.right) / 2.0, seen.sighting.left.t_ns)
-        return gazes
-
-    def _settled(self, now: Measurement, *, moving: bool) -> bool:
-        apart_px = abs(now.fine.residual_x_px)
-        if now.fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
-            apart_px = max(apart_px, abs(now.fine.residual_y_px))
-        centred_px = self._limits.centred_moving_wide_px if moving else self._limits.centred_wide_px
-        off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
-        converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
-        return apart_px <= converged_px and off_wide_px <= centred_px
-
-    def _sigma_px(self, fine: FineMatch) -> float:
-        """Return the error of disparity at the point: the match's, and of not being quite at the point."""
-        beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
-        return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
-
-    def _verged(self, target: Gazes, fine: FineMatch) -> _Verged:
-        place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
-        if place is None:
-            raise Ended(
-                FixationState.LOST,
-                "Left and right agree, but their lines of sight part: farther than the calibration can tell; "
-                "calibrate the mirrors anew.",
-            )
-        return _Verged(place=place, fine=fine)

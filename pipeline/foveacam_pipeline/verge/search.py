@@ -65,13 +65,20 @@ class Search:
         self._limits = limits
         self._looks: list[Seen] = []
 
-    def find(self, templates: tuple[Template, ...], watch: Watch) -> Found:
-        """Return where it is, or raise Ended."""
+    @property
+    def looks(self) -> tuple[Seen, ...]:
+        """The looks of the last search."""
+        return tuple(self._looks)
+
+    def find(
+        self, templates: tuple[Template, ...], watch: Watch, *, expected_per_m: float | None = None
+    ) -> Found:
+        """Return where it is, or raise Ended; look first at the 1/Z at which it is expected, if any."""
         best: Found | None = None
         blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
         self._looks = []
         inverse_z = 0.0
-        for inverse_z in self._depths(templates[-1]):
+        for inverse_z in self._depths(templates[-1], expected_per_m):
             gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
             seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
             self._looks.append(seen)
@@ -204,8 +211,10 @@ class Search:
         x, y = (apart * self._calibration.fovea_f_px).tolist()
         return Measured(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
 
-    def _depths(self, template: Template) -> Iterator[float]:
+    def _depths(self, template: Template, expected_per_m: float | None) -> Iterator[float]:
         """Yield 1/Z, 1/m, of the looks of a search, from parallel (Sec. 3.4) to as near as both eyes turn in.
+
+        What is expected comes first.
 
         Where an eye cannot look parallel the first look is the farthest that both can.
         """
@@ -214,6 +223,8 @@ class Search:
         if span is None:
             yield 0.0  # refused there, by name of the eye
             return
+        if expected_per_m is not None and span[0] <= expected_per_m <= span[1]:
+            yield expected_per_m
         last = -math.inf
         for inverse_z in wanted:
             inverse_z = min(max(inverse_z, span[0]), span[1])

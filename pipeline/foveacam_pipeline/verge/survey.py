@@ -68,12 +68,17 @@ def epipolar_looks(calibration: Calibration, template: Template, nearest_m: floa
 def reduce_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
     """Bring both foveae to survey scale."""
     z_m = crossing_z_m(calibration, sighting.volts)
-    eyes = []
-    for role in EYES:
-        frame = sighting.left if role is Role.LEFT else sighting.right
-        plane = plane_from_raw(calibration, role, sighting.volts, depth_m=z_m)
-        eyes.append(_reduce(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px))
-    return ReducedLook(left=eyes[0], right=eyes[1], f_px=f_px)
+    left, right = (reduce_eye(sighting, calibration, role, f_px=f_px, depth_m=z_m) for role in EYES)
+    return ReducedLook(left=left, right=right, f_px=f_px)
+
+
+def reduce_eye(
+    sighting: Sighting, calibration: Calibration, role: Role, *, f_px: float, depth_m: float
+) -> ReducedEye:
+    """Bring one fovea to survey scale, free of the parallax of pupil and pivot for what is at `depth_m`."""
+    frame = sighting.left if role is Role.LEFT else sighting.right
+    plane = plane_from_raw(calibration, role, sighting.volts, depth_m=depth_m)
+    return _reduce(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px)
 
 
 def _reduce(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:

@@ -89,6 +89,14 @@ class VergeStep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DepthRange:
+    """Distances from the rig's origin in which a target is looked for, metres; `farthest_m` may be infinite."""
+
+    nearest_m: float
+    farthest_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceBound:
     """Limits of a distance from the rig's origin, metres; `farthest_m` is infinite when there is none."""
 

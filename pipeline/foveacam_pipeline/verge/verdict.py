@@ -1,12 +1,15 @@
 """The sentences for the operator: why a fixation ended as it did, and what would help."""
 
+import math
+
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended
 from foveacam_pipeline.verge.measure import Measurement
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import FixationState
+from foveacam_pipeline.verge.values import DistanceBound, FixationState
 
 NEAR_ENOUGH = 1.6
 """The last look of a complete search stands at most this much farther than the nearest depth it sees."""
@@ -18,6 +21,41 @@ def verged(place: Place, fine: FineMatch) -> str:
         f"Verged at {place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.1f} mm, left and right agree "
         f"to {max(abs(fine.residual_x_px), abs(fine.residual_y_px)):.2f} px."
     )
+
+
+CANNOT_TURN = "This eye cannot turn that far; it looks as near as it can."
+HIDDEN = "Something nearer hides the target from this eye."
+UNSUPPORTED = (
+    "Left and right agree on something beside the point, which itself shows something else or no texture."
+)
+
+
+def one_eyed(place: Place, roles: set[Role], *, blocked: set[Role]) -> str:
+    """Return the sentence of an answer by one fovea and the wide camera."""
+    found = f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
+    if len(roles) == 2:
+        return (
+            f"{found} by each fovea against the wide view; left and right do not match at the point itself."
+        )
+    (seeing,) = roles
+    other = Role.RIGHT if seeing is Role.LEFT else Role.LEFT
+    why = "cannot turn that far" if other in blocked else "does not see it: something hides it"
+    return f"{found} by the {seeing} fovea and the wide camera; the {other} eye {why}."
+
+
+def inferred(place: Place, *, samples: int, alternatives: int) -> str:
+    """Return the sentence of an answer by what surrounds the point."""
+    also = f"; {alternatives} distances are possible: choose one" if alternatives else ""
+    return (
+        f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm, inferred from {samples} measured "
+        f"points around it: the point itself shows nothing that could be matched{also}."
+    )
+
+
+def bounded(bound: DistanceBound, ended: Ended) -> str:
+    """Return the sentence of an answer that is only a limit."""
+    far = f", nearer than {bound.farthest_m:.1f} m" if math.isfinite(bound.farthest_m) else ""
+    return f"Farther than {bound.nearest_m:.1f} m{far}. {ended.reason}"
 
 
 def blank_patch() -> Ended:

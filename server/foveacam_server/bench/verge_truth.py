@@ -10,6 +10,7 @@ from foveacam_hardware.contract import Role, Sighting
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
 from foveacam_hardware.sim.render.materials import Cells, Plain
 from foveacam_hardware.sim.render.projection import Projection
+from foveacam_hardware.sim.render.renderer import Radiance
 from foveacam_hardware.sim.scenes.motion import pose
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration
@@ -107,6 +108,13 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
     return np.asarray(places[0] - places[1], dtype=np.float64) * FOVEA_FOCAL_PX
 
 
+def visible_from(truth: Truth, role: Role, click: Click) -> bool:
+    """Return whether an eye has a free line of sight to the clicked point, at the moment of the click."""
+    number = truth.world.stage.scene.names.index(click.name)
+    point = np.array(click.point_rig_m)
+    return _free_ray(truth, truth.pivot(role), point, number, click.t_ns)
+
+
 def _clear(
     truth: Truth,
     calibration: Calibration,
@@ -131,9 +139,29 @@ def _seen_from(
     truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], number: int, t_ns: int
 ) -> bool:
     """Return whether an eye sees the point, and nothing else beside it."""
+    drawn, _ = _probe_towards(truth, eye_rig_m, point_rig_m, t_ns)
+    return bool((drawn.ids == number).all()) and _free_ray(truth, eye_rig_m, point_rig_m, number, t_ns)
+
+
+def _free_ray(
+    truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], number: int, t_ns: int
+) -> bool:
+    """Return whether the ray from an eye to the point ends on it."""
+    drawn, probe = _probe_towards(truth, eye_rig_m, point_rig_m, t_ns)
+    middle = PROBE_PX // 2
+    if drawn.ids[middle, middle] != number:
+        return False
+    hit = probe.points(np.array([[middle, middle]]), np.array([float(drawn.depth_m[middle, middle])]))[0]
+    distance_m = float(np.linalg.norm(point_rig_m - eye_rig_m))
+    return float(np.linalg.norm(hit - point_rig_m)) < HIDDEN_SHARE * distance_m
+
+
+def _probe_towards(
+    truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], t_ns: int
+) -> tuple[Radiance, Projection]:
+    """Draw a few pixels about the ray from an eye to a point, at the wide camera's resolution."""
     way = point_rig_m - eye_rig_m
-    distance_m = float(np.linalg.norm(way))
-    ray = way / distance_m
+    ray = way / float(np.linalg.norm(way))
     side = -np.cross(ray, np.array([0.0, 1.0, 0.0]))
     side /= np.linalg.norm(side)
     middle = PROBE_PX // 2
@@ -146,8 +174,4 @@ def _seen_from(
         height=PROBE_PX,
         axis=ray,
     )
-    drawn = truth.world.stage.probe(probe, truth.world.scene_s(t_ns))
-    if not (drawn.ids == number).all():
-        return False
-    hit = probe.points(np.array([[middle, middle]]), np.array([float(drawn.depth_m[middle, middle])]))[0]
-    return float(np.linalg.norm(hit - point_rig_m)) < HIDDEN_SHARE * distance_m
+    return truth.world.stage.probe(probe, truth.world.scene_s(t_ns)), probe

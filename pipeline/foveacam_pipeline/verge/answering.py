@@ -1,0 +1,279 @@
+"""What is answered when the closed loop of both foveae fails: the next best basis, never nothing.
+
+In this order: the loop again at a depth that single foveae suggest; one fovea against the wide camera; the
+surface inferred from what surrounds the target; limits of its distance. The foveae look at the answer.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge import verdict
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
+from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
+from foveacam_pipeline.verge.depth_samples import DepthContext
+from foveacam_pipeline.verge.distance import Place, place_on_ray
+from foveacam_pipeline.verge.infer import Inferred
+from foveacam_pipeline.verge.looking import Ended, Looker, Measured
+from foveacam_pipeline.verge.motion import Motion
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.sight import Aim
+from foveacam_pipeline.verge.single_eye import EyeMatch
+from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
+from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
+from foveacam_pipeline.verge.values import Alternative, Basis, DepthRange, DistanceBound, EyeView, Phase
+
+LOOKS, SECONDS = 24, 4.0
+"""Allowed to the search by single foveae, and to the last looks at an answer."""
+AGREE_SIGMAS = 4.0
+SURE_PROBABILITY = 0.8
+"""A less probable inference states the spread of all as its error."""
+OPEN_SAMPLES = 3
+"""A blank region that reaches the rim of the image may be the sky: as many samples must agree."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """How a distance is known, and the distance or its limits."""
+
+    basis: Basis
+    reason: str
+    left_view: EyeView
+    right_view: EyeView
+    place: Place | None = None
+    bound: DistanceBound | None = None
+    alternatives: tuple[Alternative, ...] = ()
+    score: float | None = None
+    verged: Verged | None = None
+
+
+def both_foveae(verged: Verged) -> Answer:
+    """Return the answer of a loop that verged."""
+    return Answer(
+        basis=Basis.BOTH_FOVEAE,
+        reason=verdict.verged(verged.place, verged.fine),
+        left_view=EyeView(sees_target=True),
+        right_view=EyeView(sees_target=True),
+        place=verged.place,
+        score=verged.fine.score,
+        verged=verged,
+    )
+
+
+class Answering:
+    """Answers one target that the closed loop did not verge on."""
+
+    def __init__(
+        self,
+        looker: Looker,
+        calibration: Calibration,
+        limits: VergeSettings,
+        *,
+        context: DepthContext | None,
+        within: DepthRange | None,
+    ) -> None:
+        self._looker = looker
+        self._calibration = calibration
+        self._limits = limits
+        self._single = SingleEyeSearch(looker, calibration, limits)
+        self._span_per_m = _span_per_m(within, limits)
+        self._surroundings = SurroundingsEstimator(
+            looker, calibration, limits, context=context, span_per_m=self._span_per_m
+        )
+
+    def answer(self, aim: Aim, loop: ClosedLoop, ended: Ended) -> Answer:
+        """Return the answer to a target whose loop has ended, the foveae looking at it."""
+        motion = loop.motion or Motion(aim.tangents, self._looker.next_ns)
+        if loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px:
+            found = self._from_single_eyes(loop, motion)
+            if found is not None:
+                return found
+        beside = _beside(self._calibration, aim, ended)
+        target = motion.at(self._looker.next_ns)
+        depth = self._surroundings.estimate(target, self._looker.wide(), beside)
+        if _open(depth) or not depth.inferred:
+            return self._bounded(depth, motion, ended)
+        return self._inferred(depth, motion)
+
+    def _from_single_eyes(self, loop: ClosedLoop, motion: Motion) -> Answer | None:
+        """Look where single foveae show the target; return the answer of both, of one, or None."""
+        f_px = loop.templates[0].f_px
+        try:
+            self._looker.grant(looks=LOOKS, seconds=SECONDS)
+            matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
+            sighted = [self._single.look_at(match, motion, f_px) for match in matches]
+            sound = [one for one in sighted if one is not None and one.supported]
+            if len(sound) == 2 and _agree(sound[0].match, sound[1].match):
+                verged = loop.close_at(_weighted(sound)[0])
+                if verged is not None:
+                    return both_foveae(verged)
+            return self._one_eyed(sound, motion) if sound else None
+        except Ended:
+            return None
+
+    def _one_eyed(self, sighted: list[EyeSighting], motion: Motion) -> Answer:
+        """Return the answer of one fovea and the wide camera; of two that agree, their mean."""
+        best = max(sighted, key=lambda one: one.match.score)
+        both = len(sighted) == 2 and _agree(sighted[0].match, sighted[1].match)
+        inverse_z, sigma = _weighted(sighted if both else [best])
+        alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
+        place = self._look(inverse_z, sigma, motion)
+        roles = set(EYES) if both else {best.match.role}
+        views, blocked = self._views(inverse_z, motion, seeing=roles)
+        return Answer(
+            basis=Basis.FOVEA_AND_WIDE,
+            reason=verdict.one_eyed(place, roles, blocked=blocked),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            alternatives=alternatives,
+            score=best.match.score,
+        )
+
+    def _rivals(self, sighted: list[EyeSighting], motion: Motion) -> tuple[Alternative, ...]:
+        """Return the depths of two foveae that disagree, each as probable as its share of the correlation."""
+        doubts = [1.0 / max(1.0 - one.match.score, 1e-3) for one in sighted]
+        ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
+        target = motion.at(self._looker.next_ns)
+        return tuple(
+            _alternative(
+                Basis.FOVEA_AND_WIDE,
+                place_on_ray(target, one.match.inverse_z_per_m, one.match.sigma_per_m),
+                weight / sum(doubts),
+            )
+            for one, weight in ranked
+        )
+
+    def _inferred(self, depth: SurroundingDepth, motion: Motion) -> Answer:
+        """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
+        best = depth.inferred[0]
+        sigma = best.sigma_per_m if best.probability >= SURE_PROBABILITY else _spread(depth.inferred)
+        place = self._look(best.inverse_z_per_m, sigma, motion)
+        target = motion.at(self._looker.next_ns)
+        total = sum(one.probability for one in depth.inferred)
+        alternatives = tuple(
+            _alternative(
+                Basis.SURROUNDINGS,
+                place_on_ray(target, one.inverse_z_per_m, one.sigma_per_m),
+                one.probability / total,
+            )
+            for one in depth.inferred
+        )
+        views, _ = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        count = len(alternatives) if len(alternatives) > 1 else 0
+        return Answer(
+            basis=Basis.SURROUNDINGS,
+            reason=verdict.inferred(place, samples=len(depth.samples), alternatives=count),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            alternatives=alternatives if count else (),
+        )
+
+    def _bounded(self, depth: SurroundingDepth, motion: Motion, ended: Ended) -> Answer:
+        """Return limits: behind the nearest thing on its border, as far as there is one."""
+        target = motion.at(self._looker.next_ns)
+        length = float(np.linalg.norm([*target, 1.0]))
+        inverse_z = float(depth.samples.inverse_z_per_m.max()) if len(depth.samples) else 0.0
+        nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
+        bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
+        views, _ = self._views(0.0, motion, seeing=set(EYES))
+        self._steer(0.0, motion)
+        return Answer(
+            basis=Basis.BOUND,
+            reason=verdict.bounded(bound, ended),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            bound=bound,
+        )
+
+    def _look(self, inverse_z_per_m: float, sigma_per_m: float, motion: Motion) -> Place:
+        """Look at the answer; return the place."""
+        self._steer(inverse_z_per_m, motion)
+        last = self._looker.last
+        t_ns = self._looker.next_ns if last is None else last.sighting.left.t_ns
+        return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
+
+    def _steer(self, inverse_z_per_m: float, motion: Motion) -> None:
+        """Look once with both eyes, each as near as it can turn."""
+        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        gazes = self._gazes(inverse_z_per_m, motion)
+        seen = self._looker.look_clamped(gazes, Phase.FINE)
+        self._looker.record(seen, Measured(score=0.0))
+
+    def _gazes(self, inverse_z_per_m: float, motion: Motion) -> Gazes:
+        return aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z_per_m)
+
+    def _views(
+        self, inverse_z_per_m: float, motion: Motion, *, seeing: set[Role]
+    ) -> tuple[dict[Role, EyeView], set[Role]]:
+        """Return what each eye shows of the target, and the eyes that cannot turn to it."""
+        reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
+        views = {}
+        for role in EYES:
+            if role not in reaching:
+                views[role] = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
+            elif role not in seeing:
+                views[role] = EyeView(sees_target=False, reason=verdict.HIDDEN)
+            else:
+                views[role] = EyeView(sees_target=True)
+        return views, set(EYES) - reaching
+
+
+def _span_per_m(within: DepthRange | None, limits: VergeSettings) -> tuple[float, float]:
+    """Return the least and the largest 1/Z to search; distance stands for depth within 3 %."""
+    if within is None:
+        return 0.0, 1.0 / limits.nearest_m
+    return 1.0 / within.farthest_m, min(1.0 / within.nearest_m, 1.0 / limits.nearest_m)
+
+
+def _beside(
+    calibration: Calibration, aim: Aim, ended: Ended
+) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], Place] | None:
+    """Return direction and place of what the loop verged on beside the target."""
+    if not isinstance(ended, Unsupported) or ended.verged.support.sectors == 0:
+        return None
+    offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px
+    return aim.tangents + offset, ended.verged.place
+
+
+def _open(depth: SurroundingDepth) -> bool:
+    """Return whether a region may be the sky: it reaches the rim, and too little agrees on a surface."""
+    if not depth.region.touches_rim or not depth.inferred:
+        return False
+    best = depth.inferred[0]
+    return best.probability < SURE_PROBABILITY or best.samples < OPEN_SAMPLES
+
+
+def _agree(one: EyeMatch, other: EyeMatch) -> bool:
+    apart = abs(one.inverse_z_per_m - other.inverse_z_per_m)
+    return apart <= AGREE_SIGMAS * math.hypot(one.sigma_per_m, other.sigma_per_m)
+
+
+def _weighted(sighted: list[EyeSighting]) -> tuple[float, float]:
+    """Return the mean 1/Z of matches weighted by their errors, and its error."""
+    weights = np.array([one.match.sigma_per_m**-2 for one in sighted])
+    values = np.array([one.match.inverse_z_per_m for one in sighted])
+    return float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
+
+
+def _spread(inferred: tuple[Inferred, ...]) -> float:
+    """Return the root mean square distance of all depths from the most probable, errors included."""
+    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
+    variance = sum(
+        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
+    )
+    return math.sqrt(variance)
+
+
+def _alternative(basis: Basis, place: Place, probability: float) -> Alternative:
+    return Alternative(
+        basis=basis,
+        distance_m=place.distance_m,
+        distance_sigma_m=place.distance_sigma_m,
+        point_rig_m=place.point_rig_m,
+        probability=probability,
+    )

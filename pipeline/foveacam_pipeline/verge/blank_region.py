@@ -1,0 +1,142 @@
+"""The blank region of the wide image about a point, and places on its border whose depth can be measured.
+
+An edge between two surfaces moves with the nearer one. A place just inside the border is measured by that
+edge, hardly by what lies beyond it: its surface is the region's own or stands in front of it.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+REDUCED = 2
+"""The wide image is searched at half its size."""
+SMOOTH_SIGMA_PX = 1.0
+"""Of the search, reduced px."""
+NOISE_GAIN = 0.28
+"""Noise left by smoothing and halving, times this for the Sobel slope / 8 (measured on bare noise)."""
+FLAT_NOISES = 4.0
+"""A slope below so many times its noise is flat."""
+LEAST_SLOPE = 0.5
+"""Slope that shading alone may have, grey levels a reduced px."""
+INSIDE_PX = 2.0
+"""How far inside the border a place is measured, wide px."""
+SECTORS = 8
+LEAST_ACROSS = 0.5
+"""Least share of the slope along the row: edges along the row tell no distance."""
+APART_PX = 12.0
+"""Places lie at least so far apart, wide px."""
+RIM_PX = 30
+"""Nothing is measured so near to the rim of the wide image, wide px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BlankRegion:
+    """A connected region without texture.
+
+    `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
+    places just inside its border where the brightness changes along the row, wide px, nearest first.
+    `touches_rim`: whether it reaches the rim of the image.
+    """
+
+    mask: NDArray[np.bool_]
+    area_share: float
+    border_px: NDArray[np.float64]
+    touches_rim: bool
+
+    def holds(self, pixels: NDArray[np.float64], *, margin_px: float = 2.0) -> NDArray[np.bool_]:
+        """Return (n,) bool: which wide pixels, (n, 2), lie in the region or within `margin_px` of it."""
+        size = 2 * round(margin_px / REDUCED) + 1
+        wider = cv2.dilate(self.mask.astype(np.uint8), np.ones((size, size), dtype=np.uint8))
+        cells = np.rint(pixels / REDUCED).astype(int)
+        cells = np.clip(cells, 0, np.array(self.mask.shape[::-1]) - 1)
+        return np.asarray(wider[cells[:, 1], cells[:, 0]] > 0)
+
+
+def blank_region(
+    gray: NDArray[np.uint8], at_px: NDArray[np.float64], *, noise: float, places: int
+) -> BlankRegion:
+    """Return the region of an (h, w) image about `at_px`, (2,), with at most `places` places on its border.
+
+    `noise`: standard deviation of the image's noise there, grey levels.
+    """
+    small = cv2.resize(gray, None, fx=1 / REDUCED, fy=1 / REDUCED, interpolation=cv2.INTER_AREA)
+    smooth = cv2.GaussianBlur(small.astype(np.float32), (0, 0), SMOOTH_SIGMA_PX)
+    slope_x, slope_y = (
+        np.asarray(cv2.Sobel(smooth, cv2.CV_32F, dx, dy, scale=1 / 8), dtype=np.float32)
+        for dx, dy in ((1, 0), (0, 1))
+    )
+    slope = cv2.magnitude(slope_x, slope_y)
+    flat = (slope < max(LEAST_SLOPE, FLAT_NOISES * NOISE_GAIN * noise)).astype(np.uint8)
+    middle = np.clip(np.rint(at_px / REDUCED).astype(int), 0, np.array(small.shape[::-1]) - 1)
+    mask = _component(flat, middle)
+    return BlankRegion(
+        mask=mask,
+        area_share=float(mask.mean()),
+        border_px=_border(mask, slope_x, np.asarray(slope), at_px, gray.shape, places=places),
+        touches_rim=bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any()),
+    )
+
+
+def _component(flat: NDArray[np.uint8], middle: NDArray[np.int_]) -> NDArray[np.bool_]:
+    """Return the connected flat pixels about a place; about a textured one, the place itself."""
+    _, labels = cv2.connectedComponents(flat, connectivity=4)
+    x, y = middle.tolist()
+    around = labels[max(0, y - 2) : y + 3, max(0, x - 2) : x + 3]
+    own = around[around > 0]
+    if len(own) == 0:
+        mask = np.zeros(flat.shape, dtype=np.bool_)
+        mask[y, x] = True
+        return mask
+    return np.asarray(labels == np.bincount(own).argmax(), dtype=np.bool_)
+
+
+def _border(
+    mask: NDArray[np.bool_],
+    slope_x: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    at_px: NDArray[np.float64],
+    shape: tuple[int, ...],
+    *,
+    places: int,
+) -> NDArray[np.float64]:
+    """Return the nearest steep place on the border in each sector about a point, then further ones."""
+    kernel = np.ones((5, 5), dtype=np.uint8)
+    ring = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
+    across = (np.abs(slope_x) >= LEAST_ACROSS * slope) & (np.abs(slope_x) >= 2.0 * LEAST_SLOPE)
+    ys, xs = np.nonzero(ring & across)
+    if len(xs) == 0:
+        return np.empty((0, 2))
+    edge_px = REDUCED * np.column_stack([xs, ys]).astype(np.float64) + (REDUCED - 1) / 2
+    inward = np.sign(_inward(mask)[ys, xs])
+    edge_px[:, 0] += INSIDE_PX * inward
+    size = np.array(shape[1::-1])
+    free = ((edge_px >= RIM_PX) & (edge_px <= size - 1 - RIM_PX)).all(axis=1)
+    return _spread(edge_px[free], at_px, places)
+
+
+def _inward(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return on which side along the row the region lies: positive to the right."""
+    blurred = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 2.0)
+    return np.asarray(cv2.Sobel(blurred, cv2.CV_32F, 1, 0), dtype=np.float32)
+
+
+def _spread(edge_px: NDArray[np.float64], at_px: NDArray[np.float64], places: int) -> NDArray[np.float64]:
+    """Return places near a point and far from each other, a sector at a time."""
+    offsets = edge_px - at_px
+    distance_px = np.hypot(*offsets.T)
+    sector = np.floor((np.arctan2(offsets[:, 1], offsets[:, 0]) + np.pi) / (2 * np.pi) * SECTORS).astype(int)
+    order = np.argsort(distance_px)
+    chosen: list[int] = []
+    used: set[int] = set()
+    for fresh_sectors_only in (True, False):
+        for index in order.tolist():
+            if len(chosen) == places:
+                break
+            if fresh_sectors_only and int(sector[index]) % SECTORS in used:
+                continue
+            if all(np.hypot(*(edge_px[index] - edge_px[other])) >= APART_PX for other in chosen):
+                chosen.append(index)
+                used.add(int(sector[index]) % SECTORS)
+    return np.asarray(edge_px[sorted(chosen, key=lambda k: float(distance_px[k]))], dtype=np.float64)

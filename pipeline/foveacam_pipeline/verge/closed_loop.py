@@ -1,0 +1,265 @@
+"""The closed loop of both foveae (Sec. 3.4): find the target in both, verge on it, confirm what is seen.
+
+Every look is measured twice, against the wide view and left against right; they must agree before the loop
+counts as verged, and the match must speak for the point itself (`support`). Where somebody passed and the
+target was lost, it is looked for a second time afterwards.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from foveacam_hardware.contract import Frame, OutOfRange, Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge import verdict
+from foveacam_pipeline.verge.aim import Gazes, aim_at
+from foveacam_pipeline.verge.distance import Place, triangulate
+from foveacam_pipeline.verge.fine import FineMatch, Guess, eye_patch, guessed_depth_m
+from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.measure import Measurement, measure
+from foveacam_pipeline.verge.motion import Motion, Watch
+from foveacam_pipeline.verge.passing import Surroundings
+from foveacam_pipeline.verge.search import Found, Search
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.sight import Aim, patches_for
+from foveacam_pipeline.verge.support import FOVEA_SCALE, Support, SupportReport, support_of
+from foveacam_pipeline.verge.template import Template
+from foveacam_pipeline.verge.values import FixationState, Phase
+from foveacam_pipeline.verge.way_back import ways_back
+
+LAG_GAIN = 0.7
+LAG_MAX_PX = 1.5
+"""A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
+ROUGH_SIGMA_PX = 2.0
+"""A match with a larger error is nothing to steer by, fovea px."""
+SUPPORT_HALF_PX = 64
+"""Half side of the pictures on which the support of a match is judged, fovea px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Verged:
+    """The end of a loop: where both lines of sight meet, the match, and what it says of the point itself."""
+
+    place: Place
+    fine: FineMatch
+    support: SupportReport
+
+
+class Unsupported(Ended):
+    """Both foveae verged, but on something beside the point; `verged` says on what."""
+
+    def __init__(self, verged: Verged) -> None:
+        super().__init__(FixationState.LOST, verdict.UNSUPPORTED)
+        self.verged = verged
+
+
+class ClosedLoop:
+    """Finds one target with both foveae and verges on it; keeps what it learned when it fails."""
+
+    def __init__(
+        self,
+        looker: Looker,
+        calibration: Calibration,
+        limits: VergeSettings,
+        *,
+        expected_per_m: float | None = None,
+    ) -> None:
+        """`expected_per_m`: 1/Z of the target as far as it is known beforehand."""
+        self._expected_per_m = expected_per_m
+        self._looker = looker
+        self._calibration = calibration
+        self._limits = limits
+        self._search = Search(looker, calibration, limits)
+        self._f_px = calibration.fovea_f_px
+        self._lag_px = np.zeros(2)
+        self._watch: Watch | None = None
+        self.templates: tuple[Template, ...] = ()
+        """The patches of the wide image that stand for the target; none before `run`."""
+
+    @property
+    def looks(self) -> tuple[Seen, ...]:
+        """The looks of the search."""
+        return self._search.looks
+
+    @property
+    def motion(self) -> Motion | None:
+        """The target's track; None before `run`."""
+        return None if self._watch is None else self._watch.motion
+
+    def run(self, aim: Aim) -> Verged:
+        """Return the verged fixation, or raise Ended."""
+        frame = self._looker.wide()
+        try:
+            templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
+        except OutOfRange as error:
+            raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
+        self.templates = templates
+        try:
+            return self._attempt(templates, frame)
+        except Unsupported:
+            raise
+        except Ended as end:
+            if not self._crossed(end, templates[0], frame):
+                raise
+        return self._attempt(templates, self._looker.wide())
+
+    def close_at(self, inverse_z_per_m: float) -> Verged | None:
+        """Verge on the target of `run` from a depth that is known otherwise; None when that fails."""
+        if self._watch is None:
+            return None
+        self._lag_px = np.zeros(2)
+        target = self._watch.motion.at(self._looker.next_ns)
+        gazes = aim_at(self._calibration, target, inverse_z_per_m)
+        found = Found(gazes=gazes, templates=self.templates, joint=1.0)
+        try:
+            return self._close(found, self._watch)
+        except Ended:
+            return None
+
+    def _attempt(self, templates: tuple[Template, ...], frame: Frame) -> Verged:
+        watch = Watch(templates[0], frame, self._calibration.wide)
+        self._watch = watch
+        self._lag_px = np.zeros(2)
+        try:
+            found = self._search.find(templates, watch, expected_per_m=self._expected_per_m)
+            return self._close(found, watch)
+        except Unsupported:
+            raise
+        except Ended as end:
+            astray = (
+                self._search.astray(templates, watch.motion) if self._doubtful(end, templates[0]) else None
+            )
+            if astray is None:
+                raise
+            raise verdict.elsewhere(astray) from end
+
+    def _doubtful(self, end: Ended, template: Template) -> bool:
+        """Return whether a failure may be due to something else than the target."""
+        blank = template.sigma_px > self._limits.no_texture_sigma_px
+        return end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and not blank
+
+    def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
+        """Return whether a failure may be due to somebody who passed; wait until he is gone."""
+        if not self._doubtful(end, template):
+            return False
+        around = Surroundings(self._calibration.wide, template.target)
+        if not around.differ(frame, self._looker.wide()):
+            return False
+        self._looker.wait_until_still(around)
+        return True
+
+    def _close(self, found: Found, watch: Watch) -> Verged:
+        """Verge until left and right agree to half a pixel and the wide view agrees with both."""
+        target, phase, doubts = found.gazes, Phase.COARSE, 0
+        while True:
+            seen = self._looker.look(self._led(target, watch.motion), phase)
+            phase = Phase.FINE
+            watch.follow(seen.sighting.wide)
+            now = self._measure(seen, found, watch.motion)
+            doubt = verdict.doubt(now, self._limits)
+            settled = doubt is None and self._settled(now, moving=watch.motion.moves)
+            look_alike = self._look_alike(seen, now, found, watch.motion) if settled else None
+            x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
+            self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
+            if look_alike is not None:
+                raise look_alike
+            if settled:
+                return self._verged(seen, self._measured(seen, now), now.fine)
+            doubts = 0 if doubt is None else doubts + 1
+            if doubt is not None and doubts > self._limits.doubtful_looks:
+                raise doubt
+            target = self._next(seen, now, found, watch) or target
+
+    def _led(self, target: Gazes, motion: Motion) -> Gazes:
+        """Return the gazes moved to where a moving target will be at the next look."""
+        if not motion.moves:
+            return target
+        ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
+        return target.moved(ahead, ahead)
+
+    def _measure(self, seen: Seen, found: Found, motion: Motion) -> Measurement:
+        return measure(
+            seen,
+            found.templates,
+            motion.at(seen.sighting.left.t_ns),
+            calibration=self._calibration,
+            limits=self._limits,
+        )
+
+    def _look_alike(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
+        """Return the end of the fixation when the eyes see a neighbour of the target that is nearly alike.
+
+        One eye whose way back leads to the target is proof enough: left and right agree on what they see.
+        """
+        image = gray(to_uint8(seen.sighting.wide))
+        target = motion.at(seen.sighting.wide.t_ns)
+        ways = ways_back(
+            now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
+        )
+        if min(way.best - way.here for way in ways) <= self._limits.neighbour_lead:
+            return None
+        side, way = max(
+            zip(("left", "right"), ways, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
+        )
+        return verdict.neighbour(side, aside_px=way.aside_wide_px)
+
+    def _measured(self, seen: Seen, now: Measurement) -> Gazes:
+        """Return the lines of sight to the target in a look."""
+        half = now.fine.residual_px / (2.0 * self._f_px)
+        return seen.gazes.moved(now.centre + half, now.centre - half)
+
+    def _next(self, seen: Seen, now: Measurement, found: Found, watch: Watch) -> Gazes | None:
+        """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
+        if now.fine.score >= self._limits.fine_score and now.fine.sigma_x_px <= ROUGH_SIGMA_PX:
+            if seen.phase is Phase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
+                self._lag_px += LAG_GAIN * now.fine.residual_px
+            lag = self._lag_px / (2.0 * self._f_px)
+            gazes: Gazes | None = self._measured(seen, now).moved(lag, -lag)
+        else:
+            gazes = self._search.recover(seen, found, watch.motion)
+        astray = now.quality(self._limits) < 0.0
+        if gazes is not None and (watch.motion.moves or astray):  # else it is for the wide view to say
+            watch.motion.sees((gazes.left + gazes.right) / 2.0, seen.sighting.left.t_ns)
+        return gazes
+
+    def _settled(self, now: Measurement, *, moving: bool) -> bool:
+        apart_px = abs(now.fine.residual_x_px)
+        if now.fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
+            apart_px = max(apart_px, abs(now.fine.residual_y_px))
+        centred_px = self._limits.centred_moving_wide_px if moving else self._limits.centred_wide_px
+        off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
+        converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
+        return apart_px <= converged_px and off_wide_px <= centred_px
+
+    def _sigma_px(self, fine: FineMatch) -> float:
+        """Return the error of disparity at the point: the match's, and of not being quite at the point."""
+        beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
+        return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
+
+    def _verged(self, seen: Seen, target: Gazes, fine: FineMatch) -> Verged:
+        place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
+        if place is None:
+            raise Ended(
+                FixationState.LOST,
+                "Left and right agree, but their lines of sight part: farther than the calibration can tell; "
+                "calibrate the mirrors anew.",
+            )
+        verged = Verged(place=place, fine=fine, support=self._support(seen, target, fine))
+        if verged.support.support in {Support.DIFFERENT, Support.BESIDE}:
+            raise Unsupported(verged)
+        return verged
+
+    def _support(self, seen: Seen, target: Gazes, fine: FineMatch) -> SupportReport:
+        """Return what the match of a look says of the point itself."""
+        guess = Guess(left=target.left - seen.gazes.left, right=target.right - seen.gazes.right)
+        z_m = guessed_depth_m(self._calibration, seen.sighting, guess)
+        half = (SUPPORT_HALF_PX, SUPPORT_HALF_PX)
+        left, right = (
+            eye_patch(seen.sighting, self._calibration, role, z_m, self._f_px * offset, half)
+            for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
+        )
+        leaning = right.cut(half, (0.0, 0.0, *fine.slope))
+        return support_of(left.image, leaning, scale=FOVEA_SCALE)

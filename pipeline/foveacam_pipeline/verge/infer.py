@@ -1,0 +1,142 @@
+"""The depth of a point without texture, inferred from measured points around it.
+
+A plane is linear in inverse depth over the tangents. Every sample is either of the target's surface or of
+something in front of it; each division of the samples is a hypothesis with a probability (Bayesian linear
+regression), and hypotheses that agree are put together.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.depth_samples import DepthSamples
+
+MAX_SAMPLES = 8
+"""The nearest ones; 2 to the power of it divisions are weighed."""
+LEVEL_SIGMA_PER_M = 0.3
+"""Prior of 1/Z itself, about the mean of the samples."""
+SLOPE_SIGMA = 1.0
+"""Prior of the slope of 1/Z, relative to 1/Z and per unit of tangent: surfaces at 45 degrees are common."""
+BULGE_SIGMA = 0.35
+"""A surface may leave its plane by so much, relative to 1/Z and per tangent from the nearest sample: three
+times that is a half sphere."""
+UNEVEN_SIGMA = 2.0e-3
+"""What keeps real surfaces from being planes, relative to 1/Z."""
+OWN_CHANCE = 0.6
+"""Chance of a sample to be of the target's surface."""
+FRONT_CHANCE = 0.37
+"""Chance of a sample to be of something in front of it; the rest is behind it, by a wrong match."""
+SPREAD_PER_M = 0.77
+"""Range of 1/Z over which another surface may lie: from 1.3 m to infinity."""
+LEAST_PROBABILITY = 0.08
+"""Less probable hypotheses are not told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inferred:
+    """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
+
+    `samples`: so many of the measured points lie on the target's surface.
+    """
+
+    inverse_z_per_m: float
+    sigma_per_m: float
+    probability: float
+    samples: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Division:
+    log_weight: float
+    inverse_z_per_m: float
+    variance: float
+    samples: int
+
+
+def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inferred, ...]:
+    """Return what the samples suggest for a direction, (2,) tangents, the most probable first."""
+    if len(samples) == 0:
+        return ()
+    offsets = samples.tangents - target
+    nearest = np.argsort(np.hypot(*offsets.T))[:MAX_SAMPLES]
+    offsets, q = offsets[nearest], samples.inverse_z_per_m[nearest]
+    level = float(np.median(q))
+    sigma = np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level)
+    divisions = [
+        _weighed(np.array(own, dtype=np.bool_), offsets, q, sigma, level=level)
+        for own in product((True, False), repeat=len(q))
+        if any(own)
+    ]
+    return _merged(divisions)
+
+
+def _weighed(
+    own: NDArray[np.bool_],
+    offsets: NDArray[np.float64],
+    q: NDArray[np.float64],
+    sigma: NDArray[np.float64],
+    *,
+    level: float,
+) -> _Division:
+    """Return the weight of one division of the samples, and what its own ones say of the target."""
+    count = int(own.sum())
+    prior = np.diag([LEVEL_SIGMA_PER_M**2, *[(SLOPE_SIGMA * level) ** 2] * 2])
+    design = np.column_stack([np.ones(len(q)), offsets])
+    mine = design[own]
+    covariance = mine @ prior @ mine.T + np.diag(sigma[own] ** 2)
+    residual = q[own] - level
+    solved = np.linalg.solve(covariance, residual)
+    _, log_det = np.linalg.slogdet(covariance)
+    log_weight = -0.5 * float(residual @ solved + log_det + count * math.log(2.0 * math.pi))
+    gain = prior @ mine.T
+    plane = gain @ solved
+    spread = prior - gain @ np.linalg.solve(covariance, gain.T)
+    others = ~own
+    ahead = q[others] - (level + design[others] @ plane)
+    in_front = ahead > -3.0 * sigma[others]
+    chances = np.where(in_front, FRONT_CHANCE, 1.0 - OWN_CHANCE - FRONT_CHANCE) / SPREAD_PER_M
+    log_weight += count * math.log(OWN_CHANCE) + float(np.sum(np.log(chances)))
+    bulge = BULGE_SIGMA * level * float(np.hypot(*offsets[own].T).min())
+    return _Division(
+        log_weight=log_weight,
+        inverse_z_per_m=level + float(plane[0]),
+        variance=max(float(spread[0, 0]), 0.0) + bulge**2,
+        samples=count,
+    )
+
+
+def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
+    """Put hypotheses together that agree within their errors; return the probable ones, best first."""
+    best = max(division.log_weight for division in divisions)
+    left = sorted(divisions, key=lambda division: -division.log_weight)
+    total = sum(math.exp(division.log_weight - best) for division in left)
+    found: list[Inferred] = []
+    while left:
+        head = left[0]
+        group = [d for d in left if _agree(head, d)]
+        left = [d for d in left if not _agree(head, d)]
+        weights = np.exp([d.log_weight - best for d in group])
+        probability = float(weights.sum()) / total
+        if probability < LEAST_PROBABILITY:
+            continue
+        weights /= weights.sum()
+        values = np.array([d.inverse_z_per_m for d in group])
+        mean = float(weights @ values)
+        variance = float(weights @ (np.array([d.variance for d in group]) + (values - mean) ** 2))
+        found.append(
+            Inferred(
+                inverse_z_per_m=mean,
+                sigma_per_m=math.sqrt(variance),
+                probability=probability,
+                samples=head.samples,
+            )
+        )
+    return tuple(sorted((f for f in found if f.inverse_z_per_m > 0.0), key=lambda f: -f.probability))
+
+
+def _agree(one: _Division, other: _Division) -> bool:
+    apart = abs(one.inverse_z_per_m - other.inverse_z_per_m)
+    return apart <= 2.0 * math.sqrt(one.variance + min(other.variance, one.variance))

@@ -1,0 +1,176 @@
+"""One fovea against the wide camera: the distance of what only one eye can see (baseline 0.1 m).
+
+A target along the tangents (tx, ty) at inverse depth q = 1/Z lies at (tx ± B/2 q, ty) on the virtual plane of
+the left (+) and of the right (-) eye. The patch of the wide image is correlated with one fovea along that
+line; each peak is then registered to a fraction of a pixel. Both pictures are compared at survey scale.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.least_squares import Patch, Placed, Window, least_squares
+from foveacam_pipeline.verge.register import LEAST_SEEN, UNSEEN
+from foveacam_pipeline.verge.survey import ReducedEye
+from foveacam_pipeline.verge.template import Template
+
+ROWS_PX = 5
+"""How far above or below its row a target may appear, survey px."""
+ROW_PENALTY = 0.04
+"""What a place at the edge of these rows loses of its correlation."""
+GUARD_PX = 5.0
+"""Two peaks lie at least so far apart along the line, survey px."""
+PEAKS = 3
+LEAST_SCORE = 0.4
+"""A peak below this correlation is not registered."""
+WINDOWS = (Window(half_px=24, weight_sigma_px=10.0), Window(half_px=40, weight_sigma_px=18.0))
+"""Of the registration, survey px; the second where the first does not tell."""
+MARGIN_PX = 12
+PLACED_SIGMA_PX = 0.12
+"""Error of a registration that its own noise does not tell, survey px: measured on rendered clicks."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Profile:
+    """Correlation of the wide patch with one fovea against inverse depth.
+
+    `inverse_z_per_m`: (n,) ascending. `scores`: (n,), `UNSEEN` where the fovea does not look.
+    """
+
+    inverse_z_per_m: NDArray[np.float64]
+    scores: NDArray[np.float64]
+
+    def peaks(self, *, step_px: float) -> list[tuple[float, float]]:
+        """Return (inverse depth, score) of the best separate peaks; `step_px` lies between two entries."""
+        left = self.scores.copy()
+        found: list[tuple[float, float]] = []
+        guard = max(1, round(GUARD_PX / step_px))
+        for _ in range(PEAKS):
+            best = int(np.argmax(left))
+            if left[best] < LEAST_SCORE:
+                break
+            found.append((float(self.inverse_z_per_m[best]), float(left[best])))
+            left[max(0, best - guard) : best + guard + 1] = UNSEEN
+        return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EyeMatch:
+    """The target as one fovea shows it.
+
+    `inverse_z_per_m`, `sigma_per_m`: 1/Z and its standard error. `score`: weighted correlation with the wide
+    view. `row_px`: how much lower than expected it lies, survey px.
+    """
+
+    role: Role
+    inverse_z_per_m: float
+    sigma_per_m: float
+    score: float
+    row_px: float
+
+
+def side_of(role: Role) -> float:
+    """Return +1 for the left eye, in which near things lie further right, and -1 for the right one."""
+    return 1.0 if role is Role.LEFT else -1.0
+
+
+def profile_of(
+    eye: ReducedEye,
+    role: Role,
+    template: Template,
+    target: NDArray[np.float64],
+    *,
+    inverse_z_per_m: NDArray[np.float64],
+    baseline_m: float,
+) -> Profile:
+    """Return how well a patch fits one fovea at each inverse depth: (n,). `target`: (2,) tangents."""
+    scores = np.full(len(inverse_z_per_m), UNSEEN)
+    height, width = template.patch.shape
+    half_x, half_y = (width - 1) // 2, (height - 1) // 2
+    row = round(float(target[1]) * template.f_px - eye.v0_px) - half_y
+    first, last = max(0, row - ROWS_PX), min(eye.image.shape[0] - height + 1, row + ROWS_PX + 1)
+    if last <= first or eye.image.shape[1] < width:
+        return Profile(inverse_z_per_m=inverse_z_per_m, scores=scores)
+    found = cv2.matchTemplate(eye.image[first : last + height - 1], template.patch, cv2.TM_CCOEFF_NORMED)
+    band = np.nan_to_num(np.asarray(found, dtype=np.float64))
+    offsets = (np.arange(first, last) - row) / ROWS_PX
+    band -= ROW_PENALTY * (offsets * offsets)[:, None]
+    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
+    inside = cover[half_y + first : half_y + last, half_x : half_x + band.shape[1]]
+    band[inside < LEAST_SEEN] = UNSEEN
+    u_px = template.f_px * (target[0] + side_of(role) * 0.5 * baseline_m * inverse_z_per_m)
+    columns = u_px - eye.u0_px - half_x
+    scores = np.interp(columns, np.arange(band.shape[1]), band.max(axis=0), left=UNSEEN, right=UNSEEN)
+    return Profile(inverse_z_per_m=inverse_z_per_m, scores=scores)
+
+
+def register_eye(
+    eye: ReducedEye,
+    role: Role,
+    wide_view: NDArray[np.float32],
+    target: NDArray[np.float64],
+    inverse_z_per_m: float,
+    *,
+    calibration: Calibration,
+    f_px: float,
+) -> EyeMatch | None:
+    """Return the target's inverse depth to a fraction of a pixel, near a first one; None where none fits.
+
+    `wide_view`: the wide image about the target, evened out, survey px, at least `view_half_px` to each side.
+    `target`: (2,) tangents at the time of the look.
+    """
+    half_baseline_m = side_of(role) * 0.5 * calibration.baseline_m
+    u_px = f_px * (float(target[0]) + half_baseline_m * inverse_z_per_m)
+    place_px = (u_px - eye.u0_px, float(target[1]) * f_px - eye.v0_px)
+    best: EyeMatch | None = None
+    for window in WINDOWS:
+        placed = _registered(eye, wide_view, place_px, window)
+        if placed is None:
+            continue
+        sigma_px = math.hypot(placed.sigma_px[0], PLACED_SIGMA_PX)
+        slope_rad = calibration.eye(role).angle_sigma_rad(1.0 / max(inverse_z_per_m, 1e-3))[0]
+        match = EyeMatch(
+            role=role,
+            inverse_z_per_m=inverse_z_per_m + float(placed.place_px[0]) / (f_px * half_baseline_m),
+            sigma_per_m=math.hypot(sigma_px / f_px, slope_rad) / abs(half_baseline_m),
+            score=placed.score,
+            row_px=float(placed.place_px[1]),
+        )
+        if best is None or match.sigma_per_m < 0.5 * best.sigma_per_m:
+            best = match
+        if math.isfinite(best.sigma_per_m):
+            break
+    return best
+
+
+def view_half_px() -> tuple[int, int]:
+    """Return the half sides of the wide view that a registration needs, survey px."""
+    half = max(window.half_px for window in WINDOWS) + MARGIN_PX
+    return half, half
+
+
+def _registered(
+    eye: ReducedEye, wide_view: NDArray[np.float32], place_px: tuple[float, float], window: Window
+) -> Placed | None:
+    """Register the middle of the wide view about a place of one fovea; None where that is not seen."""
+    half = window.half_px + MARGIN_PX
+    size = (2 * half + 1, 2 * half + 1)
+    height, width = eye.image.shape
+    x, y = place_px
+    if not (window.half_px <= x <= width - 1 - window.half_px and 0.0 <= y <= height - 1):
+        return None
+    shown = cv2.getRectSubPix(eye.image, size, (x, y))
+    middle_y, middle_x = ((side - 1) // 2 for side in wide_view.shape)
+    part = wide_view[middle_y - half : middle_y + half + 1, middle_x - half : middle_x + half + 1]
+    return least_squares(
+        Patch(image=np.ascontiguousarray(part)),
+        Patch(image=np.asarray(shown, dtype=np.float32)),
+        np.zeros(4),
+        window=window,
+        told_px=np.zeros(2),
+    )

@@ -1,0 +1,228 @@
+"""The looks that find a target in one fovea: along the epipolar line, then at what was found."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.aim import EYES, aim_at, clamp_gazes
+from foveacam_pipeline.verge.distance import Place, place_on_ray
+from foveacam_pipeline.verge.least_squares import Patch
+from foveacam_pipeline.verge.looking import Looker, Measured, Seen
+from foveacam_pipeline.verge.motion import Motion
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.single_eye import (
+    EyeMatch,
+    Profile,
+    profile_of,
+    register_eye,
+    side_of,
+    view_half_px,
+)
+from foveacam_pipeline.verge.support import SURVEY_SCALE, Support, support_of
+from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look
+from foveacam_pipeline.verge.template import Template, cut_view
+from foveacam_pipeline.verge.values import Phase
+
+STEP_PX = 0.5
+"""Step of the profiles along the line, survey px."""
+SURE_SCORE = 0.7
+"""Least weighted correlation of a registration."""
+LEAD = 0.1
+"""By how much it must fit better than at any other depth."""
+APART_SIGMAS = 5.0
+"""Registrations whose depths differ by less are one."""
+ROW_PX = 4.0
+"""Largest offset from the expected row, survey px."""
+CENTRED_PX = 0.4
+"""A look whose target lies nearer to the centre needs no further one, survey px."""
+ROUNDS = 3
+SAME_GAZE = 0.006
+"""A look whose gazes differ by less shows the same, tangents."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EyeSighting:
+    """A target in one fovea, looked at: the match, the look, and whether it speaks for the point itself."""
+
+    match: EyeMatch
+    seen: Seen
+    support: Support
+
+    @property
+    def supported(self) -> bool:
+        """Return whether the match speaks for the point itself."""
+        return self.support in {Support.MATCHED, Support.ENCLOSED}
+
+    def place(self, motion: Motion) -> Place:
+        """Return the point of the rig frame."""
+        target = motion.at(self.seen.sighting.left.t_ns)
+        return place_on_ray(target, self.match.inverse_z_per_m, self.match.sigma_per_m)
+
+
+class SingleEyeSearch:
+    """Finds a target in either fovea by the wide view alone."""
+
+    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
+        self._looker = looker
+        self._calibration = calibration
+        self._limits = limits
+
+    def matches(
+        self,
+        templates: tuple[Template, ...],
+        motion: Motion,
+        earlier: tuple[Seen, ...],
+        *,
+        span_per_m: tuple[float, float],
+    ) -> list[EyeMatch]:
+        """Return what either fovea shows of the target, best first: at most one place an eye.
+
+        `earlier`: looks that were made already. `span_per_m`: least and largest 1/Z to consider.
+        """
+        looks = self._survey(templates[-1], motion, earlier)
+        f_px = templates[0].f_px
+        step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
+        grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
+        reduced = [reduce_look(seen.sighting, self._calibration, f_px=f_px) for seen in looks]
+        found = []
+        for role in EYES:
+            eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
+            places = self._registered(role, eyes, looks, templates, motion, grid)
+            sure = _only_sure(places)
+            if sure is not None:
+                found.append(sure)
+        return sorted(found, key=lambda match: -match.score)
+
+    def look_at(self, match: EyeMatch, motion: Motion, f_px: float) -> EyeSighting | None:
+        """Look at a target with both eyes, one of which shows it; None when it is not there after all."""
+        calibration, role = self._calibration, match.role
+        inverse_z = match.inverse_z_per_m
+        for _ in range(ROUNDS):
+            gazes = aim_at(calibration, motion.at(self._looker.next_ns), max(inverse_z, 0.0))
+            seen = self._looker.look_clamped(gazes, Phase.FINE)
+            eye = self._eye(seen, role, inverse_z, f_px)
+            view = self._wide_view(seen.sighting.wide, motion, f_px)
+            target = motion.at(seen.sighting.left.t_ns)
+            better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
+            self._looker.record(seen, Measured(score=0.0 if better is None else better.score))
+            if better is None or not _sound(better):
+                return None
+            moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
+            inverse_z = better.inverse_z_per_m
+            if moved_px <= CENTRED_PX:
+                support = self._support(eye, view, target, better, f_px)
+                return EyeSighting(match=better, seen=seen, support=support)
+        return None
+
+    def _survey(self, template: Template, motion: Motion, earlier: tuple[Seen, ...]) -> list[Seen]:
+        """Return looks that together show every depth, those made earlier among them."""
+        looks = list(earlier)
+        for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
+            gazes = aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z)
+            gazes = clamp_gazes(self._calibration, gazes)
+            if any(
+                np.abs(seen.gazes.left - gazes.left).max() < SAME_GAZE
+                and np.abs(seen.gazes.right - gazes.right).max() < SAME_GAZE
+                for seen in looks
+            ):
+                continue
+            seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
+            self._looker.record(seen, Measured(score=0.0))
+            looks.append(seen)
+        return looks
+
+    def _registered(
+        self,
+        role: Role,
+        eyes: list[ReducedEye],
+        looks: list[Seen],
+        templates: tuple[Template, ...],
+        motion: Motion,
+        grid: NDArray[np.float64],
+    ) -> list[EyeMatch]:
+        """Return the sound registrations of all peaks in all looks of one eye."""
+        f_px = templates[0].f_px
+        views: dict[int, NDArray[np.float32]] = {}
+        found: list[EyeMatch] = []
+        for template in templates:
+            profiles = [
+                profile_of(
+                    eye,
+                    role,
+                    template,
+                    motion.at(seen.sighting.left.t_ns),
+                    inverse_z_per_m=grid,
+                    baseline_m=self._calibration.baseline_m,
+                )
+                for eye, seen in zip(eyes, looks, strict=True)
+            ]
+            scores = np.array([profile.scores for profile in profiles])
+            which = scores.argmax(axis=0)
+            best = Profile(inverse_z_per_m=grid, scores=scores.max(axis=0))
+            for inverse_z, _ in best.peaks(step_px=STEP_PX):
+                k = int(which[np.argmin(np.abs(grid - inverse_z))])
+                wide = looks[k].sighting.wide
+                if wide.seq not in views:
+                    views[wide.seq] = self._wide_view(wide, motion, f_px)
+                target = motion.at(looks[k].sighting.left.t_ns)
+                match = register_eye(
+                    eyes[k],
+                    role,
+                    views[wide.seq],
+                    target,
+                    inverse_z,
+                    calibration=self._calibration,
+                    f_px=f_px,
+                )
+                if match is not None and abs(match.row_px) <= ROW_PX:
+                    found.append(match)
+        return found
+
+    def _wide_view(self, wide: Frame, motion: Motion, f_px: float) -> NDArray[np.float32]:
+        image, target = gray(to_uint8(wide)), motion.at(wide.t_ns)
+        return cut_view(image, self._calibration.wide, target, f_px=f_px, half=view_half_px())
+
+    def _eye(self, seen: Seen, role: Role, inverse_z_per_m: float, f_px: float) -> ReducedEye:
+        depth_m = 1.0 / inverse_z_per_m if inverse_z_per_m > 0.0 else math.inf
+        return reduce_eye(seen.sighting, self._calibration, role, f_px=f_px, depth_m=depth_m)
+
+    def _support(
+        self,
+        eye: ReducedEye,
+        view: NDArray[np.float32],
+        target: NDArray[np.float64],
+        match: EyeMatch,
+        f_px: float,
+    ) -> Support:
+        """Return whether wide view and fovea agree at the point itself."""
+        half = int(SURVEY_SCALE.around_px) + 4
+        offset = side_of(match.role) * 0.5 * self._calibration.baseline_m * match.inverse_z_per_m
+        shift_x = f_px * (float(target[0]) + offset) - float(eye.centre_px[0])
+        shift_y = f_px * float(target[1]) + match.row_px - float(eye.centre_px[1])
+        one = Patch(image=view).cut((half, half))
+        other = Patch(image=eye.image).cut((half, half), (shift_x, shift_y, 0.0, 0.0))
+        return support_of(one, other, scale=SURVEY_SCALE).support
+
+
+def _sound(match: EyeMatch) -> bool:
+    return match.score >= SURE_SCORE and math.isfinite(match.sigma_per_m)
+
+
+def _only_sure(places: list[EyeMatch]) -> EyeMatch | None:
+    """Return the best sound registration when nothing at another depth fits nearly as well."""
+    if not places:
+        return None
+    best = max(places, key=lambda match: match.score)
+    if not _sound(best):
+        return None
+    for other in places:
+        apart = abs(other.inverse_z_per_m - best.inverse_z_per_m)
+        if apart > APART_SIGMAS * best.sigma_per_m and other.score > best.score - LEAD:
+            return None
+    return best

@@ -1,0 +1,50 @@
+"""The blank region about a point of the wide image, and places on its border."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.blank_region import INSIDE_PX, blank_region
+
+NOISE = 1.5
+CARD = (300, 420, 200, 330)
+"""Left, right, top, bottom edge of a plain card, px."""
+
+
+def _scene(seed: int = 3) -> NDArray[np.uint8]:
+    rng = np.random.default_rng(seed)
+    image = 90.0 + 40.0 * rng.random((540, 720))
+    left, right, top, bottom = CARD
+    image[top:bottom, left:right] = 170.0
+    return np.clip(image + rng.normal(scale=NOISE, size=image.shape), 0, 255).astype(np.uint8)
+
+
+def test_the_region_is_the_card_and_its_border_places_lie_on_its_edges() -> None:
+    left, right, top, bottom = CARD
+    region = blank_region(_scene(), np.array([350.0, 260.0]), noise=NOISE, places=6)
+
+    assert not region.touches_rim
+    assert 0.7 < region.mask.sum() * 4 / ((right - left) * (bottom - top)) < 1.1
+    assert len(region.border_px) >= 4
+    to_side_px = np.minimum(np.abs(region.border_px[:, 0] - left), np.abs(region.border_px[:, 0] - right))
+    inside_rows = (region.border_px[:, 1] > top - 6) & (region.border_px[:, 1] < bottom + 6)
+    assert inside_rows.all()
+    # Halved pixels, a smoothing of one of them and a ring of two place an edge to about six px
+    assert np.median(to_side_px) <= 6.0 + INSIDE_PX
+
+
+def test_pixels_of_the_region_are_held_and_others_not() -> None:
+    region = blank_region(_scene(), np.array([350.0, 260.0]), noise=NOISE, places=4)
+
+    held = region.holds(np.array([[350.0, 260.0], [600.0, 100.0]]))
+
+    assert held.tolist() == [True, False]
+
+
+def test_a_picture_without_any_edge_has_no_border_and_touches_the_rim() -> None:
+    rng = np.random.default_rng(1)
+    image = np.clip(120.0 + rng.normal(scale=NOISE, size=(540, 720)), 0, 255).astype(np.uint8)
+
+    region = blank_region(image, np.array([300.0, 200.0]), noise=NOISE, places=6)
+
+    assert len(region.border_px) == 0
+    assert region.touches_rim

@@ -1,0 +1,81 @@
+"""The depth of a blank point from measured points around it."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.infer import infer_depth
+
+TARGET = np.array([0.05, -0.02])
+RING = 0.03 * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [0.7, 0.7]])
+SIGMA_PER_M = 1.0e-4
+
+
+def _samples(inverse_z_per_m: NDArray[np.float64]) -> DepthSamples:
+    return DepthSamples(
+        tangents=TARGET + RING,
+        inverse_z_per_m=inverse_z_per_m,
+        sigma_per_m=np.full(len(RING), SIGMA_PER_M),
+    )
+
+
+def test_no_samples_suggest_nothing() -> None:
+    assert infer_depth(DepthSamples.none(), TARGET) == ()
+
+
+def test_a_tilted_plane_is_interpolated_within_its_error() -> None:
+    truth = 0.36
+    slope_per_m = np.array([0.4, -0.2])
+
+    best = infer_depth(_samples(truth + RING @ slope_per_m), TARGET)[0]
+
+    assert abs(best.inverse_z_per_m - truth) <= 3.0 * best.sigma_per_m
+    assert abs(best.inverse_z_per_m - truth) <= 1.0e-3 * truth
+    assert best.samples == len(RING)
+
+
+def test_something_in_front_of_the_surface_is_left_out() -> None:
+    truth = 0.125
+    measured = np.full(len(RING), truth)
+    measured[1] = 0.5
+
+    best = infer_depth(_samples(measured), TARGET)[0]
+
+    assert best.inverse_z_per_m == pytest.approx(truth, rel=2.0e-3)
+    assert best.probability > 0.8
+
+
+def test_the_stated_error_covers_a_sphere_seen_by_its_rim() -> None:
+    distance_m, radius_m = 5.4, 0.17
+    rim = radius_m / distance_m
+    samples = DepthSamples(
+        tangents=TARGET + rim / 0.03 * RING[:4],
+        inverse_z_per_m=np.full(4, 1.0 / distance_m),
+        sigma_per_m=np.full(4, SIGMA_PER_M),
+    )
+
+    best = infer_depth(samples, TARGET)[0]
+
+    assert abs(best.inverse_z_per_m - 1.0 / (distance_m - radius_m)) <= 3.0 * best.sigma_per_m
+
+
+def test_of_two_surfaces_the_nearer_one_stands_in_front_of_the_point() -> None:
+    measured = np.array([0.2, 0.2, 0.4, 0.4])
+    samples = DepthSamples(
+        tangents=TARGET + RING[:4], inverse_z_per_m=measured, sigma_per_m=np.full(4, SIGMA_PER_M)
+    )
+
+    best = infer_depth(samples, TARGET)[0]
+
+    assert abs(best.inverse_z_per_m - 0.2) <= 3.0 * best.sigma_per_m
+
+
+def test_a_single_sample_leaves_a_large_error() -> None:
+    alone = DepthSamples(
+        tangents=(TARGET + RING[:1]), inverse_z_per_m=np.array([0.2]), sigma_per_m=np.array([SIGMA_PER_M])
+    )
+
+    best = infer_depth(alone, TARGET)[0]
+
+    assert best.sigma_per_m >= 0.02 * best.inverse_z_per_m
