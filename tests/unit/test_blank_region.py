@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.blank_region import INSIDE_PX, blank_region
+from foveacam_pipeline.verge.blank_region import blank_region
 
 NOISE = 1.5
 CARD = (300, 420, 200, 330)
@@ -28,8 +28,7 @@ def test_the_region_is_the_card_and_its_border_places_lie_on_its_edges() -> None
     to_side_px = np.minimum(np.abs(region.border_px[:, 0] - left), np.abs(region.border_px[:, 0] - right))
     inside_rows = (region.border_px[:, 1] > top - 6) & (region.border_px[:, 1] < bottom + 6)
     assert inside_rows.all()
-    # Halved pixels, a smoothing of one of them and a ring of two place an edge to about six px
-    assert np.median(to_side_px) <= 6.0 + INSIDE_PX
+    assert np.median(to_side_px) <= 2.0  # one pixel of the halved picture
 
 
 def test_pixels_of_the_region_are_held_and_others_not() -> None:

@@ -81,7 +81,7 @@ class Answering:
         self._single = SingleEyeSearch(looker, calibration, limits)
         self._span_per_m = _span_per_m(within, limits)
         self._surroundings = SurroundingsEstimator(
-            looker, calibration, limits, context=context, span_per_m=self._span_per_m
+            looker, calibration, context=context, span_per_m=self._span_per_m
         )
 
     def answer(self, aim: Aim, loop: ClosedLoop, ended: Ended) -> Answer:
@@ -93,7 +93,7 @@ class Answering:
                 return found
         beside = _beside(self._calibration, aim, ended)
         target = motion.at(self._looker.next_ns)
-        depth = self._surroundings.estimate(target, self._looker.wide(), beside)
+        depth = self._surroundings.estimate(target, self._looker.wide(), loop.looks, beside)
         if _open(depth) or not depth.inferred:
             return self._bounded(depth, motion, ended)
         return self._inferred(depth, motion)

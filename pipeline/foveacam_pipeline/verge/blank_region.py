@@ -1,7 +1,7 @@
 """The blank region of the wide image about a point, and places on its border whose depth can be measured.
 
-An edge between two surfaces moves with the nearer one. A place just inside the border is measured by that
-edge, hardly by what lies beyond it: its surface is the region's own or stands in front of it.
+An edge between two surfaces moves with the nearer one: a place on the border is of the region's own surface
+or of one in front of it.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ FLAT_NOISES = 4.0
 """A slope below so many times its noise is flat."""
 LEAST_SLOPE = 0.5
 """Slope that shading alone may have, grey levels a reduced px."""
-INSIDE_PX = 2.0
-"""How far inside the border a place is measured, wide px."""
+RING_PX = 4
+"""The border's edge lies within so many reduced px of the flat pixels."""
 SECTORS = 8
 LEAST_ACROSS = 0.5
 """Least share of the slope along the row: edges along the row tell no distance."""
@@ -36,7 +36,7 @@ class BlankRegion:
     """A connected region without texture.
 
     `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
-    places just inside its border where the brightness changes along the row, wide px, nearest first.
+    places on its border where the brightness changes along the row, wide px, nearest first.
     `touches_rim`: whether it reaches the rim of the image.
     """
 
@@ -102,24 +102,18 @@ def _border(
     places: int,
 ) -> NDArray[np.float64]:
     """Return the nearest steep place on the border in each sector about a point, then further ones."""
-    kernel = np.ones((5, 5), dtype=np.uint8)
+    kernel = np.ones((2 * RING_PX + 1, 2 * RING_PX + 1), dtype=np.uint8)
     ring = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
-    across = (np.abs(slope_x) >= LEAST_ACROSS * slope) & (np.abs(slope_x) >= 2.0 * LEAST_SLOPE)
-    ys, xs = np.nonzero(ring & across)
+    steepness = np.abs(slope_x)
+    crest = steepness >= cv2.dilate(steepness, np.ones((1, 5), dtype=np.uint8))
+    across = (steepness >= LEAST_ACROSS * slope) & (steepness >= 2.0 * LEAST_SLOPE)
+    ys, xs = np.nonzero(ring & across & crest)
     if len(xs) == 0:
         return np.empty((0, 2))
     edge_px = REDUCED * np.column_stack([xs, ys]).astype(np.float64) + (REDUCED - 1) / 2
-    inward = np.sign(_inward(mask)[ys, xs])
-    edge_px[:, 0] += INSIDE_PX * inward
     size = np.array(shape[1::-1])
     free = ((edge_px >= RIM_PX) & (edge_px <= size - 1 - RIM_PX)).all(axis=1)
     return _spread(edge_px[free], at_px, places)
-
-
-def _inward(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return on which side along the row the region lies: positive to the right."""
-    blurred = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 2.0)
-    return np.asarray(cv2.Sobel(blurred, cv2.CV_32F, 1, 0), dtype=np.float32)
 
 
 def _spread(edge_px: NDArray[np.float64], at_px: NDArray[np.float64], places: int) -> NDArray[np.float64]:

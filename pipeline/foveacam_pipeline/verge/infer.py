@@ -2,7 +2,7 @@
 
 A plane is linear in inverse depth over the tangents. Every sample is either of the target's surface or of
 something in front of it; each division of the samples is a hypothesis with a probability (Bayesian linear
-regression), and hypotheses that agree are put together.
+regression), and hypotheses that agree are put together. That all of them are in front is one more.
 """
 
 import math
@@ -27,10 +27,12 @@ UNEVEN_SIGMA = 2.0e-3
 """What keeps real surfaces from being planes, relative to 1/Z."""
 OWN_CHANCE = 0.6
 """Chance of a sample to be of the target's surface."""
-FRONT_CHANCE = 0.37
+FRONT_CHANCE = 0.35
 """Chance of a sample to be of something in front of it; the rest is behind it, by a wrong match."""
-SPREAD_PER_M = 0.77
-"""Range of 1/Z over which another surface may lie: from 1.3 m to infinity."""
+SAME_SHARE = 0.02
+"""Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
+OTHER_SPREAD = 2.0
+"""They leave a plane by so many times their error: another surface is as even as the target's."""
 LEAST_PROBABILITY = 0.08
 """Less probable hypotheses are not told."""
 
@@ -70,6 +72,7 @@ def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inf
         for own in product((True, False), repeat=len(q))
         if any(own)
     ]
+    divisions.append(_all_in_front(q, sigma))
     return _merged(divisions)
 
 
@@ -97,8 +100,9 @@ def _weighed(
     others = ~own
     ahead = q[others] - (level + design[others] @ plane)
     in_front = ahead > -3.0 * sigma[others]
-    chances = np.where(in_front, FRONT_CHANCE, 1.0 - OWN_CHANCE - FRONT_CHANCE) / SPREAD_PER_M
+    chances = np.where(in_front, FRONT_CHANCE, 1.0 - OWN_CHANCE - FRONT_CHANCE)
     log_weight += count * math.log(OWN_CHANCE) + float(np.sum(np.log(chances)))
+    log_weight += _log_scattered(q[others], sigma[others])
     bulge = BULGE_SIGMA * level * float(np.hypot(*offsets[own].T).min())
     return _Division(
         log_weight=log_weight,
@@ -106,6 +110,28 @@ def _weighed(
         variance=max(float(spread[0, 0]), 0.0) + bulge**2,
         samples=count,
     )
+
+
+def _all_in_front(q: NDArray[np.float64], sigma: NDArray[np.float64]) -> _Division:
+    """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
+    farthest = float(q.min())
+    log_weight = len(q) * math.log(FRONT_CHANCE) + _log_scattered(q, sigma)
+    return _Division(
+        log_weight=log_weight, inverse_z_per_m=farthest / 2.0, variance=farthest**2 / 12.0, samples=0
+    )
+
+
+def _log_scattered(q: NDArray[np.float64], sigma: NDArray[np.float64]) -> float:
+    """Return the log likelihood of samples of other surfaces: few surfaces, each anywhere before the rig."""
+    total, left = 0.0, np.sort(q)
+    error = float(np.median(sigma)) if len(sigma) else 0.0
+    while len(left):
+        same = left <= left[0] * (1.0 + SAME_SHARE) + 3.0 * error
+        spread = OTHER_SPREAD * error
+        total -= math.log(LEVEL_SIGMA_PER_M * math.sqrt(2.0 * math.pi))
+        total -= (int(same.sum()) - 1) * math.log(spread * math.sqrt(2.0 * math.pi))
+        left = left[~same]
+    return total
 
 
 def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:

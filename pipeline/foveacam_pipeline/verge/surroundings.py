@@ -1,43 +1,58 @@
 """Measures the border of what is blank and infers the depth of a point within."""
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
+from foveacam_pipeline.verge.aim import EYES, aim_at
 from foveacam_pipeline.verge.blank_region import BlankRegion, blank_region
-from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported
+from foveacam_pipeline.verge.border_depth import (
+    STEP_PX,
+    BorderDepth,
+    BorderPatch,
+    border_depth,
+    border_patch,
+)
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.infer import Inferred, infer_depth
-from foveacam_pipeline.verge.looking import Ended, Looker
-from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.sight import Aim
-from foveacam_pipeline.verge.single_eye_search import SingleEyeSearch
+from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.survey import ReducedLook, shrink_eye
+from foveacam_pipeline.verge.template import survey_f_px
 from foveacam_pipeline.verge.texture import noise_level
-from foveacam_pipeline.verge.values import FixationState
+from foveacam_pipeline.verge.values import Phase
 
-LOOKS, SECONDS = 10, 1.5
-"""Allowed to the measurement of one place."""
-PLACES = 6
-ENOUGH_PLACES = 3
-ENOUGH_SHARE = 2.5e-3
-"""No further place is measured when the inference is so sure: sigma relative to 1/Z."""
+LOOKS, SECONDS = 14, 4.0
+PLACES = 24
+DIRECTIONS = 4
+"""So many directions are looked at for the border, at most."""
+IN_VIEW_TAN = 0.014
+"""A place so near to a look's direction is within both foveae's fields: 0.8 degrees."""
+LEVELS_PER_M = (0.37, 0.0, 0.72)
+"""1/Z of the looks that together show every depth, in the order of how common things are there."""
+SECTORS = 8
+ENOUGH_SAMPLES = 3
+ENOUGH_SHARE = 8.0e-3
+"""No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
+ENOUGH_PROBABILITY = 0.9
 CONTEXT_REACH_TAN = 0.06
 """How far around a target earlier measurements count, tangents: 3.4 degrees."""
-POINT_SIGMA_SHARE = 5.0e-4
-"""Least error of a measured place, relative to 1/Z: the edge has a thickness."""
+BESIDE_SIGMA_SHARE = 2.0e-3
+"""Error of a match beside the target, relative to 1/Z."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurroundingDepth:
     """What the surroundings of a point say of its depth.
 
-    `samples`: what was measured. `inferred`: most probable first. `region`: the blank region around the point.
+    `samples`: what was measured. `inferred`: most probable first. `region`: the blank region about the point.
     """
 
     samples: DepthSamples
@@ -46,120 +61,193 @@ class SurroundingDepth:
 
 
 class SurroundingsEstimator:
-    """Infers the depth of one target from places around it that it looks at."""
+    """Infers the depth of targets from the borders of the blank regions around them."""
 
     def __init__(
         self,
         looker: Looker,
         calibration: Calibration,
-        limits: VergeSettings,
         *,
         context: DepthContext | None,
         span_per_m: tuple[float, float],
     ) -> None:
         self._looker = looker
         self._calibration = calibration
-        self._limits = limits
         self._context = context
-        self._span_per_m = span_per_m
+        self._f_px = survey_f_px(calibration.wide)
+        step = STEP_PX / (self._f_px * 0.5 * calibration.baseline_m)
+        self._grid = np.arange(span_per_m[0], span_per_m[1] + step, step)
 
     def estimate(
-        self, target: NDArray[np.float64], frame: Frame, beside: tuple[NDArray[np.float64], Place] | None
+        self,
+        target: NDArray[np.float64],
+        frame: Frame,
+        earlier: tuple[Seen, ...],
+        beside: tuple[NDArray[np.float64], Place] | None,
     ) -> SurroundingDepth:
-        """Measure places on the border of the blank region about a target until its depth is sure.
+        """Look at places on the border of the blank region about a target until its depth is sure.
 
-        `target`: (2,) tangents. `frame`: a wide frame. `beside`: tangents and place of a match that spoke for
-        something beside the target.
+        `target`: (2,) tangents. `frame`: a wide frame. `earlier`: looks that were made already. `beside`:
+        tangents and place of a match that spoke for something beside the target.
         """
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        noise = noise_level(image, at_px=at_px)
-        region = blank_region(image, at_px, noise=noise, places=PLACES)
-        samples = _Collected(self._known(target, region))
-        if beside is not None:
-            samples.add(*beside)
-        found = infer_depth(samples.value(), target)
-        for pixel in region.border_px:
-            if len(samples) >= ENOUGH_PLACES and _sure(found):
-                break
-            tangents = np.tan(wide.angles_rad(pixel[None])[0])
-            expected = found[0].inverse_z_per_m if found else None
-            place = self._measured(tangents, expected)
-            if place is not None:
-                samples.add(tangents, place)
-                found = infer_depth(samples.value(), target)
-        return SurroundingDepth(samples=samples.value(), inferred=found, region=region)
+        region = blank_region(image, at_px, noise=noise_level(image, at_px=at_px), places=PLACES)
+        mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
+        places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
+        patches = [
+            border_patch(image, np.asarray(mask, dtype=np.uint8), wide, place, f_px=self._f_px)
+            for place in places
+        ]
+        known = _joined(self._known(target, region), _beside(beside))
+        return self._measured(target, region, patches, earlier, known)
+
+    def _measured(
+        self,
+        target: NDArray[np.float64],
+        region: BlankRegion,
+        patches: list[BorderPatch],
+        earlier: tuple[Seen, ...],
+        known: DepthSamples,
+    ) -> SurroundingDepth:
+        found: dict[int, BorderDepth] = {}
+        for seen in earlier:
+            self._examine(seen, patches, found)
+        samples = _joined(known, _by_sector(found.values(), target))
+        inferred = infer_depth(samples, target)
+        try:
+            for seen in self._looks(target, patches, found):
+                self._examine(seen, patches, found)
+                samples = _joined(known, _by_sector(found.values(), target))
+                inferred = infer_depth(samples, target)
+                if _sure(inferred):
+                    break
+        except Ended:
+            pass  # what was measured until then counts
+        return SurroundingDepth(samples=samples, inferred=inferred, region=region)
 
     def _known(self, target: NDArray[np.float64], region: BlankRegion) -> DepthSamples:
+        """Return earlier measurements within the region."""
         if self._context is None:
             return DepthSamples.none()
         known = self._context.around(target, reach_tan=CONTEXT_REACH_TAN)
         if len(known) == 0:
             return known
-        pixels = self._calibration.wide.pixels(np.arctan(known.tangents))
-        inside = region.holds(pixels)
+        inside = region.holds(self._calibration.wide.pixels(np.arctan(known.tangents)))
         return DepthSamples(
             tangents=known.tangents[inside],
             inverse_z_per_m=known.inverse_z_per_m[inside],
             sigma_per_m=known.sigma_per_m[inside],
         )
 
-    def _measured(self, tangents: NDArray[np.float64], expected_per_m: float | None) -> Place | None:
-        """Return the place in a direction by both foveae, or by one; None when neither tells."""
+    def _looks(
+        self, target: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
+    ) -> Iterator[Seen]:
+        """Look at stretches of the border that were not measured yet, nearest to the target first."""
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
-        loop = ClosedLoop(self._looker, self._calibration, self._limits, expected_per_m=expected_per_m)
-        try:
-            return loop.run(Aim(tangents=tangents, half_px=None)).place
-        except Unsupported as end:
-            return end.verged.place if end.verged.support.sectors > 0 else None
-        except Ended as end:
-            if end.state is not FixationState.OUT_OF_RANGE:
-                return None
-        return self._by_one_eye(loop)
+        tried: list[NDArray[np.float64]] = []
+        for _ in range(DIRECTIONS):
+            direction = _next_direction(target, patches, found, tried)
+            if direction is None:
+                return
+            tried.append(direction)
+            for inverse_z in LEVELS_PER_M:
+                gazes = aim_at(self._calibration, direction, inverse_z)
+                seen = self._looker.look_clamped(gazes, Phase.SURROUNDINGS)
+                self._looker.record(seen, Measured(score=0.0))
+                yield seen
+                if _all_found(direction, patches, found):
+                    break
 
-    def _by_one_eye(self, loop: ClosedLoop) -> Place | None:
-        """Return the place that one fovea shows; the other cannot turn there."""
-        if loop.motion is None:
-            return None
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
-        single = SingleEyeSearch(self._looker, self._calibration, self._limits)
-        try:
-            matches = single.matches(loop.templates, loop.motion, loop.looks, span_per_m=self._span_per_m)
-            for match in matches:
-                sighted = single.look_at(match, loop.motion, loop.templates[0].f_px)
-                if sighted is not None:
-                    return sighted.place(loop.motion)
-        except Ended:
-            return None
-        return None
-
-
-class _Collected:
-    """Samples that grow."""
-
-    def __init__(self, known: DepthSamples) -> None:
-        self._samples = known
-
-    def __len__(self) -> int:
-        return len(self._samples)
-
-    def add(self, tangents: NDArray[np.float64], place: Place) -> None:
-        """Take a measured place in a direction, (2,) tangents."""
-        z_m = place.point_rig_m[2]
-        share = max(place.distance_sigma_m / place.distance_m, POINT_SIGMA_SHARE)
-        self._samples = DepthSamples(
-            tangents=np.vstack([self._samples.tangents, tangents]),
-            inverse_z_per_m=np.append(self._samples.inverse_z_per_m, 1.0 / z_m),
-            sigma_per_m=np.append(self._samples.sigma_per_m, share / z_m),
+    def _examine(self, seen: Seen, patches: list[BorderPatch], found: dict[int, BorderDepth]) -> None:
+        """Measure the places of a border that a look shows; the better of two measurements counts."""
+        z_m = crossing_z_m(self._calibration, seen.sighting.volts)
+        left, right = (
+            shrink_eye(seen.sighting, self._calibration, role, f_px=self._f_px, depth_m=z_m) for role in EYES
         )
+        look = ReducedLook(left=left, right=right, f_px=self._f_px)
+        for index, patch in enumerate(patches):
+            depth = border_depth(
+                look, patch, inverse_z_per_m=self._grid, baseline_m=self._calibration.baseline_m
+            )
+            if depth is not None and (index not in found or depth.score > found[index].score):
+                found[index] = depth
 
-    def value(self) -> DepthSamples:
-        """Return what was taken so far."""
-        return self._samples
+
+def _next_direction(
+    target: NDArray[np.float64],
+    patches: list[BorderPatch],
+    found: dict[int, BorderDepth],
+    tried: list[NDArray[np.float64]],
+) -> NDArray[np.float64] | None:
+    """Return the direction of the next look: towards the nearest stretch of the border not looked at."""
+    left = [
+        patch.tangents
+        for index, patch in enumerate(patches)
+        if index not in found and all(_apart(patch.tangents, other) > IN_VIEW_TAN for other in tried)
+    ]
+    if not left:
+        return None
+    nearest = min(left, key=lambda place: _apart(place, target))
+    stretch = [place for place in left if _apart(place, nearest) <= IN_VIEW_TAN]
+    middle = np.mean(stretch, axis=0)
+    return np.asarray(nearest + 0.7 * (middle - nearest), dtype=np.float64)
 
 
-def _sure(found: tuple[Inferred, ...]) -> bool:
-    if not found or found[0].probability < 0.9:
+def _all_found(
+    direction: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
+) -> bool:
+    """Return whether half of the border about a direction is measured."""
+    there = [k for k, patch in enumerate(patches) if _apart(patch.tangents, direction) <= IN_VIEW_TAN]
+    return sum(k in found for k in there) >= 0.5 * len(there)
+
+
+def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(np.hypot(*(one - other)))
+
+
+def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> DepthSamples:
+    """Return one sample for each direction from the target: the median of the places there."""
+    groups: dict[int, list[BorderDepth]] = {}
+    for depth in found:
+        x, y = np.array(depth.tangents) - target
+        sector = int((np.arctan2(y, x) + np.pi) / (2.0 * np.pi) * SECTORS) % SECTORS
+        groups.setdefault(sector, []).append(depth)
+    if not groups:
+        return DepthSamples.none()
+    middles = [
+        sorted(group, key=lambda depth: depth.inverse_z_per_m)[len(group) // 2] for group in groups.values()
+    ]
+    return DepthSamples(
+        tangents=np.array([depth.tangents for depth in middles]),
+        inverse_z_per_m=np.array([depth.inverse_z_per_m for depth in middles]),
+        sigma_per_m=np.array([depth.sigma_per_m for depth in middles]),
+    )
+
+
+def _beside(beside: tuple[NDArray[np.float64], Place] | None) -> DepthSamples:
+    if beside is None:
+        return DepthSamples.none()
+    tangents, place = beside
+    inverse_z = 1.0 / place.point_rig_m[2]
+    return DepthSamples(
+        tangents=tangents[None],
+        inverse_z_per_m=np.array([inverse_z]),
+        sigma_per_m=np.array([BESIDE_SIGMA_SHARE * inverse_z]),
+    )
+
+
+def _joined(one: DepthSamples, other: DepthSamples) -> DepthSamples:
+    return DepthSamples(
+        tangents=np.vstack([one.tangents, other.tangents]),
+        inverse_z_per_m=np.append(one.inverse_z_per_m, other.inverse_z_per_m),
+        sigma_per_m=np.append(one.sigma_per_m, other.sigma_per_m),
+    )
+
+
+def _sure(inferred: tuple[Inferred, ...]) -> bool:
+    if not inferred or inferred[0].probability < ENOUGH_PROBABILITY:
         return False
-    return found[0].sigma_per_m <= ENOUGH_SHARE * found[0].inverse_z_per_m
+    best = inferred[0]
+    return best.samples >= ENOUGH_SAMPLES and best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m

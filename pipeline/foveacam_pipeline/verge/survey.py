@@ -1,7 +1,7 @@
 """Both foveae reduced by the zoom (about 9 times) to the scale at which the wide view is compared."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -24,7 +24,7 @@ ROLLED_AWAY_PX = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReducedEye:
-    """One fovea at survey scale: a window of its virtual plane, evened out, from (u0, v0) px on.
+    """One fovea at survey scale: a window of its virtual plane from (u0, v0) px on.
 
     `image`: (h, w) float32, odd sides. `seen`: (h, w) float32, 0 where it looks past the frame.
     """
@@ -76,12 +76,20 @@ def reduce_eye(
     sighting: Sighting, calibration: Calibration, role: Role, *, f_px: float, depth_m: float
 ) -> ReducedEye:
     """Bring one fovea to survey scale, free of the parallax of pupil and pivot for what is at `depth_m`."""
+    shown = shrink_eye(sighting, calibration, role, f_px=f_px, depth_m=depth_m)
+    return replace(shown, image=evened(shown.image))
+
+
+def shrink_eye(
+    sighting: Sighting, calibration: Calibration, role: Role, *, f_px: float, depth_m: float
+) -> ReducedEye:
+    """Like `reduce_eye`, with brightness and contrast as they are."""
     frame = sighting.left if role is Role.LEFT else sighting.right
     plane = plane_from_raw(calibration, role, sighting.volts, depth_m=depth_m)
-    return _reduce(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px)
+    return _shrunk(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px)
 
 
-def _reduce(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:
+def _shrunk(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:
     height, width = image.shape
     small = cv2.resize(image, (width // REDUCTION, height // REDUCTION), interpolation=cv2.INTER_AREA).astype(
         np.float32
@@ -96,5 +104,5 @@ def _reduce(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float
     seen = cv2.warpPerspective(np.ones_like(small), window, size, flags=cv2.INTER_LINEAR)
     blurred = np.asarray(cv2.GaussianBlur(view, (0, 0), BLUR_SIGMA_PX), dtype=np.float32)
     return ReducedEye(
-        image=evened(blurred), seen=np.asarray(seen, dtype=np.float32), u0_px=float(u0), v0_px=float(v0)
+        image=blurred, seen=np.asarray(seen, dtype=np.float32), u0_px=float(u0), v0_px=float(v0)
     )

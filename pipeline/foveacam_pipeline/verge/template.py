@@ -71,7 +71,7 @@ def cut_template(
     """Cut the patch about `target`: (2,) tangents, half sides of (x, y) wide px; `noise` in grey levels."""
     f_px = survey_f_px(wide)
     half = (round(ENLARGED * half_px[0]), round(ENLARGED * half_px[1]))
-    view = _look_up(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
+    view = wide_window(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
     inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
     return Template(
         patch=np.ascontiguousarray(evened(view)[inner]),
@@ -98,7 +98,7 @@ def follow(
     fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
     reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + fastest_px))
     half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
-    view = evened(_look_up(gray, wide, template.target, f_px=template.f_px, half=half))
+    view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
     inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
     scores = np.nan_to_num(
         cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=bell(template.patch))
@@ -124,7 +124,7 @@ def cut_view(
 ) -> NDArray[np.float32]:
     """Return the wide image about `target`, evened out, (2 half_y + 1, 2 half_x + 1) float32 survey px."""
     wider = (half[0] + MARGIN_PX, half[1] + MARGIN_PX)
-    view = evened(_look_up(gray, wide, target, f_px=f_px, half=wider))
+    view = evened(wide_window(gray, wide, target, f_px=f_px, half=wider))
     return np.ascontiguousarray(view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX])
 
 
@@ -171,7 +171,7 @@ def _vertex(three: NDArray[np.float32], index: int, length: int) -> float:
     return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
 
 
-def _look_up(
+def wide_window(
     gray: NDArray[np.uint8],
     wide: Intrinsics,
     target: NDArray[np.float64],

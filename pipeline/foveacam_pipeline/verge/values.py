@@ -38,6 +38,7 @@ class Phase(StrEnum):
     EPIPOLAR = "epipolar"
     COARSE = "coarse"
     FINE = "fine"
+    SURROUNDINGS = "surroundings"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +91,7 @@ class VergeStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DepthRange:
-    """Distances from the rig's origin in which a target is looked for, metres; `farthest_m` may be infinite."""
+    """Distances from the rig's origin in which a target is looked for, m; `farthest_m` may be infinite."""
 
     nearest_m: float
     farthest_m: float
