@@ -31,8 +31,6 @@ FRONT_CHANCE = 0.35
 """Chance of a sample to be of something in front of it; the rest is behind it, by a wrong match."""
 SAME_SHARE = 0.02
 """Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
-OTHER_SPREAD = 2.0
-"""They leave a plane by so many times their error: another surface is as even as the target's."""
 LEAST_PROBABILITY = 0.08
 """Less probable hypotheses are not told."""
 
@@ -66,72 +64,91 @@ def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inf
     nearest = np.argsort(np.hypot(*offsets.T))[:MAX_SAMPLES]
     offsets, q = offsets[nearest], samples.inverse_z_per_m[nearest]
     level = float(np.median(q))
-    sigma = np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level)
+    measured = _Measured(
+        design=np.column_stack([np.ones(len(q)), offsets]),
+        q=q,
+        sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
+        level=level,
+    )
     divisions = [
-        _weighed(np.array(own, dtype=np.bool_), offsets, q, sigma, level=level)
+        _weighed(np.array(own, dtype=np.bool_), measured)
         for own in product((True, False), repeat=len(q))
         if any(own)
     ]
-    divisions.append(_all_in_front(q, sigma))
+    divisions.append(_all_in_front(measured))
     return _merged(divisions)
 
 
-def _weighed(
-    own: NDArray[np.bool_],
-    offsets: NDArray[np.float64],
-    q: NDArray[np.float64],
-    sigma: NDArray[np.float64],
-    *,
-    level: float,
-) -> _Division:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Measured:
+    """The samples about a target: (n, 3) rows (1, x, y), 1/Z and its error (n,), and the middle of 1/Z."""
+
+    design: NDArray[np.float64]
+    q: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    level: float
+
+    @property
+    def prior(self) -> NDArray[np.float64]:
+        slope = (SLOPE_SIGMA * self.level) ** 2
+        return np.diag([LEVEL_SIGMA_PER_M**2, slope, slope])
+
+    def log_plane(self, own: NDArray[np.bool_]) -> float:
+        """Return the log marginal likelihood of some samples as points of one plane."""
+        covariance = self._covariance(own)
+        residual = self.q[own] - self.level
+        _, log_det = np.linalg.slogdet(covariance)
+        squares = float(residual @ np.linalg.solve(covariance, residual))
+        return -0.5 * (squares + float(log_det) + int(own.sum()) * math.log(2.0 * math.pi))
+
+    def log_planes(self, others: NDArray[np.bool_]) -> float:
+        """Return the log likelihood of samples as points of other surfaces, sorted by depth into a few."""
+        total, left = 0.0, others.copy()
+        while left.any():
+            nearest = float(self.q[left].min())
+            same = left & (self.q <= nearest * (1.0 + SAME_SHARE) + 3.0 * self.sigma)
+            total += self.log_plane(same)
+            left &= ~same
+        return total
+
+    def plane(self, own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], float]:
+        """Return the plane through some samples, (3,) about `level`, and its variance at the target."""
+        mine, prior = self.design[own], self.prior
+        gain = prior @ mine.T @ np.linalg.inv(self._covariance(own))
+        spread = prior - gain @ mine @ prior
+        return gain @ (self.q[own] - self.level), max(float(spread[0, 0]), 0.0)
+
+    def _covariance(self, own: NDArray[np.bool_]) -> NDArray[np.float64]:
+        mine = self.design[own]
+        return np.asarray(mine @ self.prior @ mine.T + np.diag(self.sigma[own] ** 2), dtype=np.float64)
+
+
+def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
     """Return the weight of one division of the samples, and what its own ones say of the target."""
-    count = int(own.sum())
-    prior = np.diag([LEVEL_SIGMA_PER_M**2, *[(SLOPE_SIGMA * level) ** 2] * 2])
-    design = np.column_stack([np.ones(len(q)), offsets])
-    mine = design[own]
-    covariance = mine @ prior @ mine.T + np.diag(sigma[own] ** 2)
-    residual = q[own] - level
-    solved = np.linalg.solve(covariance, residual)
-    _, log_det = np.linalg.slogdet(covariance)
-    log_weight = -0.5 * float(residual @ solved + log_det + count * math.log(2.0 * math.pi))
-    gain = prior @ mine.T
-    plane = gain @ solved
-    spread = prior - gain @ np.linalg.solve(covariance, gain.T)
-    others = ~own
-    ahead = q[others] - (level + design[others] @ plane)
-    in_front = ahead > -3.0 * sigma[others]
+    plane, variance = measured.plane(own)
+    others, count = ~own, int(own.sum())
+    ahead = measured.q[others] - (measured.level + measured.design[others] @ plane)
+    in_front = ahead > -3.0 * measured.sigma[others]
     chances = np.where(in_front, FRONT_CHANCE, 1.0 - OWN_CHANCE - FRONT_CHANCE)
-    log_weight += count * math.log(OWN_CHANCE) + float(np.sum(np.log(chances)))
-    log_weight += _log_scattered(q[others], sigma[others])
-    bulge = BULGE_SIGMA * level * float(np.hypot(*offsets[own].T).min())
+    log_weight = count * math.log(OWN_CHANCE) + float(np.sum(np.log(chances)))
+    bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
     return _Division(
-        log_weight=log_weight,
-        inverse_z_per_m=level + float(plane[0]),
-        variance=max(float(spread[0, 0]), 0.0) + bulge**2,
+        log_weight=log_weight + measured.log_plane(own) + measured.log_planes(others),
+        inverse_z_per_m=measured.level + float(plane[0]),
+        variance=variance + bulge**2,
         samples=count,
     )
 
 
-def _all_in_front(q: NDArray[np.float64], sigma: NDArray[np.float64]) -> _Division:
+def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
-    farthest = float(q.min())
-    log_weight = len(q) * math.log(FRONT_CHANCE) + _log_scattered(q, sigma)
+    farthest, count = float(measured.q.min()), len(measured.q)
     return _Division(
-        log_weight=log_weight, inverse_z_per_m=farthest / 2.0, variance=farthest**2 / 12.0, samples=0
+        log_weight=count * math.log(FRONT_CHANCE) + measured.log_planes(np.ones(count, dtype=np.bool_)),
+        inverse_z_per_m=farthest / 2.0,
+        variance=farthest**2 / 12.0,
+        samples=0,
     )
-
-
-def _log_scattered(q: NDArray[np.float64], sigma: NDArray[np.float64]) -> float:
-    """Return the log likelihood of samples of other surfaces: few surfaces, each anywhere before the rig."""
-    total, left = 0.0, np.sort(q)
-    error = float(np.median(sigma)) if len(sigma) else 0.0
-    while len(left):
-        same = left <= left[0] * (1.0 + SAME_SHARE) + 3.0 * error
-        spread = OTHER_SPREAD * error
-        total -= math.log(LEVEL_SIGMA_PER_M * math.sqrt(2.0 * math.pi))
-        total -= (int(same.sum()) - 1) * math.log(spread * math.sqrt(2.0 * math.pi))
-        left = left[~same]
-    return total
 
 
 def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
