@@ -14,7 +14,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
-from foveacam_pipeline.verge.depth_samples import DepthContext
+from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place, place_on_ray
 from foveacam_pipeline.verge.infer import Inferred
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured
@@ -31,15 +31,17 @@ LOOKS, SECONDS = 24, 4.0
 AGREE_SIGMAS = 4.0
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
+REACH_LEVELS = 9
+"""So many distances are tried when it is asked whether an eye can look somewhere."""
 OPEN_SAMPLES = 3
 """A blank region that reaches the rim of the image may be the sky: as many samples must agree."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """How a distance is known, and the distance or its limits."""
+    """How a distance is known, and the distance or its limits; `basis` None: no eye can look there."""
 
-    basis: Basis
+    basis: Basis | None
     reason: str
     left_view: EyeView
     right_view: EyeView
@@ -87,16 +89,27 @@ class Answering:
     def answer(self, aim: Aim, loop: ClosedLoop, ended: Ended) -> Answer:
         """Return the answer to a target whose loop has ended, the foveae looking at it."""
         motion = loop.motion or Motion(aim.tangents, self._looker.next_ns)
+        if not self._in_reach(motion):
+            out = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
+            return Answer(basis=None, reason=ended.reason, left_view=out, right_view=out)
+        if ended.astray is not None:  # whatever the eyes show, its distance would be wrong
+            return self._bounded(DepthSamples.none(), motion, ended)
         if loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px:
             found = self._from_single_eyes(loop, motion)
             if found is not None:
                 return found
+        self._looker.grant(looks=LOOKS, seconds=SECONDS)
         beside = _beside(self._calibration, aim, ended)
         target = motion.at(self._looker.next_ns)
         depth = self._surroundings.estimate(target, self._looker.wide(), loop.looks, beside)
         if _open(depth) or not depth.inferred:
-            return self._bounded(depth, motion, ended)
+            return self._bounded(depth.samples, motion, ended)
         return self._inferred(depth, motion)
+
+    def _in_reach(self, motion: Motion) -> bool:
+        """Return whether any eye can look at the target, at whatever distance."""
+        levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
+        return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
 
     def _from_single_eyes(self, loop: ClosedLoop, motion: Motion) -> Answer | None:
         """Look where single foveae show the target; return the answer of both, of one, or None."""
@@ -173,11 +186,11 @@ class Answering:
             alternatives=alternatives if count else (),
         )
 
-    def _bounded(self, depth: SurroundingDepth, motion: Motion, ended: Ended) -> Answer:
+    def _bounded(self, samples: DepthSamples, motion: Motion, ended: Ended) -> Answer:
         """Return limits: behind the nearest thing on its border, as far as there is one."""
         target = motion.at(self._looker.next_ns)
         length = float(np.linalg.norm([*target, 1.0]))
-        inverse_z = float(depth.samples.inverse_z_per_m.max()) if len(depth.samples) else 0.0
+        inverse_z = float(samples.inverse_z_per_m.max()) if len(samples) else 0.0
         nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
         bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
         views, _ = self._views(0.0, motion, seeing=set(EYES))

@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -115,7 +115,7 @@ def judge(rig: Rig, calibration: Calibration, scene: str, pixel: NDArray[np.floa
         name="background" if click is None else click.name,
         seen_by="both" if click is None else _seen_by(truth, click),
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
-        fixation=fixation,
+        fixation=replace(fixation, sighting=None),  # hundreds of looks would fill the memory
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
         wall_ms=wall_ms,
     )
