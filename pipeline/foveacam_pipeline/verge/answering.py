@@ -123,9 +123,32 @@ class Answering:
                 verged = loop.close_at(_weighted(sound)[0])
                 if verged is not None:
                     return both_foveae(verged)
-            return self._one_eyed(sound, motion) if sound else None
+            hidden = [one for one in sound if not one.at_edge]
+            if hidden:
+                return self._one_eyed(hidden, motion)
+            return self._behind_edge(sound, motion)
         except Ended:
             return None
+
+    def _behind_edge(self, edges: list[EyeSighting], motion: Motion) -> Answer | None:
+        """Return the answer for a point beside the edge of something nearer."""
+        if not edges:
+            return None
+        nearest = max(edges, key=lambda one: one.match.inverse_z_per_m)
+        frame = self._looker.wide()
+        behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
+        if behind is None:
+            return None
+        place = self._look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
+        views, blocked = self._views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
+        return Answer(
+            basis=Basis.FOVEA_AND_WIDE,
+            reason=verdict.one_eyed(place, {nearest.match.role}, blocked=blocked),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            score=behind.score,
+        )
 
     def _one_eyed(self, sighted: list[EyeSighting], motion: Motion) -> Answer:
         """Return the answer of one fovea and the wide camera; of two that agree, their mean."""

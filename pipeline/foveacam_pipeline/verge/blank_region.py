@@ -25,6 +25,14 @@ RING_PX = 4
 SECTORS = 8
 LEAST_ACROSS = 0.5
 """Least share of the slope along the row: edges along the row tell no distance."""
+SIDE_REACH_PX = 24
+"""How far the side of an edge is followed, wide px."""
+EDGE_PX = 4
+"""An edge beside a point lies within so many wide px."""
+EDGE_SHARE = 0.5
+"""Slopes below this share of the edge's do not belong to it."""
+LEAST_UPRIGHT = 0.6
+"""Least share of the border's own normal along the row: what is seen behind a level edge is not the edge."""
 APART_PX = 12.0
 """Places lie at least so far apart, wide px."""
 RIM_PX = 30
@@ -79,6 +87,28 @@ def blank_region(
     )
 
 
+def side_of_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return (h, w), 255 where an image continues from a point without crossing the edge beside it."""
+    height, width = gray.shape
+    x, y = np.clip(np.rint(at_px).astype(int), 0, (width - 1, height - 1)).tolist()
+    rows = slice(max(0, y - SIDE_REACH_PX), y + SIDE_REACH_PX + 1)
+    columns = slice(max(0, x - SIDE_REACH_PX), x + SIDE_REACH_PX + 1)
+    smooth = cv2.GaussianBlur(gray[rows, columns].astype(np.float32), (0, 0), SMOOTH_SIGMA_PX)
+    slope = cv2.magnitude(
+        *(cv2.Sobel(smooth, cv2.CV_32F, dx, dy, scale=1 / 8) for dx, dy in ((1, 0), (0, 1)))
+    )
+    own_x, own_y = x - columns.start, y - rows.start
+    near = slope[max(0, own_y - EDGE_PX) : own_y + EDGE_PX + 1, max(0, own_x - EDGE_PX) : own_x + EDGE_PX + 1]
+    level = np.asarray(slope < EDGE_SHARE * float(near.max()), dtype=np.uint8)
+    _, labels = cv2.connectedComponents(level, connectivity=4)
+    ys, xs = np.nonzero(labels > 0)
+    mask = np.zeros(gray.shape, dtype=np.uint8)
+    if len(xs):
+        nearest = int(np.argmin((xs - own_x) ** 2 + (ys - own_y) ** 2))
+        mask[rows, columns] = 255 * (labels == labels[ys[nearest], xs[nearest]])
+    return mask
+
+
 def _component(flat: NDArray[np.uint8], middle: NDArray[np.int_]) -> NDArray[np.bool_]:
     """Return the connected flat pixels about a place; about a textured one, the place itself."""
     _, labels = cv2.connectedComponents(flat, connectivity=4)
@@ -106,7 +136,7 @@ def _border(
     ring = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
     steepness = np.abs(slope_x)
     crest = steepness >= cv2.dilate(steepness, np.ones((1, 5), dtype=np.uint8))
-    across = (steepness >= LEAST_ACROSS * slope) & (steepness >= 2.0 * LEAST_SLOPE)
+    across = (steepness >= LEAST_ACROSS * slope) & (steepness >= 2.0 * LEAST_SLOPE) & _upright(mask)
     ys, xs = np.nonzero(ring & across & crest)
     if len(xs) == 0:
         return np.empty((0, 2))
@@ -114,6 +144,13 @@ def _border(
     size = np.array(shape[1::-1])
     free = ((edge_px >= RIM_PX) & (edge_px <= size - 1 - RIM_PX)).all(axis=1)
     return _spread(edge_px[free], at_px, places)
+
+
+def _upright(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where the border of a mask runs more across the rows than along them."""
+    blurred = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), float(RING_PX))
+    x, y = (cv2.Sobel(blurred, cv2.CV_32F, dx, dy) for dx, dy in ((1, 0), (0, 1)))
+    return np.asarray(np.abs(x) >= LEAST_UPRIGHT * cv2.magnitude(x, y))
 
 
 def _spread(edge_px: NDArray[np.float64], at_px: NDArray[np.float64], places: int) -> NDArray[np.float64]:

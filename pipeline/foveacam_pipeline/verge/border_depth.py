@@ -60,12 +60,17 @@ def border_patch(
     tangents: NDArray[np.float64],
     *,
     f_px: float,
+    rim_px: int,
 ) -> BorderPatch:
-    """Cut a patch about a place. `gray`: (h, w) wide image. `region`: (h, w) 255 in the region, else 0."""
+    """Cut a patch about a place.
+
+    `gray`: (h, w) wide image. `region`: (h, w) 255 in the region, else 0. `rim_px`: so much beyond it is
+    compared too, survey px.
+    """
     half = (HALF_PX, HALF_PX)
     image = wide_window(gray, wide, tangents, f_px=f_px, half=half)
     own = wide_window(region, wide, tangents, f_px=f_px, half=half) > 127.0
-    size = 2 * RIM_PX + 1
+    size = 2 * rim_px + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     compared = cv2.dilate(own.astype(np.float32), kernel)
     return BorderPatch(tangents=tangents, image=image, weights=compared * bell(image))

@@ -25,9 +25,9 @@ BULGE_SIGMA = 0.35
 times that is a half sphere."""
 UNEVEN_SIGMA = 2.0e-3
 """What keeps real surfaces from being planes, relative to 1/Z."""
-OWN_CHANCE = 0.6
+OWN_CHANCE = 0.55
 """Chance of a sample to be of the target's surface."""
-FRONT_CHANCE = 0.35
+FRONT_CHANCE = 0.33
 """Chance of a sample to be of something in front of it; the rest is behind it, by a wrong match."""
 SAME_SHARE = 0.02
 """Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""

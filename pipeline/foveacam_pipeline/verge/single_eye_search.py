@@ -10,8 +10,11 @@ from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.aim import EYES, aim_at, clamp_gazes
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
+from foveacam_pipeline.verge.blank_region import side_of_edge
+from foveacam_pipeline.verge.border_depth import BorderDepth, border_depth, border_patch
 from foveacam_pipeline.verge.distance import Place, place_on_ray
+from foveacam_pipeline.verge.fine import Guess, match_fine
 from foveacam_pipeline.verge.least_squares import Patch
 from foveacam_pipeline.verge.looking import Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion
@@ -25,8 +28,8 @@ from foveacam_pipeline.verge.single_eye import (
     view_half_px,
 )
 from foveacam_pipeline.verge.support import SURVEY_SCALE, Support, support_of
-from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look
-from foveacam_pipeline.verge.template import Template, cut_view
+from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
+from foveacam_pipeline.verge.template import Template, cut_view, survey_f_px
 from foveacam_pipeline.verge.values import Phase
 
 STEP_PX = 0.5
@@ -42,22 +45,38 @@ ROW_PX = 4.0
 CENTRED_PX = 0.4
 """A look whose target lies nearer to the centre needs no further one, survey px."""
 ROUNDS = 3
+HALF_SHOWN_SCORE = 0.6
+"""Correlation of the foveae with each other from which on they show something in common."""
+SIDE_DEEPER_SHARE = 0.97
+"""What lies beside an edge is farther than the edge: 1/Z at most so many times the edge's."""
 SAME_GAZE = 0.006
 """A look whose gazes differ by less shows the same, tangents."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeSighting:
-    """A target in one fovea, looked at: the match, the look, and whether it speaks for the point itself."""
+    """A target in one fovea, looked at: the match, the look, and whether it speaks for the point itself.
+
+    `between_score`: correlation of the foveae with each other there; None where the other cannot turn.
+    """
 
     match: EyeMatch
     seen: Seen
     support: Support
+    between_score: float | None
 
     @property
     def supported(self) -> bool:
         """Return whether the match speaks for the point itself."""
         return self.support in {Support.MATCHED, Support.ENCLOSED}
+
+    @property
+    def at_edge(self) -> bool:
+        """Return whether the other eye shows it half: then it is the edge of something beside the target.
+
+        What is hidden from an eye is not there at all.
+        """
+        return self.between_score is not None and self.between_score >= HALF_SHOWN_SCORE
 
     def place(self, motion: Motion) -> Place:
         """Return the point of the rig frame."""
@@ -72,6 +91,7 @@ class SingleEyeSearch:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
+        self._looks: list[Seen] = []
 
     def matches(
         self,
@@ -85,7 +105,7 @@ class SingleEyeSearch:
 
         `earlier`: looks that were made already. `span_per_m`: least and largest 1/Z to consider.
         """
-        looks = self._survey(templates[-1], motion, earlier)
+        looks = self._looks = self._survey(templates[-1], motion, earlier)
         f_px = templates[0].f_px
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
@@ -116,9 +136,42 @@ class SingleEyeSearch:
             moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
             inverse_z = better.inverse_z_per_m
             if moved_px <= CENTRED_PX:
-                support = self._support(eye, view, target, better, f_px)
-                return EyeSighting(match=better, seen=seen, support=support)
+                return EyeSighting(
+                    match=better,
+                    seen=seen,
+                    support=self._support(eye, view, target, better, f_px),
+                    between_score=self._between(seen, gazes),
+                )
         return None
+
+    def beside_edge(self, edge: EyeSighting, target: NDArray[np.float64], frame: Frame) -> BorderDepth | None:
+        """Return the depth of what lies behind an edge on the target's side of it; None where none is seen.
+
+        Only the part of the wide view on the target's side is compared. `target`: (2,) tangents.
+        """
+        wide, f_px = self._calibration.wide, survey_f_px(self._calibration.wide)
+        image = gray(to_uint8(frame))
+        side = side_of_edge(image, wide.pixels(np.arctan(target)[None])[0])
+        patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0)
+        step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
+        grid = np.arange(0.0, SIDE_DEEPER_SHARE * edge.match.inverse_z_per_m, step)
+        found = [
+            border_depth(
+                shrink_look(seen.sighting, self._calibration, f_px=f_px),
+                patch,
+                inverse_z_per_m=grid,
+                baseline_m=self._calibration.baseline_m,
+            )
+            for seen in self._looks
+        ]
+        return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+
+    def _between(self, seen: Seen, wanted: Gazes) -> float | None:
+        """Return how well the foveae correlate where both are meant to look."""
+        if not reaches(self._calibration, wanted):
+            return None
+        offsets = Guess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
+        return match_fine(seen.sighting, self._calibration, offsets).score
 
     def _survey(self, template: Template, motion: Motion, earlier: tuple[Seen, ...]) -> list[Seen]:
         """Return looks that together show every depth, those made earlier among them."""

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
-from foveacam_pipeline.verge.aim import EYES, aim_at
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.aim import aim_at
 from foveacam_pipeline.verge.blank_region import BlankRegion, blank_region
 from foveacam_pipeline.verge.border_depth import (
+    RIM_PX,
     STEP_PX,
     BorderDepth,
     BorderPatch,
@@ -24,7 +25,7 @@ from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.infer import Inferred, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
-from foveacam_pipeline.verge.survey import ReducedLook, shrink_eye
+from foveacam_pipeline.verge.survey import shrink_look
 from foveacam_pipeline.verge.template import survey_f_px
 from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import Phase
@@ -97,7 +98,7 @@ class SurroundingsEstimator:
         mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
         patches = [
-            border_patch(image, np.asarray(mask, dtype=np.uint8), wide, place, f_px=self._f_px)
+            border_patch(image, np.asarray(mask, dtype=np.uint8), wide, place, f_px=self._f_px, rim_px=RIM_PX)
             for place in places
         ]
         known = _joined(self._known(target, region), _beside(beside))
@@ -162,11 +163,7 @@ class SurroundingsEstimator:
 
     def _examine(self, seen: Seen, patches: list[BorderPatch], found: dict[int, BorderDepth]) -> None:
         """Measure the places of a border that a look shows; the better of two measurements counts."""
-        z_m = crossing_z_m(self._calibration, seen.sighting.volts)
-        left, right = (
-            shrink_eye(seen.sighting, self._calibration, role, f_px=self._f_px, depth_m=z_m) for role in EYES
-        )
-        look = ReducedLook(left=left, right=right, f_px=self._f_px)
+        look = shrink_look(seen.sighting, self._calibration, f_px=self._f_px)
         for index, patch in enumerate(patches):
             depth = border_depth(
                 look, patch, inverse_z_per_m=self._grid, baseline_m=self._calibration.baseline_m

@@ -89,6 +89,13 @@ def shrink_eye(
     return _shrunk(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px)
 
 
+def shrink_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
+    """Like `reduce_look`, with brightness and contrast as they are."""
+    z_m = crossing_z_m(calibration, sighting.volts)
+    left, right = (shrink_eye(sighting, calibration, role, f_px=f_px, depth_m=z_m) for role in EYES)
+    return ReducedLook(left=left, right=right, f_px=f_px)
+
+
 def _shrunk(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:
     height, width = image.shape
     small = cv2.resize(image, (width // REDUCTION, height // REDUCTION), interpolation=cv2.INTER_AREA).astype(
