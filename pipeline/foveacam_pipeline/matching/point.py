@@ -25,9 +25,6 @@ HOPELESS_SCORE = 0.5
 LEAST_GAIN = 0.03
 """A fit whose correlation stays below the one and grew by less than the other in the level rounds is not of
 the same thing; those of the same thing grow by 0.1 (rendered pairs). Its error is infinite."""
-STRUCTURE = 2.6
-"""Surfaces that are no planes pull all of a window to one side, which the spread within it does not show:
-their errors are so many times larger (Middlebury Motorcycle)."""
 STEEPEST = 1.9
 """A fit whose slopes grow beyond has lost its way."""
 
@@ -79,23 +76,11 @@ class PointMatch:
 
 
 def match_point(
-    first: Picture,
-    second: Picture,
-    start: Placement,
-    *,
-    window: Window,
-    prior: Prior,
-    noise: float | None = None,
+    first: Picture, second: Picture, start: Placement, *, window: Window, prior: Prior
 ) -> PointMatch | None:
-    """Refine `start`, which must be right to a pixel or two; None where a window shows nothing.
-
-    `noise`: standard deviation of either picture's noise, in its own units. With it, differences that noise
-    does not explain are taken for structure, whose error is larger than its spread tells; without it, all
-    differences are taken for noise.
-    """
+    """Refine `start`, which must be right to a pixel or two; None where a window shows nothing."""
     lens = bell(window)
-    shown = first.cut(lens.half)
-    reference = lens.normalised(shown)
+    reference = lens.normalised(first.cut(lens.half))
     moved = lens.normalised(second.cut(lens.half, start))
     if reference is None or moved is None:
         return None
@@ -105,17 +90,7 @@ def match_point(
         return PointMatch(place=place, covariance=nothing, score=lens.mean(reference * moved))
     known = prior.weights(reference - moved, lens)
     covariance = place_covariance(reference, moved, lens, known, slopes=prior.slopes)
-    score = lens.mean(reference * moved)
-    if noise is not None:
-        centred = shown - np.float32(lens.mean(shown))
-        covariance = covariance * _structure(2.0 * noise**2 / lens.mean(centred * centred), 2.0 * (1.0 - score))
-    return PointMatch(place=place, covariance=covariance, score=score)
-
-
-def _structure(noise_misfit: float, misfit: float) -> float:
-    """Return by how much a covariance grows where more differs than noise explains."""
-    explained = min(1.0, noise_misfit / max(misfit, 1e-9))
-    return explained + STRUCTURE**2 * (1.0 - explained)
+    return PointMatch(place=place, covariance=covariance, score=lens.mean(reference * moved))
 
 
 def _refined(

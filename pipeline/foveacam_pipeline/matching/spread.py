@@ -14,9 +14,11 @@ from foveacam_pipeline.matching.windows import Bell, Image
 
 LEAST_BLOCK_PX = 6
 """Blurred noise is correlated over about 2 px."""
-BLOCK_SHARE = 0.5
+BLOCK_SHARE = 0.25
 """Side of a block over the standard deviation of the weights."""
 LEAST_INFORMATION = 1e-9
+CORRELATION = 3.0
+"""The optics' blur ties neighbouring pixels together (sigma 1.4 px): fewer samples than pixels, squared."""
 
 
 def place_covariance(
@@ -45,18 +47,23 @@ def equation_variance(misfit: float, samples: float) -> float:
     return max(misfit, 0.0) / (2.0 * samples) * CORRELATION**2
 
 
-CORRELATION = 3.0
-"""The optics' blur ties neighbouring pixels together (sigma 1.4 px): fewer samples than pixels, squared."""
-
-
 def _pulls(columns: Image, lens: Bell) -> NDArray[np.float64]:
-    """Return (k, blocks): how hard each block of pixels pulls at each unknown."""
-    side = len(lens.axis)
+    """Return (k, blocks): how hard each block of pixels pulls at each unknown.
+
+    As the unknowns were fitted to them, the blocks pull less than they would without: this is made up for.
+    """
     sigma_px = math.sqrt(lens.samples / (2.0 * math.pi))
     block = max(LEAST_BLOCK_PX, round(BLOCK_SHARE * sigma_px))
-    starts = np.arange(0, side, block)
-    cube = columns.reshape(len(columns), side, side)
-    sums = np.add.reduceat(np.add.reduceat(cube, starts, axis=1), starts, axis=2)
+    sums = _blocks(columns.reshape(len(columns), *lens.weights.shape), block)
+    shares = _blocks(lens.weights[None], block)
+    count = 1.0 / float(np.sum(shares * shares))
+    return sums * math.sqrt(count / max(count - len(columns), 1.0))
+
+
+def _blocks(columns: Image, block: int) -> NDArray[np.float64]:
+    """Return the sums (k, blocks) of each block of columns (k, n, n)."""
+    starts = np.arange(0, columns.shape[1], block)
+    sums = np.add.reduceat(np.add.reduceat(columns, starts, axis=1), starts, axis=2)
     return np.asarray(sums.reshape(len(columns), -1), dtype=np.float64)
 
 

@@ -26,9 +26,7 @@ def write_curve(path: Path, phases: Sequence[float], curves: Mapping[str, NDArra
             f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{level_px:g} px</text>'
         )
     for phase in (0.0, 0.25, 0.5, 0.75, 1.0):
-        parts.append(
-            f'<text x="{_x(phase):.1f}" y="{HEIGHT - 32}" text-anchor="middle">{phase:g}</text>'
-        )
+        parts.append(f'<text x="{_x(phase):.1f}" y="{HEIGHT - 32}" text-anchor="middle">{phase:g}</text>')
     parts.append(f'<text x="{WIDTH / 2}" y="{HEIGHT - 12}" text-anchor="middle">phase along x, px</text>')
     for k, (name, curve) in enumerate(curves.items()):
         points = " ".join(f"{_x(p):.1f},{_y(v):.1f}" for p, v in zip(phases, curve.tolist(), strict=True))
