@@ -73,7 +73,7 @@ def border_patch(
     size = 2 * rim_px + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     compared = cv2.dilate(own.astype(np.float32), kernel)
-    return BorderPatch(tangents=tangents, image=image, weights=compared * bell(image))
+    return BorderPatch(tangents=tangents, image=image, weights=compared * bell(image.shape))
 
 
 def border_depth(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
+from foveacam_pipeline.matching.picture import Placement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -261,5 +262,5 @@ class ClosedLoop:
             eye_patch(seen.sighting, self._calibration, role, z_m, self._f_px * offset, half)
             for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
         )
-        leaning = right.cut(half, (0.0, 0.0, *fine.slope))
+        leaning = right.cut(half, Placement(xx=fine.slope[0], xy=fine.slope[1]))
         return support_of(left.image, leaning, scale=FOVEA_SCALE)

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
+from foveacam_pipeline.matching.picture import Picture, Placement, doubled
+from foveacam_pipeline.matching.windows import Window
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.least_squares import Patch, Placed, Window, least_squares
+from foveacam_pipeline.verge.least_squares import Placed, least_squares
 from foveacam_pipeline.verge.template import peak
 
 WIDER = Window(half_px=64, weight_sigma_px=28.0)
@@ -36,6 +38,8 @@ REACH_PX = (20, 12)
 FAR_REACH_PX = (72, 12)
 """The same where the wide view tells badly: a grain along the rows, a near edge."""
 MARGIN_PX = 20
+SPARE_PX = 8
+"""Beyond what a window shows, raw px: blur and interpolation reach so far."""
 QUIET_SIGMA_PX = 1.5
 """As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
 differs between the eyes is structure: two surfaces in the window, or the wrong place."""
@@ -103,7 +107,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
 
 
 def _best_placed(
-    left: Patch, right: Patch, reach_px: tuple[int, int], told_px: NDArray[np.float64]
+    left: Picture, right: Picture, reach_px: tuple[int, int], told_px: NDArray[np.float64]
 ) -> Placed:
     """Return the first match that fits and tells; else the first that fits; else the best of all."""
     best = _placed(left, right, WIDER, reach_px, told_px)
@@ -123,9 +127,9 @@ def _best_placed(
     return best
 
 
-def _contrast(patch: Patch) -> float:
+def _contrast(picture: Picture) -> float:
     """Return the standard deviation of an evened-out patch close to the point."""
-    return float(patch.cut((NARROWER.half_px, NARROWER.half_px)).std())
+    return float(picture.cut((NARROWER.half_px, NARROWER.half_px)).std())
 
 
 def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:
@@ -142,25 +146,45 @@ def eye_patch(
     z_m: float,
     offset_px: NDArray[np.float64],
     half_px: tuple[int, int],
-) -> Patch:
+) -> Picture:
     """Return one eye's surroundings of the point on its virtual plane, evened out."""
-    image = gray(to_uint8(sighting.left if role is Role.LEFT else sighting.right))
-    height, width = image.shape
+    frame = sighting.left if role is Role.LEFT else sighting.right
+    height, width = frame.image.shape[:2]
     plane = plane_from_raw(calibration, role, sighting.volts, depth_m=z_m)
     middle = plane @ np.array([(width - 1) / 2, (height - 1) / 2, 1.0])
     u, v = (middle[:2] / middle[2] + offset_px).tolist()
     corner = np.array([[1.0, 0.0, half_px[0] - u], [0.0, 1.0, half_px[1] - v], [0.0, 0.0, 1.0]])
     size = (2 * half_px[0] + 1, 2 * half_px[1] + 1)
+    view = _read_plane(to_uint8(frame), corner @ plane, size)
+    return Picture.of(even(view, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST))
+
+
+def _read_plane(
+    image: NDArray[np.uint8], window_from_raw: NDArray[np.float64], size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return the window of (width, height), blurred a little; only what it shows is converted and blurred."""
+    rim = np.array([[0.0, 0.0], [size[0], 0.0], [size[0], size[1]], [0.0, size[1]]])
+    seen = np.column_stack([rim, np.ones(4)]) @ np.linalg.inv(window_from_raw).T
+    seen = seen[:, :2] / seen[:, 2:]
+    most = np.array(image.shape[1::-1])
+    low = np.clip(np.floor(seen.min(axis=0)) - SPARE_PX, 0, most - 2 * SPARE_PX).astype(int)
+    high = np.clip(np.ceil(seen.max(axis=0)) + SPARE_PX, low + 2 * SPARE_PX, most).astype(int)
+    part = gray(np.ascontiguousarray(image[low[1] : high[1], low[0] : high[0]])).astype(np.float32)
+    quiet = np.asarray(cv2.GaussianBlur(part, (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
+    raw_from_double = np.array([[0.5, 0.0, low[0]], [0.0, 0.5, low[1]], [0.0, 0.0, 1.0]])
     view = cv2.warpPerspective(
-        image, corner @ plane, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+        doubled(quiet),
+        window_from_raw @ raw_from_double,
+        size,
+        flags=cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
     )
-    quiet = np.asarray(cv2.GaussianBlur(view.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
-    return Patch(image=even(quiet, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST))
+    return np.asarray(view, dtype=np.float32)
 
 
 def _placed(
-    left: Patch,
-    right: Patch,
+    left: Picture,
+    right: Picture,
     window: Window,
     reach_px: tuple[int, int],
     told_px: NDArray[np.float64],
@@ -170,11 +194,11 @@ def _placed(
     """Find the left window in the right eye, leaning by `across`; the place is right minus left, fovea px."""
     half = window.half_px
     patch = left.cut((half, half))
-    field = right.cut((half + reach_px[0], half + reach_px[1]), (0.0, 0.0, 0.0, across))
+    field = right.cut((half + reach_px[0], half + reach_px[1]), Placement(xy=across))
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     scores -= ROW_PENALTY * rows[:, None] ** 2
     x, y, _ = peak(scores)
     down_px = y - reach_px[1]
-    start = np.array([x - reach_px[0] + across * down_px, down_px, 0.0, across])
+    start = Placement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
     return least_squares(left, right, start, window=window, told_px=told_px)

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
@@ -12,6 +12,7 @@ from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_f
 from foveacam_pipeline.verge.astray import Astray
 from foveacam_pipeline.verge.passing import Surroundings, wait_until_still
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
 from foveacam_pipeline.verge.values import FixationState, Phase, VergeStep
 
 HAIR = 1.0e-3
@@ -40,6 +41,13 @@ class Seen:
     phase: Phase
     gazes: Gazes
     sighting: Sighting
+    _reduced: dict[float, ReducedLook] = field(default_factory=dict, init=False, repr=False)
+
+    def reduced(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
+        """Return both foveae at survey scale, worked out once a look."""
+        if f_px not in self._reduced:
+            self._reduced[f_px] = reduce_look(self.sighting, calibration, f_px=f_px)
+        return self._reduced[f_px]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

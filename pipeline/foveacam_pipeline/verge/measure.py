@@ -14,7 +14,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, Guess, match_fine
 from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
+from foveacam_pipeline.verge.survey import ReducedLook
 from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.vicinity import vicinity
 
@@ -57,7 +57,7 @@ def measure(
     `templates`: best first. `target`: (2,) tangents from the rig's origin at the time of the look.
     """
     f_px = calibration.fovea_f_px
-    look = reduce_look(seen.sighting, calibration, f_px=templates[0].f_px)
+    look = seen.reduced(calibration, f_px=templates[0].f_px)
     expected = target - (seen.gazes.left + seen.gazes.right) / 2.0
     best: Measurement | None = None
     for template, guess in _guesses(look, templates, expected):

@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
@@ -30,6 +29,7 @@ GUARD_PX = 6
 CANDIDATES = 3
 UNSEEN = -1.0
 LEAST_SEEN = 0.97
+LEAST_NORM = 1e-3
 
 Scores: TypeAlias = NDArray[np.float32]
 
@@ -150,30 +150,64 @@ def _between(
 
     It does not depend on where along the row the target really is, only on its depth.
     """
-    left = _windows(look.left, shape, float(target_px[0]), float(target_px[1]), shifts)
-    right = _windows(look.right, shape, float(target_px[0]), float(target_px[1]), -shifts)
-    best = np.einsum("nij,nij->n", left, right)
+    u_px, v_px = target_px.tolist()
+    left = _Windows.about(look.left, shape, u_px=u_px, v_px=v_px, shifts=shifts)
+    right = _Windows.about(look.right, shape, u_px=u_px, v_px=v_px, shifts=-shifts)
+    best = left.correlation(right)
     if len(shifts) > 1:  # half steps: one eye moved by one px more than the other
-        half = np.einsum("nij,nij->n", left[1:], right[:-1])
+        half = left.correlation(right, ahead=1)
         best[1:] = np.maximum(best[1:], half)
         best[:-1] = np.maximum(best[:-1], half)
-    return np.asarray(best, dtype=np.float32)
+    return best
 
 
-def _windows(
-    eye: ReducedEye, shape: tuple[int, ...], u_px: float, v_px: float, shifts: NDArray[np.int_]
-) -> Scores:
-    """Return the windows about (u + shift, v), (n, h, w) float32, mean 0 and norm 1."""
-    half_y, half_x = (shape[0] - 1) // 2, (shape[1] - 1) // 2
-    height, width = eye.image.shape
-    row = min(max(round(v_px - eye.v0_px), half_y), height - 1 - half_y)
-    strip = eye.image[row - half_y : row + half_y + 1]
-    views = sliding_window_view(strip, shape[1], axis=1)  # (h, places, w)
-    columns = np.clip(np.rint(u_px - eye.u0_px + shifts).astype(np.intp) - half_x, 0, width - shape[1])
-    windows = views[:, columns].transpose(1, 0, 2)
-    centred = windows - windows.mean(axis=(1, 2), keepdims=True)
-    norm = np.sqrt(np.einsum("nij,nij->n", centred, centred))[:, None, None]
-    return np.asarray(centred / np.maximum(norm, 1e-3), dtype=np.float32)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Windows:
+    """Windows of one eye along a row: (n) starts within `flat`, their means and norms.
+
+    `flat`: the strip of the image column after column, so that a window is `size` numbers in a row.
+    """
+
+    flat: Scores
+    starts: list[int]
+    size: int
+    mean: NDArray[np.float64]
+    norm: NDArray[np.float64]
+
+    @classmethod
+    def about(
+        cls, eye: ReducedEye, shape: tuple[int, ...], *, u_px: float, v_px: float, shifts: NDArray[np.int_]
+    ) -> "_Windows":
+        """Take the windows about (u + shift, v) of the eye's plane, (h, w) = `shape`."""
+        half_y, half_x = (shape[0] - 1) // 2, (shape[1] - 1) // 2
+        height, width = eye.image.shape
+        row = min(max(round(v_px - eye.v0_px), half_y), height - 1 - half_y)
+        strip = np.ascontiguousarray(eye.image[row - half_y : row + half_y + 1].T)
+        columns = np.clip(np.rint(u_px - eye.u0_px + shifts).astype(np.intp) - half_x, 0, width - shape[1])
+        size = strip.shape[1] * shape[1]
+        mean, square = (
+            (total[columns + shape[1]] - total[columns]) / size
+            for total in (_running(strip.sum(axis=1)), _running(np.einsum("xy,xy->x", strip, strip)))
+        )
+        norm = np.sqrt(np.maximum(size * (square - mean * mean), LEAST_NORM**2))
+        starts = (columns * strip.shape[1]).tolist()
+        return cls(flat=strip.ravel(), starts=starts, size=size, mean=mean, norm=norm)
+
+    def correlation(self, other: "_Windows", *, ahead: int = 0) -> Scores:
+        """Return the correlation of window `ahead` + k with the other's window k, (n - ahead,)."""
+        size, one, two = self.size, self.flat, other.flat
+        dots = [
+            float(np.dot(one[a : a + size], two[b : b + size]))
+            for a, b in zip(self.starts[ahead:], other.starts, strict=False)
+        ]
+        count = len(dots)
+        shared = np.array(dots) - size * self.mean[ahead:] * other.mean[:count]
+        return np.asarray(shared / (self.norm[ahead:] * other.norm[:count]), dtype=np.float32)
+
+
+def _running(values: Scores) -> NDArray[np.float64]:
+    """Return the sums of the first 0, 1, ... n values, (n + 1,)."""
+    return np.concatenate([[0.0], np.cumsum(values, dtype=np.float64)])
 
 
 def _peaks(joint: Scores, shifts: NDArray[np.int_]) -> Iterator[tuple[float, float]]:

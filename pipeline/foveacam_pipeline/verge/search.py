@@ -22,7 +22,7 @@ from foveacam_pipeline.verge.looking import Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion, Watch
 from foveacam_pipeline.verge.register import MOVING_SLACK_PX, SLACK_PX, Candidate, candidates
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import epipolar_looks, reduce_look
+from foveacam_pipeline.verge.survey import epipolar_looks
 from foveacam_pipeline.verge.template import Template
 from foveacam_pipeline.verge.values import Phase
 
@@ -109,7 +109,7 @@ class Search:
     def astray(self, templates: tuple[Template, ...], motion: Motion) -> Astray | None:
         """Return how far from its place the looks of a search in vain show a target that stands still."""
         for seen in () if motion.moves else self._looks:
-            look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
+            look = seen.reduced(self._calibration, f_px=templates[0].f_px)
             target = motion.at(seen.sighting.left.t_ns)
             for template in templates:
                 astray = find_astray(
@@ -133,7 +133,7 @@ class Search:
 
         Raise Ended when they agree on several that fit the wide view alike, whichever patch is taken.
         """
-        look = reduce_look(seen.sighting, self._calibration, f_px=templates[0].f_px)
+        look = seen.reduced(self._calibration, f_px=templates[0].f_px)
         target = motion.at(seen.sighting.left.t_ns)
         tried: list[_Sure] = []
         alike: list[_Sure] = []

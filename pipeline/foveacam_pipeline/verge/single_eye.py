@@ -6,15 +6,17 @@ line; each peak is then registered to a fraction of a pixel. Both pictures are c
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.matching.picture import Picture, Placement
+from foveacam_pipeline.matching.windows import Window
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.least_squares import Patch, Placed, Window, least_squares
+from foveacam_pipeline.verge.least_squares import Placed, least_squares
 from foveacam_pipeline.verge.register import LEAST_SEEN, UNSEEN
 from foveacam_pipeline.verge.survey import ReducedEye
 from foveacam_pipeline.verge.template import Template
@@ -159,18 +161,21 @@ def _registered(
 ) -> Placed | None:
     """Register the middle of the wide view about a place of one fovea; None where that is not seen."""
     half = window.half_px + MARGIN_PX
-    size = (2 * half + 1, 2 * half + 1)
     height, width = eye.image.shape
     x, y = place_px
     if not (window.half_px <= x <= width - 1 - window.half_px and 0.0 <= y <= height - 1):
         return None
-    shown = cv2.getRectSubPix(eye.image, size, (x, y))
+    column, row = round(x), round(y)
+    columns = np.clip(np.arange(column - half, column + half + 1), 0, width - 1)
+    rows = np.clip(np.arange(row - half, row + half + 1), 0, height - 1)
     middle_y, middle_x = ((side - 1) // 2 for side in wide_view.shape)
     part = wide_view[middle_y - half : middle_y + half + 1, middle_x - half : middle_x + half + 1]
-    return least_squares(
-        Patch(image=np.ascontiguousarray(part)),
-        Patch(image=np.asarray(shown, dtype=np.float32)),
-        np.zeros(4),
+    away = np.array([x - column, y - row])
+    placed = least_squares(
+        Picture.of(np.ascontiguousarray(part)),
+        Picture.of(np.ascontiguousarray(eye.image[np.ix_(rows, columns)])),
+        Placement(x_px=float(away[0]), y_px=float(away[1])),
         window=window,
-        told_px=np.zeros(2),
+        told_px=away,
     )
+    return replace(placed, place_px=placed.place_px - away)

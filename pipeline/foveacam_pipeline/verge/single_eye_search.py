@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.matching.picture import Picture, Placement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -15,7 +16,6 @@ from foveacam_pipeline.verge.blank_region import side_of_edge
 from foveacam_pipeline.verge.border_depth import BorderDepth, border_depth, border_patch
 from foveacam_pipeline.verge.distance import Place, place_on_ray
 from foveacam_pipeline.verge.fine import Guess, match_fine
-from foveacam_pipeline.verge.least_squares import Patch
 from foveacam_pipeline.verge.looking import Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
@@ -258,8 +258,8 @@ class SingleEyeSearch:
         offset = side_of(match.role) * 0.5 * self._calibration.baseline_m * match.inverse_z_per_m
         shift_x = f_px * (float(target[0]) + offset) - float(eye.centre_px[0])
         shift_y = f_px * float(target[1]) + match.row_px - float(eye.centre_px[1])
-        one = Patch(image=view).cut((half, half))
-        other = Patch(image=eye.image).cut((half, half), (shift_x, shift_y, 0.0, 0.0))
+        one = Picture.of(view).cut((half, half))
+        other = Picture.of(eye.image).cut((half, half), Placement(x_px=shift_x, y_px=shift_y))
         return support_of(one, other, scale=SURVEY_SCALE).support
 
 

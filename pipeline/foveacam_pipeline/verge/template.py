@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -94,17 +95,13 @@ def follow(
 
     It counts as moved only when it fits well elsewhere, and clearly better than where it was.
     """
-    height, width = template.patch.shape
+    if float(_fits(template, gray, wide, reach_px=1).max()) > 1.0 - TRACK_LEAD:
+        return template.target  # no other place can fit better by the lead
     fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
     reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + fastest_px))
-    half = ((width - 1) // 2 + reach + MARGIN_PX, (height - 1) // 2 + reach + MARGIN_PX)
-    view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
-    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-    scores = np.nan_to_num(
-        cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=bell(template.patch))
-    )
+    scores = _fits(template, gray, wide, reach_px=reach)
     here = float(scores[reach - 1 : reach + 2, reach - 1 : reach + 2].max())
-    x, y, best = peak(np.asarray(scores, dtype=np.float32))
+    x, y, best = peak(scores)
     if max(here, best) < TRACK_SCORE:
         return None
     if best < here + TRACK_LEAD:
@@ -112,6 +109,19 @@ def follow(
     if best < MOVED_SCORE:
         return None
     return template.target + np.array([x - reach, y - reach]) / template.f_px
+
+
+def _fits(
+    template: Template, gray: NDArray[np.uint8], wide: Intrinsics, *, reach_px: int
+) -> NDArray[np.float32]:
+    """Return how well the patch fits within `reach_px` survey px of its place, (2 reach + 1, 2 reach + 1)."""
+    height, width = template.patch.shape
+    half = ((width - 1) // 2 + reach_px + MARGIN_PX, (height - 1) // 2 + reach_px + MARGIN_PX)
+    view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
+    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
+    weights = bell(template.patch.shape)
+    scores = cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=weights)
+    return np.asarray(np.nan_to_num(scores), dtype=np.float32)
 
 
 def cut_view(
@@ -148,10 +158,13 @@ def leaning(patch: NDArray[np.float32], along: float, across: float) -> NDArray[
     return np.asarray(view, dtype=np.float32)
 
 
-def bell(patch: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return weights that fall off from the middle of a patch: its rim may show something else."""
-    x, y = (np.exp(-0.5 * (np.linspace(-1.0, 1.0, side) / BELL_SHARE) ** 2) for side in patch.shape[::-1])
-    return np.outer(y, x).astype(np.float32)
+@lru_cache(maxsize=32)
+def bell(shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return weights that fall off from the middle of a patch (h, w): its rim may show something else."""
+    x, y = (np.exp(-0.5 * (np.linspace(-1.0, 1.0, side) / BELL_SHARE) ** 2) for side in shape[::-1])
+    weights = np.outer(y, x).astype(np.float32)
+    weights.flags.writeable = False
+    return weights
 
 
 def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:

@@ -68,7 +68,7 @@ def vicinity(
         part = cv2.getRectSubPix(
             eye.image, (2 * reach_x + 1, 2 * reach_y + 1), (float(middle_x), float(middle_y))
         )
-        found = np.nan_to_num(cv2.matchTemplate(part, patch, cv2.TM_CCOEFF_NORMED, mask=bell(patch)))
+        found = np.nan_to_num(cv2.matchTemplate(part, patch, cv2.TM_CCOEFF_NORMED, mask=bell(patch.shape)))
         maps.append(np.asarray(found, dtype=np.float32))
     return Vicinity(left=maps[0], right=maps[1], expected_px=expected * look.f_px, f_px=look.f_px)
 

@@ -1,0 +1,114 @@
+"""A point of one picture found in another: whole pixels by correlation, the rest by `match_point`.
+
+Two errors are told apart: the spread of the place about the right one, and the chance that it is a wrong one,
+which looks alike. The second follows from how far the best place leads the second best.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.matching.picture import Picture, Placement
+from foveacam_pipeline.matching.point import Prior, match_point
+from foveacam_pipeline.matching.windows import Window
+
+GUARD_PX = 3
+"""Places so near to the best one are the best one."""
+SPARE_PX = 6
+WRONG_OFFSET, WRONG_PER_LEAD, WRONG_PER_LOSS = -1.7, -3.6, 11.9
+"""The logarithm of the odds of a wrong place: constant, per lead over the second best, per correlation
+missing to 1. Fitted to every second point of three real pairs; `bench.matching` judges by the others."""
+
+
+STRUCTURE, FLOOR_SIGMA_PX = 3.5, 0.05
+"""Real surfaces are no planes, and shine: they pull all of a window to one side, which the differences left
+within it do not show. Their errors are so many times larger, and never below the floor (the same pairs)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """How far a point is looked for, px: from `low_px` to `high_px` along x, `rows_px` to either side along y."""
+
+    low_px: int
+    high_px: int
+    rows_px: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundPoint:
+    """Second minus first place, px; its standard errors if the place is right; the chance that it is not."""
+
+    x_px: float
+    y_px: float
+    sigma_x_px: float
+    sigma_y_px: float
+    score: float
+    lead: float
+
+    @property
+    def wrong_probability(self) -> float:
+        """The chance that another place is meant."""
+        odds = WRONG_OFFSET + WRONG_PER_LEAD * self.lead + WRONG_PER_LOSS * (1.0 - self.score)
+        return 1.0 / (1.0 + math.exp(-odds))
+
+
+def find_point(
+    first: NDArray[np.float32],
+    second: NDArray[np.float32],
+    at_px: tuple[int, int],
+    *,
+    reach: Reach,
+    window: Window,
+    prior: Prior,
+) -> FoundPoint | None:
+    """Return where the point `at_px` (x, y) of the first picture is in the second, both (h, w) float32.
+
+    None where the window leaves a picture, or shows nothing, or no place within reach fits.
+    """
+    x, y = at_px
+    half = window.half_px
+    low, high = max(reach.low_px, half - x), min(reach.high_px, second.shape[1] - 1 - half - x)
+    rows = min(reach.rows_px, y - half, second.shape[0] - 1 - half - y)
+    patch = _part(first, x, y, half, half)
+    if rows < 0 or high - low < 2 or patch is None:
+        return None
+    strip = second[y - half - rows : y + half + rows + 1, x + low - half : x + high + half + 1]
+    scores = np.nan_to_num(cv2.matchTemplate(strip, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
+    row, column = divmod(int(np.argmax(scores)), scores.shape[1])
+    best = float(scores[row, column])
+    scores[:, max(0, column - GUARD_PX) : column + GUARD_PX + 1] = -1.0
+    dx, dy = column + low, row - rows
+    spare = half + SPARE_PX
+    one, two = _part(first, x, y, spare, half), _part(second, x + dx, y + dy, spare, spare)
+    if one is None or two is None:
+        return None
+    told = Prior(
+        y_px=prior.y_px - dy,
+        y_sigma_px=prior.y_sigma_px,
+        slope_sigma=prior.slope_sigma,
+        slopes=prior.slopes,
+    )
+    found = match_point(Picture.of(one), Picture.of(two), Placement(), window=window, prior=told)
+    if found is None or not math.isfinite(found.sigma_px[0]):
+        return None
+    return FoundPoint(
+        x_px=dx + found.place.x_px,
+        y_px=dy + found.place.y_px,
+        sigma_x_px=math.hypot(STRUCTURE * found.sigma_px[0], FLOOR_SIGMA_PX),
+        sigma_y_px=math.hypot(STRUCTURE * found.sigma_px[1], FLOOR_SIGMA_PX),
+        score=found.score,
+        lead=best - float(scores.max()),
+    )
+
+
+def _part(image: NDArray[np.float32], x: int, y: int, half_x: int, half_y: int) -> NDArray[np.float32] | None:
+    """Return the window about a whole pixel, its border continued by at most the spare; None far outside."""
+    height, width = image.shape
+    if not (half_x - SPARE_PX <= x < width - half_x + SPARE_PX and 0 <= y < height):
+        return None
+    columns = np.clip(np.arange(x - half_x, x + half_x + 1), 0, width - 1)
+    rows = np.clip(np.arange(y - half_y, y + half_y + 1), 0, height - 1)
+    return np.ascontiguousarray(image[np.ix_(rows, columns)])

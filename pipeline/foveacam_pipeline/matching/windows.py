@@ -1,0 +1,65 @@
+"""Windows about a point: their weights, their brightness made comparable, their slopes."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.float32]
+LEAST_DEVIATION = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """Half side of the window, px, and the standard deviation of its bell of weights."""
+
+    half_px: int
+    weight_sigma_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bell:
+    """The weights of a window, (n, n) float32 of sum 1, and the sum before they were normalised."""
+
+    weights: Image
+    axis: Image
+    samples: float
+
+    @property
+    def half(self) -> tuple[int, int]:
+        """Half sides (x, y), px."""
+        side = (len(self.axis) - 1) // 2
+        return side, side
+
+    def mean(self, image: Image) -> float:
+        """Return the weighted mean."""
+        return float(np.vdot(self.weights, image))
+
+    def normalised(self, image: Image) -> Image | None:
+        """Return the image with weighted mean 0 and variance 1; None when it is all one grey."""
+        centred = image - np.float32(self.mean(image))
+        deviation = math.sqrt(max(0.0, self.mean(centred * centred)))
+        return centred / np.float32(deviation) if deviation > LEAST_DEVIATION else None
+
+    def slopes(self, image: Image, count: int) -> Image:
+        """Return (2 + count, n²): how brightness changes with x, y and with `count` slopes of the place."""
+        side = len(self.axis)
+        columns = np.zeros((2 + count, side, side), dtype=np.float32)
+        columns[0, :, 1:-1] = (image[:, 2:] - image[:, :-2]) * np.float32(0.5)
+        columns[1, 1:-1, :] = (image[2:, :] - image[:-2, :]) * np.float32(0.5)
+        for k in range(count):
+            along = self.axis[None, :] if k % 2 == 0 else self.axis[:, None]
+            np.multiply(columns[k // 2], along, out=columns[2 + k])
+        return columns.reshape(2 + count, -1)
+
+
+@lru_cache(maxsize=16)
+def bell(window: Window) -> Bell:
+    """Return the weights of a window."""
+    axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
+    side = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
+    samples = float(side.sum()) ** 2
+    weights = (np.outer(side, side) / samples).astype(np.float32)
+    return Bell(weights=weights, axis=axis.astype(np.float32), samples=samples)
