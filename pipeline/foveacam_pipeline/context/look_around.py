@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Cancelled, Clock, Head, OutOfRange, Sight
 from foveacam_pipeline.context.looks import overlap_samples
 from foveacam_pipeline.context.values import Source
 from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import NEAREST_M, wide_matches
+from foveacam_pipeline.context.wide_matches import BLOCK_PX, NEAREST_M, contradicted, wide_matches
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
@@ -102,14 +102,18 @@ def look_around(
 
 
 def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration) -> DepthSamples:
-    """Fuse what one look tells; return its coarse depth, which covers both foveae's whole fields."""
+    """Fuse what one look tells; return its coarse depth, which covers both foveae's whole fields.
+
+    The coarse depth comes from other images than the dense one: what it contradicts is a mismatch.
+    """
     wide = gray(to_uint8(sighting.wide))
     coarse = wide_matches(sighting, calibration)
     context.fuse(coarse, source=Source.WIDE_MATCH, gray=wide)
     q_ref = 1.0 / crossing_z_m(calibration, sighting.volts)
     dense = overlap_samples(sighting, calibration)
     overlapping = _overlap(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
-    context.fuse(_only(dense, overlapping), source=Source.DENSE_DEPTH, gray=wide)
+    mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
+    context.fuse(_only(dense, overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
     return coarse
 
 

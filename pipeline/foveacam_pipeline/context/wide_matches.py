@@ -168,34 +168,41 @@ def _directions(
     return np.asarray(tangents, dtype=np.float64)
 
 
-def _agreeing(one: DepthSamples, other: DepthSamples, *, block_tan: float) -> DepthSamples:
-    """Return both eyes' samples without those of blocks whose medians contradict each other."""
-    both = DepthSamples(
-        tangents=np.concatenate([one.tangents, other.tangents]),
-        inverse_z_per_m=np.concatenate([one.inverse_z_per_m, other.inverse_z_per_m]),
-        sigma_per_m=np.concatenate([one.sigma_per_m, other.sigma_per_m]),
-    )
-    if len(one) == 0 or len(other) == 0:
-        return both
-    column, row = np.floor(both.tangents.T / block_tan).astype(np.int64)
-    _, block = np.unique(np.column_stack([row, column]), axis=0, return_inverse=True)
+def contradicted(
+    samples: DepthSamples, *, by: DepthSamples, block_tan: float, sigmas: float = AGREE_SIGMAS
+) -> NDArray[np.bool_]:
+    """Return (n,) bool: samples beyond all that others in the same block of directions found.
+
+    `block_tan`: side of a block, tangent units. Where the others found nothing, nothing is contradicted.
+    """
+    if len(samples) == 0 or len(by) == 0:
+        return np.zeros(len(samples), dtype=np.bool_)
+    places = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64)
+    _, block = np.unique(places, axis=0, return_inverse=True)
     block = block.ravel()
-    parts = (slice(0, len(one)), slice(len(one), len(both)))
-    q = [_block_medians(block[part], both.inverse_z_per_m[part], int(block.max()) + 1) for part in parts]
-    sigma = [_block_medians(block[part], both.sigma_per_m[part], int(block.max()) + 1) for part in parts]
-    contradicts = np.abs(q[0] - q[1]) > AGREE_SIGMAS * np.hypot(*sigma)  # NaN: only one eye saw it
-    kept = ~contradicts[block]
-    return DepthSamples(
-        tangents=both.tangents[kept],
-        inverse_z_per_m=both.inverse_z_per_m[kept],
-        sigma_per_m=both.sigma_per_m[kept],
+    own, others = block[: len(samples)], block[len(samples) :]
+    low, high, error = (
+        np.full(block.max() + 1, np.inf),
+        np.full(block.max() + 1, -np.inf),
+        np.zeros(block.max() + 1),
     )
+    np.minimum.at(low, others, by.inverse_z_per_m)
+    np.maximum.at(high, others, by.inverse_z_per_m)
+    np.maximum.at(error, others, by.sigma_per_m)
+    margin = sigmas * np.hypot(samples.sigma_per_m, error[own])
+    q, seen = samples.inverse_z_per_m, np.isfinite(low[own])
+    beyond = (q < low[own] - margin) | (q > high[own] + margin)
+    return np.asarray(seen & beyond, dtype=np.bool_)
 
 
-def _block_medians(block: NDArray[np.int64], values: NDArray[np.float64], blocks: int) -> NDArray[np.float64]:
-    """Return (blocks,) the lower median of the values of each block, NaN where there are none."""
-    medians = np.full(blocks, np.nan)
-    order = np.lexsort((values, block))
-    numbers, starts, counts = np.unique(block[order], return_index=True, return_counts=True)
-    medians[numbers] = values[order[starts + (counts - 1) // 2]]
-    return medians
+def _agreeing(one: DepthSamples, other: DepthSamples, *, block_tan: float) -> DepthSamples:
+    """Return both eyes' samples without those that the other eye contradicts."""
+    parts = [
+        (one, ~contradicted(one, by=other, block_tan=block_tan)),
+        (other, ~contradicted(other, by=one, block_tan=block_tan)),
+    ]
+    return DepthSamples(
+        tangents=np.concatenate([each.tangents[kept] for each, kept in parts]),
+        inverse_z_per_m=np.concatenate([each.inverse_z_per_m[kept] for each, kept in parts]),
+        sigma_per_m=np.concatenate([each.sigma_per_m[kept] for each, kept in parts]),
+    )
