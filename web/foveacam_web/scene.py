@@ -181,9 +181,12 @@ class ViewerScene:
             if field is not None:
                 field.remove()
 
-    def show_surroundings(self, mesh: DepthMesh) -> None:
-        """Show the coarse surface of the whole wide view in place of an older one."""
-        self._surroundings.show(mesh)
+    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+        """Show the coarse surface of the whole wide view in place of an older one.
+
+        `bring`: let the viewers look at it.
+        """
+        self._surroundings.show(mesh, bring=bring)
 
     def remove_surroundings(self) -> None:
         """Take it away; harmless when there is none."""

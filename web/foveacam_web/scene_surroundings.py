@@ -2,12 +2,17 @@
 
 import threading
 
+import numpy as np
 import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.glb import write_glb
+from foveacam_web.scene_field import Point, overlook
 
 _NAME = "/surroundings"
+_NEAR_QUANTILE, _MIDDLE_QUANTILE = 0.02, 0.5
+_STAND = (0.22, -0.16, 0.3)
+"""Where viewers stand to see it: to the right, up (y down) and forward, as parts of the nearest depth."""
 
 
 class Surroundings:
@@ -36,8 +41,8 @@ class Surroundings:
         with self._lock:
             self._server = self._switch = self._surface = None
 
-    def show(self, mesh: DepthMesh) -> None:
-        """Draw a surface, rig frame, in place of an older one."""
+    def show(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+        """Draw a surface, rig frame, in place of an older one; `bring`: let the viewers look at it."""
         content = write_glb(mesh)
         with self._lock:
             if self._server is None or self._switch is None:
@@ -45,6 +50,12 @@ class Surroundings:
             self._surface = self._server.scene.add_glb(
                 _NAME, content, cast_shadow=False, receive_shadow=False, visible=self._switch.value
             )
+            stand, middle = outlook(mesh)
+            self._server.initial_camera.position = stand
+            self._server.initial_camera.look_at = middle
+            if bring:
+                for viewer in self._server.get_clients().values():
+                    overlook(viewer, from_rig_m=stand, to_rig_m=middle)
 
     def remove(self) -> None:
         """Take the surface away."""
@@ -57,3 +68,13 @@ class Surroundings:
         with self._lock:
             if self._surface is not None and self._switch is not None:
                 self._surface.visible = self._switch.value
+
+
+def outlook(mesh: DepthMesh) -> tuple[Point, Point]:
+    """Return where to stand and where to look, m, rig frame, so that all of a surface is seen."""
+    near_m, middle_m = np.quantile(mesh.vertices_rig_m[:, 2], (_NEAR_QUANTILE, _MIDDLE_QUANTILE)).tolist()
+    x_m, y_m = mesh.vertices_rig_m[:, :2].mean(axis=0).tolist()
+    return (
+        (_STAND[0] * near_m, _STAND[1] * near_m, _STAND[2] * near_m),
+        (float(x_m), float(y_m), float(middle_m)),
+    )

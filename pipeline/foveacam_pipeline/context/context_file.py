@@ -1,6 +1,7 @@
 """The wide context on the disk: one npz file, written whole over an older one."""
 
 import io
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from foveacam_pipeline.context.wide_context import WideContext
 
 FORMAT = "foveacam-wide-context"
 VERSION = 1
+NAMES = ("format", "version", "rig_id", "calibration_id", "pose", "cell_px", "reference")
 ARRAYS = ("inverse_z_per_m", "sigma_per_m", "measured_s", "source", "tangents")
 
 
@@ -55,18 +57,25 @@ def load_context(context: WideContext, path: Path, *, of: ContextOf) -> bool:
 
     Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
     """
-    with np.load(path, allow_pickle=False) as file:
-        missing = [name for name in (*ARRAYS, "format", "version", "reference") if name not in file]
-        if missing or (str(file["format"]), int(file["version"])) != (FORMAT, VERSION):
-            raise ValueError(f"{path.name}: {FORMAT} version {VERSION} is needed; remove the file")
-        found = ContextOf(
-            rig_id=str(file["rig_id"]), calibration_id=str(file["calibration_id"]), pose=str(file["pose"])
-        )
-        if found != of or int(file["cell_px"]) != context.cell_px:
-            return False
-        stored = ContextMap(cell_px=context.cell_px, **{name: file[name] for name in ARRAYS})
-        reference = file["reference"]
+    wrong = ValueError(f"{path.name}: {FORMAT} version {VERSION} is needed; remove the file")
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            content = {name: file[name] for name in file.files}
+    except (zipfile.BadZipFile, EOFError) as error:
+        raise wrong from error
+    if not {*ARRAYS, *NAMES} <= content.keys():
+        raise wrong
+    if (str(content["format"]), int(content["version"])) != (FORMAT, VERSION):
+        raise wrong
+    found = ContextOf(
+        rig_id=str(content["rig_id"]),
+        calibration_id=str(content["calibration_id"]),
+        pose=str(content["pose"]),
+    )
+    if found != of or int(content["cell_px"]) != context.cell_px:
+        return False
+    stored = ContextMap(cell_px=context.cell_px, **{name: content[name] for name in ARRAYS})
     if stored.known.shape[1:] != (context.rows, context.columns):
         return False
-    context.restore(stored, reference=reference)
+    context.restore(stored, reference=content["reference"])
     return True

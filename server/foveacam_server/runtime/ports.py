@@ -149,8 +149,8 @@ class Viewer(Protocol):
         """Take it away; harmless when there is none."""
         ...
 
-    def show_surroundings(self, mesh: DepthMesh) -> None:
-        """Show the coarse surface of the whole wide view in place of an older one."""
+    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+        """Show the coarse surface of the whole wide view; `bring`: let the viewers look at it."""
         ...
 
     def remove_surroundings(self) -> None:

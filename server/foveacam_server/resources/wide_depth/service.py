@@ -175,7 +175,7 @@ class WideDepthService:
             )
         self._surveyed = looked.done / max(1, looked.directions)
         self._keeper.save()
-        self._show()
+        self._show(bring=True)
         self._tell(_told(looked), always=True)
         job.check()
         return URL
@@ -223,26 +223,28 @@ class WideDepthService:
             )
             context.fuse(sample, source=Source.FIXATION, gray=gray(to_uint8(sighting.wide)))
 
-    def _show(self) -> None:
+    def _show(self, *, bring: bool = False) -> None:
         """Bring the 3D pane and the view up to date when something has changed."""
         context = self._keeper.present()
-        if context is None or (context, context.revision) == self._shown:
+        if context is None or ((context, context.revision) == self._shown and not bring):
             return
         self._shown = (context, context.revision)
         known = without_specks(context.snapshot())
         picture = self._wide_picture()
         self._tools.hub.publish_picture(VIEW, context_picture(known), t_ns=self._tools.clock.now_ns())
         if self._tools.viewer is not None and picture is not None:
-            self._show_surface(known, picture, context)
+            self._show_surface(known, picture, context, bring=bring)
         self._tell("the wide depth has changed")
 
-    def _show_surface(self, known: ContextMap, picture: NDArray[np.uint8], context: WideContext) -> None:
+    def _show_surface(
+        self, known: ContextMap, picture: NDArray[np.uint8], context: WideContext, *, bring: bool
+    ) -> None:
         viewer = self._tools.viewer
         if viewer is None:
             return
         mesh = context_mesh(known, picture, context.wide)
         if len(mesh.faces):
-            viewer.show_surroundings(mesh)
+            viewer.show_surroundings(mesh, bring=bring)
         else:
             viewer.remove_surroundings()
 
