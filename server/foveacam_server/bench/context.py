@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.context.look_around import look_around
@@ -21,12 +22,13 @@ from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_server.bench.verge import CERTIFICATE
+from foveacam_server.bench.verge import CERTIFICATE, WRONG_SHARE, WRONG_SIGMA
 
 SCENES = ("bench", "street")
 FIELD_DEG = (8.0, 7.5)
 """Half width and half height of the steering field, about the rig's axis."""
 JUDGED = 400
+LATER_S = 10
 SEED = 20_25
 
 
@@ -35,6 +37,8 @@ class Judged:
     """One look around against the truth.
 
     `coverage`: share of the steering field's cells with a depth. `rel_error`, `sigmas`: (n,), sampled cells.
+    `later_wrong`: share of the cells known `LATER_S` later that are wrong then; `lost`: share that lost its
+    depth meanwhile.
     """
 
     coverage: float
@@ -43,6 +47,8 @@ class Judged:
     survey_s: float
     compute_s: float
     looks: int
+    later_wrong: float
+    lost: float
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
@@ -57,6 +63,8 @@ def run(*, quick: bool = False) -> dict[str, object]:
         "context_rel_error_median": float(np.median(rel)),
         "context_within_3_sigma": float(np.mean(sigmas <= 3.0)),
         "context_within_1_sigma": float(np.mean(sigmas <= 1.0)),
+        "context_wrong_fraction": float(np.mean(wrong(rel, sigmas))),
+        "context_later_wrong_fraction": max(one.later_wrong for one in every),
         "context_survey_s": max(one.survey_s for one in every),
         "context_compute_s": max(one.compute_s for one in every),
     } | {f"context_{scene}": _account(one) for scene, one in scenes.items()}
@@ -73,16 +81,32 @@ def survey(scene: str, count: int) -> Judged:
         began_s = time.perf_counter()
         looked = look_around(rig.head, calibration, context, clock=rig.clock)
         compute_s = time.perf_counter() - began_s
-        context.see(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
+        _see(context, rig)
         rel, sigmas = _judge(context, truth, calibration, t_ns=rig.clock.now_ns(), count=count)
+        coverage, known = _coverage(context, calibration), len(context.samples())
+        for _ in range(LATER_S):
+            rig.clock.sleep_until_ns(rig.clock.now_ns() + 1_000_000_000)
+            _see(context, rig)
+        later = _judge(context, truth, calibration, t_ns=rig.clock.now_ns(), count=count)
         return Judged(
-            coverage=_coverage(context, calibration),
+            coverage=coverage,
             rel_error=rel,
             sigmas=sigmas,
             survey_s=looked.duration_s,
             compute_s=compute_s,
             looks=looked.looks,
+            later_wrong=float(np.mean(wrong(*later))),
+            lost=1.0 - len(context.samples()) / max(1, known),
         )
+
+
+def wrong(rel_error: NDArray[np.float64], sigmas: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which depths are off by more than 3 % and by more than 5 standard errors."""
+    return np.asarray((rel_error > WRONG_SHARE) & (sigmas > WRONG_SIGMA), dtype=np.bool_)
+
+
+def _see(context: WideContext, rig: Rig) -> None:
+    context.see(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
 
 
 def _account(judged: Judged) -> dict[str, float]:
@@ -90,7 +114,9 @@ def _account(judged: Judged) -> dict[str, float]:
         "coverage": judged.coverage,
         "rel_error_median": float(np.median(judged.rel_error)),
         "rel_error_p95": float(np.quantile(judged.rel_error, 0.95)),
-        "wrong_fraction": float(np.mean((judged.rel_error > 0.03) & (judged.sigmas > 5.0))),
+        "wrong_fraction": float(np.mean(wrong(judged.rel_error, judged.sigmas))),
+        "later_wrong_fraction": judged.later_wrong,
+        "lost_fraction": judged.lost,
         "within_1_sigma": float(np.mean(judged.sigmas <= 1.0)),
         "within_3_sigma": float(np.mean(judged.sigmas <= 3.0)),
         "survey_s": judged.survey_s,
