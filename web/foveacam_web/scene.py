@@ -21,6 +21,7 @@ from foveacam_web.scene_field import FieldNode, overlook
 from foveacam_web.scene_fixation import FixationNode, Shown
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
+from foveacam_web.scene_surroundings import Surroundings
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
 from foveacam_web.viser_server import close_viser, open_viser
 
@@ -47,6 +48,7 @@ class ViewerScene:
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
         self._field: FieldNode | None = None
+        self._surroundings = Surroundings()
         self._selected: str | None = None
         self._shown = Shown()
         self._hand_over: tuple[OnSelect, asyncio.AbstractEventLoop] | None = None
@@ -82,12 +84,14 @@ class ViewerScene:
             self._rig.draw_floor()
             self._panel = ScenePanel(server, view_url=self._view_url, shown=self._shown)
             self._panel.on_change(shown=self._show, rays=self._show_rays, selected_point=self._selected_point)
+            self._surroundings.open(server, self._panel.folder)
 
     def stop(self) -> None:
         """Close the server and forget what was drawn; harmless when stopped."""
         with self._lock:
             server, self._server = self._server, None
             self._rig = self._panel = self._field = None
+            self._surroundings.close()
             self._fixations.clear()
         # Without the lock: a callback on viser's loop may be waiting for it
         if server is not None:
@@ -176,6 +180,17 @@ class ViewerScene:
             field, self._field = self._field, None
             if field is not None:
                 field.remove()
+
+    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+        """Show the coarse surface of the whole wide view in place of an older one.
+
+        `bring`: let the viewers look at it.
+        """
+        self._surroundings.show(mesh, bring=bring)
+
+    def remove_surroundings(self) -> None:
+        """Take it away; harmless when there is none."""
+        self._surroundings.remove()
 
     def select(self, fixation_id: str | None) -> None:
         """Highlight one fixation, or none."""

@@ -36,7 +36,9 @@ class ScenePanel:
                 gui.add_html(_VIEW_FRAME.format(url=view_url))
             views.dock_left()
             views.set_width(VIEW_PANEL_WIDTH_PX)
-        with gui.add_folder("Show"):
+        self.folder = gui.add_folder("Show")
+        """Where other parts of the scene put their switches."""
+        with self.folder:
             self._surface = gui.add_checkbox("Surfaces", shown.surface)
             self._cloud = gui.add_checkbox("Point clouds", shown.cloud)
             self._labels = gui.add_checkbox("Labels", shown.labels)

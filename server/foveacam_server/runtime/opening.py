@@ -9,7 +9,11 @@ from pathlib import Path
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_hardware.rig_replay import replay_rig
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.resources.wide_depth.keeping import ContextKeeper
+from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import Equipment
@@ -83,6 +87,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         mosaics=collected.mosaics,
         references=collected.references,
         fixations=study.fixations,
+        wide_depth=study.wide_depth,
         viewer=sights.viewer,
     )
 
@@ -126,6 +131,7 @@ class _Study:
 
     clouds: CloudShelf
     fixations: FixationService
+    wide_depth: WideDepthService
 
 
 def _hardware(ground: Ground, lore: Lore, sights: Sights) -> HardwareThread:
@@ -148,6 +154,12 @@ def _open_study(
 ) -> _Study:
     """Open what fixations need, and start the threads that work; jobs have their handlers by now."""
     clouds = CloudShelf(ground.store)
+    wide_depth = _wide_depth(ground, lore, sights, hardware=hardware, jobs=jobs)
+
+    def on_fixation(fixation: Fixation, calibration: Calibration) -> None:
+        lore.health.add(fixation, calibration)
+        wide_depth.add(fixation, calibration)
+
     shapes = ShapeWorker(shelf=clouds, sink=sights.hub, viewer=sights.viewer, events=ground.events)
     tools = Tools(
         hardware=hardware,
@@ -158,14 +170,34 @@ def _open_study(
         events=ground.events,
         clock=ground.clock,
         on_distance=sights.overlay.look_at_distance,
-        on_fixation=lore.health.add,
+        on_fixation=on_fixation,
     )
     fixations = FixationService(ground.store, tools)
     shapes.put_back(fixations.targets.every())
-    for worker in (shapes, jobs):
+    for worker in (shapes, wide_depth, jobs):
         worker.start()
         ground.stack.callback(worker.close)
-    return _Study(clouds=clouds, fixations=fixations)
+    return _Study(clouds=clouds, fixations=fixations, wide_depth=wide_depth)
+
+
+def _wide_depth(
+    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, jobs: JobRunner
+) -> WideDepthService:
+    keeper = ContextKeeper(
+        ground.store.subfolder("wide_depth"),
+        calibration=lambda: lore.calibration.current,
+        status=lambda: hardware.status,
+    )
+    tools = WideDepthTools(
+        hardware=hardware,
+        calibration=lore.calibration.require,
+        jobs=jobs,
+        hub=sights.hub,
+        viewer=sights.viewer,
+        events=ground.events,
+        clock=ground.clock,
+    )
+    return WideDepthService(keeper, tools)
 
 
 def _stop(ground: Ground, hardware: HardwareThread, jobs: JobRunner) -> tuple[StopSwitch, ThreadPoolExecutor]:

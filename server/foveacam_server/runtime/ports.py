@@ -149,6 +149,14 @@ class Viewer(Protocol):
         """Take it away; harmless when there is none."""
         ...
 
+    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+        """Show the coarse surface of the whole wide view; `bring`: let the viewers look at it."""
+        ...
+
+    def remove_surroundings(self) -> None:
+        """Take it away; harmless when there is none."""
+        ...
+
     def show_rig(self, shape: RigShape) -> None:
         """Draw the rig itself."""
         ...

@@ -53,6 +53,13 @@ VIEWS = (
         description="Depth of the last fixation, colour coded",
         live=False,
     ),
+    ViewSpec(
+        name="wide_depth",
+        width=832,
+        height=540,
+        description="Depth of the whole wide view, colour coded",
+        live=False,
+    ),
     *(
         ViewSpec(
             name=f"calibration_{role}",

@@ -12,7 +12,7 @@ export type { CameraDocument } from "./rig/documents.js";
 
 export type Role = "wide" | "left" | "right";
 export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
-export type ViewName = Role | "anaglyph" | "difference" | "depth" | AnnotatedName;
+export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | AnnotatedName;
 export type Point = { x: number; y: number };
 export type Direction = { ax_deg: number; ay_deg: number };
 export type PixelRequest = { pixel: { x_px: number; y_px: number } };
@@ -188,6 +188,24 @@ export type JobDocument = {
   progress: { done: number; total: number | null; eta_s: number | null; note: string | null } | null;
   result_url: string | null;
   problem: ProblemDocument | null;
+};
+
+export type WideDepthDocument = {
+  columns: number;
+  rows: number;
+  cell_px: number;
+  known_cells: number;
+  known_fraction: number;
+  sources: Record<string, number>;
+  nearest_m: number | null;
+  farthest_m: number | null;
+  relative_sigma_median: number | null;
+  age_median_s: number | null;
+  oldest_s: number | null;
+  surveyed_fraction: number | null;
+  survey_job_id: string | null;
+  png_url: string;
+  ply_url: string;
 };
 
 export type DepthDocument = {

@@ -22,6 +22,7 @@ export const VIEWS = Object.freeze({
   anaglyph: { title: "Anaglyph", needs: ["left", "right"] },
   difference: { title: "Difference", needs: ["left", "right"] },
   depth: { title: "Depth", needs: ["left", "right"] },
+  wide_depth: { title: "Wide depth", needs: ["wide"] },
   calibration_wide: { title: "Wide, annotated", needs: ["wide"] },
   calibration_left: { title: "Left fovea, annotated", needs: ["left"] },
   calibration_right: { title: "Right fovea, annotated", needs: ["right"] },
@@ -32,7 +33,7 @@ export const ANNOTATED = Object.freeze(/** @type {AnnotatedName[]} */ (["calibra
 
 const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made when the eyes have looked, not with each frame */
-const STILL = new Set(["anaglyph", "difference", "depth", ...ANNOTATED]);
+const STILL = new Set(["anaglyph", "difference", "depth", "wide_depth", ...ANNOTATED]);
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 

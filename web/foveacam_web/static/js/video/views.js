@@ -16,7 +16,7 @@ import { WideView } from "./wide.js";
 /** @type {Set<ViewName>} */
 const LATER = new Set(ANNOTATED);
 /** @type {ViewName[]} */
-const DERIVED = ["anaglyph", "difference", "depth"];
+const DERIVED = ["anaglyph", "difference", "depth", "wide_depth"];
 
 /** The views and their stream. */
 export class Views {

@@ -1,0 +1,81 @@
+"""The wide context on the disk: one npz file, written whole over an older one."""
+
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_pipeline.capture.dataset.disk import write_file
+from foveacam_pipeline.context.values import ContextMap
+from foveacam_pipeline.context.wide_context import WideContext
+
+FORMAT = "foveacam-wide-context"
+VERSION = 1
+NAMES = ("format", "version", "rig_id", "calibration_id", "pose", "cell_px", "reference")
+ARRAYS = ("inverse_z_per_m", "sigma_per_m", "measured_s", "source", "tangents")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContextOf:
+    """What a stored context belongs to; it is of no use to any other rig, calibration or pose.
+
+    `pose`: place and direction of the rig as text, "" for a rig that does not move.
+    """
+
+    rig_id: str
+    calibration_id: str
+    pose: str
+
+
+def save_context(context: WideContext, path: Path, *, of: ContextOf) -> None:
+    """Write the context. Raise `OSError`."""
+    stored, reference = context.snapshot(aged=False), context.reference()
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        format=np.array(FORMAT),
+        version=np.array(VERSION),
+        rig_id=np.array(of.rig_id),
+        calibration_id=np.array(of.calibration_id),
+        pose=np.array(of.pose),
+        cell_px=np.array(context.cell_px),
+        reference=reference,
+        inverse_z_per_m=stored.inverse_z_per_m,
+        sigma_per_m=stored.sigma_per_m,
+        measured_s=stored.measured_s,
+        source=stored.source,
+        tangents=stored.tangents,
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_file(path, content.getvalue())
+
+
+def load_context(context: WideContext, path: Path, *, of: ContextOf) -> bool:
+    """Restore what `save_context` wrote; return whether the file belongs to `of` and this grid.
+
+    Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
+    """
+    wrong = ValueError(f"{path.name}: {FORMAT} version {VERSION} is needed; remove the file")
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            content = {name: file[name] for name in file.files}
+    except (zipfile.BadZipFile, EOFError) as error:
+        raise wrong from error
+    if not {*ARRAYS, *NAMES} <= content.keys():
+        raise wrong
+    if (str(content["format"]), int(content["version"])) != (FORMAT, VERSION):
+        raise wrong
+    found = ContextOf(
+        rig_id=str(content["rig_id"]),
+        calibration_id=str(content["calibration_id"]),
+        pose=str(content["pose"]),
+    )
+    if found != of or int(content["cell_px"]) != context.cell_px:
+        return False
+    stored = ContextMap(cell_px=context.cell_px, **{name: content[name] for name in ARRAYS})
+    if stored.known.shape[1:] != (context.rows, context.columns):
+        return False
+    context.restore(stored, reference=content["reference"])
+    return True

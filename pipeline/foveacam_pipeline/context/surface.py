@@ -1,0 +1,93 @@
+"""The wide context for people: a textured surface, points, a picture."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.context.values import ContextMap
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.pictures import depth_picture
+from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh
+
+TEAR_RELATIVE = 0.05
+"""Neighbouring cells whose 1/Z differs by a larger share are not joined."""
+BEHIND = 1.004
+"""The surface is drawn farther away by this factor, so that a fovea's fine surface stands before it."""
+PICTURE_CELL_PX = 4
+TEXTURE_WIDTH_PX = 1024
+
+
+def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics) -> DepthMesh:
+    """Return the primary surfaces as a mesh with a vertex each cell, textured by the wide image (h, w, 3).
+
+    Torn where depth jumps. It has no faces where too little is known.
+    """
+    q = known.inverse_z_per_m[0]
+    faces = _faces(q)
+    used, faces = np.unique(faces, return_inverse=True)
+    tangents = known.tangents[0].reshape(-1, 2)[used]
+    pixels = wide.pixels(np.arctan(tangents))
+    z_m = BEHIND / q.ravel()[used]
+    height = round(TEXTURE_WIDTH_PX * picture.shape[0] / picture.shape[1])
+    texture = cv2.resize(picture, (TEXTURE_WIDTH_PX, height), interpolation=cv2.INTER_AREA)
+    return DepthMesh(
+        vertices_rig_m=np.column_stack([tangents * z_m[:, None], z_m]).astype(np.float32).reshape(-1, 3),
+        faces=faces.reshape(-1, 3).astype(np.uint32),
+        uv=((pixels + 0.5) / (wide.width, wide.height)).astype(np.float32),
+        texture=np.asarray(texture, dtype=np.uint8),
+    )
+
+
+def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: Intrinsics) -> Cloud:
+    """Return every surface as a point, coloured by the wide image (h, w, 3), grey without one."""
+    at = known.known
+    tangents, q = known.tangents[at], known.inverse_z_per_m[at]
+    z_m = 1.0 / q
+    colors = np.full((len(q), 3), 128, dtype=np.uint8)
+    if picture is not None and len(q):
+        x, y = np.rint(wide.pixels(np.arctan(tangents)).T).astype(np.intp)
+        height, width = picture.shape[:2]
+        colors = picture[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
+    return Cloud(
+        points_rig_m=np.column_stack([tangents * z_m[:, None], z_m]).astype(np.float32).reshape(-1, 3),
+        colors=colors,
+        sigma_m=(known.sigma_per_m[at] * z_m**2).astype(np.float32),
+    )
+
+
+def context_picture(known: ContextMap) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: depth as colours with a scale, 4 px a cell, what is unknown striped."""
+    z_m = (1.0 / known.inverse_z_per_m[0]).astype(np.float32)
+    enlarged = np.repeat(np.repeat(z_m, PICTURE_CELL_PX, axis=0), PICTURE_CELL_PX, axis=1)
+    return depth_picture(DepthMap(z_m=enlarged, sigma_m=enlarged, pose_sigma_m=enlarged))
+
+
+def without_specks(known: ContextMap) -> ContextMap:
+    """Return the map without primary surfaces that none of the eight neighbours continues: mismatches."""
+    q = known.inverse_z_per_m[0]
+    padded = np.pad(q, 1, constant_values=np.nan)
+    rows, columns = q.shape
+    alone = np.isfinite(q)
+    for row in range(3):
+        for column in range(3):
+            if (row, column) == (1, 1):
+                continue
+            beside = padded[row : row + rows, column : column + columns]
+            alone &= ~(np.abs(beside - q) <= TEAR_RELATIVE * q)
+    cleaned = replace(known, inverse_z_per_m=known.inverse_z_per_m.copy())
+    cleaned.inverse_z_per_m[0][alone] = np.nan
+    return cleaned
+
+
+def _faces(q: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return (m, 3) indices into the flattened grid; counter-clockwise as seen from the rig."""
+    rows, columns = q.shape
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
+    faces = np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
+    corners = q.ravel()[faces]
+    whole: NDArray[np.int64] = faces[np.ptp(corners, axis=1) <= TEAR_RELATIVE * corners.max(axis=1)]
+    return whole

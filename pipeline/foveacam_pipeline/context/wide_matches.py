@@ -1,0 +1,208 @@
+"""What one look tells of depth by each fovea against the wide view: coarse, over a fovea's whole field.
+
+A fovea reduced to the wide view's resolution and the wide view are a rectified pair with half the baseline:
+0.1 px of the wide view are 0.0003 1/m. It works where the foveae do not overlap, and where one eye sees
+nothing of the target.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Role, Sighting
+from foveacam_pipeline.capture.mosaic.look import EyeLook
+from foveacam_pipeline.capture.mosaic.pair_depth import beside_jumps
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
+from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.verge.aim import EYES
+from foveacam_pipeline.verge.depth_samples import DepthSamples
+
+NEAREST_M, FARTHEST_M = 1.4, 1e4
+REDUCED = 8
+"""A raw fovea is reduced by this before it is sampled at the wide view's scale: 9 raw px a wide px."""
+MOST_SIGMA_PX = 0.4
+SETTINGS = MatchSettings(
+    near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
+)
+LEAST_SIGMA_PX = 0.15
+"""Standard error of a match however good the texture: the two cameras blur differently, wide px."""
+STEP_PX = 2
+AGREE_SIGMAS = 4.0
+BLOCK_PX = 8
+"""Left and right eye are compared by blocks of this size, wide px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Window:
+    """The grid of directions of a fovea's field, continued to one side for the search.
+
+    `hx_px`, `hy_px`: (h, w) float64, place about the gaze on the eye's plane, fovea px. `turn`: 1 or -1,
+    columns are mirrored for the right eye so that near things move the same way.
+    """
+
+    hx_px: NDArray[np.float64]
+    hy_px: NDArray[np.float64]
+    step_px: float
+    turn: int
+
+
+def wide_matches(sighting: Sighting, calibration: Calibration) -> DepthSamples:
+    """Return the depth that both foveae have against the wide view; where they disagree, none."""
+    left, right = (eye_matches(sighting, calibration, role) for role in EYES)
+    return _agreeing(left, right, block_tan=BLOCK_PX / calibration.wide.fx_px)
+
+
+def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> DepthSamples:
+    """Return the depth of one fovea against the wide view, without pixels beside a jump of depth."""
+    volts = sighting.volts.left if role is Role.LEFT else sighting.volts.right
+    frame = sighting.left if role is Role.LEFT else sighting.right
+    look = EyeLook.of(calibration, role, volts)
+    q_ref = float(np.clip(1.0 / crossing_z_m(calibration, sighting.volts), 0.0, 1.0 / NEAREST_M))
+    window = _window(calibration, role)
+    fovea, valid_fovea = _fovea_view(gray(to_uint8(frame)), look, window)
+    wide, valid_wide = _wide_view(gray(to_uint8(sighting.wide)), look, window, calibration, role, q_ref)
+    seen = valid_fovea & valid_wide
+    if not seen.any():
+        return DepthSamples.none()
+    gain = float(np.median(fovea[seen])) / max(1.0, float(np.median(wide[seen])))
+    f_px = calibration.fovea_f_px / window.step_px
+    half_m = 0.5 * calibration.baseline_m
+    pair = RectifiedPair(
+        left=fovea,
+        right=np.clip(np.rint(wide * gain), 0, 255).astype(np.uint8),
+        valid_left=valid_fovea,
+        valid_right=valid_wide,
+        f_px=f_px,
+        baseline_m=half_m,
+        u0_left_px=f_px * half_m * q_ref,
+        u0_right_px=0.0,
+        v0_px=0.0,
+        pose_sigma_px=0.0,
+        t_ns=frame.t_ns,
+    )
+    found = match(pair, SETTINGS)
+    known = np.isfinite(found.residual_px) & ~beside_jumps(pair, found)
+    rows, columns = np.nonzero(known[::STEP_PX, ::STEP_PX])
+    rows, columns = rows * STEP_PX, columns * STEP_PX
+    shift = found.residual_px[rows, columns].astype(np.float64)
+    hx, hy = window.hx_px[rows, columns], window.hy_px[rows, columns]
+    x_m = float(calibration.reference_rig_m(role)[0])
+    moving = look.aside_px_m[0] + look.pupil_m * hx + calibration.fovea_f_px * x_m
+    q = q_ref - window.turn * shift * window.step_px * (1.0 + look.pupil_m * q_ref) / moving
+    sigma_px = np.hypot(found.sigma_px[rows, columns], LEAST_SIGMA_PX)
+    depth_m = float(1.0 / np.clip(np.median(q), 1e-3, 1.0)) if len(q) else 1.0
+    pose_rad = calibration.eye(role).angle_sigma_rad(depth_m)[0]
+    good = (q > 1.0 / FARTHEST_M) & (q < 1.0 / NEAREST_M)
+    return DepthSamples(
+        tangents=_directions(look, hx, hy, q, calibration, x_m)[good],
+        inverse_z_per_m=q[good],
+        sigma_per_m=(np.hypot(sigma_px / f_px, pose_rad) / half_m)[good],
+    )
+
+
+def _window(calibration: Calibration, role: Role) -> _Window:
+    """Return the fovea's field, at its left continued by as much as the nearest things move."""
+    step = calibration.fovea_f_px / calibration.wide.fx_px
+    width, height = (round(size / step) for size in (calibration.fovea_width, calibration.fovea_height))
+    beyond = int(calibration.wide.fx_px * 0.5 * calibration.baseline_m / NEAREST_M) + 1
+    turn = 1 if role is Role.LEFT else -1
+    x = turn * (np.arange(-beyond, width) - (width - 1) / 2) * step
+    y = (np.arange(height) - (height - 1) / 2) * step
+    hx, hy = np.meshgrid(x, y)
+    return _Window(hx_px=hx, hy_px=hy, step_px=step, turn=turn)
+
+
+def _fovea_view(
+    image: NDArray[np.uint8], look: EyeLook, window: _Window
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return a raw fovea, (h, w) uint8, in the window, and which pixels lie in the frame."""
+    back = np.linalg.inv(look.about_gaze)
+    w = back[2, 0] * window.hx_px + back[2, 1] * window.hy_px + back[2, 2]
+    x = (back[0, 0] * window.hx_px + back[0, 1] * window.hy_px + back[0, 2]) / w
+    y = (back[1, 0] * window.hx_px + back[1, 1] * window.hy_px + back[1, 2]) / w
+    height, width = image.shape
+    small = cv2.resize(image, (width // REDUCED, height // REDUCED), interpolation=cv2.INTER_AREA)
+    maps = [((places + 0.5) / REDUCED - 0.5).astype(np.float32) for places in (x, y)]
+    view = cv2.remap(small, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    valid = (x > REDUCED) & (x < width - 1 - REDUCED) & (y > REDUCED) & (y < height - 1 - REDUCED)
+    return np.asarray(view, dtype=np.uint8), np.asarray(valid, dtype=np.bool_)
+
+
+def _wide_view(
+    image: NDArray[np.uint8],
+    look: EyeLook,
+    window: _Window,
+    calibration: Calibration,
+    role: Role,
+    q_ref: float,
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the wide image, (h, w) float32, where the window's directions lie at 1/Z = `q_ref`."""
+    x_m = float(calibration.reference_rig_m(role)[0])
+    q = np.full(window.hx_px.size, q_ref)
+    tangents = _directions(look, window.hx_px.ravel(), window.hy_px.ravel(), q, calibration, x_m)
+    pixels = calibration.wide.pixels(np.arctan(tangents)).reshape(*window.hx_px.shape, 2)
+    x, y = pixels[..., 0].astype(np.float32), pixels[..., 1].astype(np.float32)
+    height, width = image.shape
+    view = cv2.remap(image, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    valid = (x > 1) & (x < width - 2) & (y > 1) & (y < height - 2)
+    return np.asarray(view, dtype=np.float32), np.asarray(valid, dtype=np.bool_)
+
+
+def _directions(
+    look: EyeLook,
+    hx: NDArray[np.float64],
+    hy: NDArray[np.float64],
+    q: NDArray[np.float64],
+    calibration: Calibration,
+    x_m: float,
+) -> NDArray[np.float64]:
+    """Return (n, 2) tangents from the rig's origin of places about the gaze, (n,) each, at 1/Z = `q`."""
+    about = np.column_stack([hx, hy])
+    places = look.gaze_px + look.aside_px_m * q[:, None] + (1.0 + look.pupil_m * q[:, None]) * about
+    tangents = places / calibration.fovea_f_px
+    tangents[:, 0] += x_m * q
+    return np.asarray(tangents, dtype=np.float64)
+
+
+def contradicted(
+    samples: DepthSamples, *, by: DepthSamples, block_tan: float, sigmas: float = AGREE_SIGMAS
+) -> NDArray[np.bool_]:
+    """Return (n,) bool: samples beyond all that others in the same block of directions found.
+
+    `block_tan`: side of a block, tangent units. Where the others found nothing, nothing is contradicted.
+    """
+    if len(samples) == 0 or len(by) == 0:
+        return np.zeros(len(samples), dtype=np.bool_)
+    places = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64)
+    _, block = np.unique(places, axis=0, return_inverse=True)
+    block = block.ravel()
+    own, others = block[: len(samples)], block[len(samples) :]
+    low, high, error = (
+        np.full(block.max() + 1, np.inf),
+        np.full(block.max() + 1, -np.inf),
+        np.zeros(block.max() + 1),
+    )
+    np.minimum.at(low, others, by.inverse_z_per_m)
+    np.maximum.at(high, others, by.inverse_z_per_m)
+    np.maximum.at(error, others, by.sigma_per_m)
+    margin = sigmas * np.hypot(samples.sigma_per_m, error[own])
+    q, seen = samples.inverse_z_per_m, np.isfinite(low[own])
+    beyond = (q < low[own] - margin) | (q > high[own] + margin)
+    return np.asarray(seen & beyond, dtype=np.bool_)
+
+
+def _agreeing(one: DepthSamples, other: DepthSamples, *, block_tan: float) -> DepthSamples:
+    """Return both eyes' samples without those that the other eye contradicts."""
+    parts = [
+        (one, ~contradicted(one, by=other, block_tan=block_tan)),
+        (other, ~contradicted(other, by=one, block_tan=block_tan)),
+    ]
+    return DepthSamples(
+        tangents=np.concatenate([each.tangents[kept] for each, kept in parts]),
+        inverse_z_per_m=np.concatenate([each.inverse_z_per_m[kept] for each, kept in parts]),
+        sigma_per_m=np.concatenate([each.sigma_per_m[kept] for each, kept in parts]),
+    )

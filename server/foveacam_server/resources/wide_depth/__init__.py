@@ -1,0 +1,1 @@
+"""What is known of the depth of the whole wide view."""

@@ -1,0 +1,84 @@
+"""The depth of the whole wide view: figures, picture, points, and looking around to measure it."""
+
+import cv2
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+
+from foveacam_server.api.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.api.models import JobDocument
+from foveacam_server.resources.wide_depth.schema import WideDepthDocument
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(tags=["depth"])
+
+
+@router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409))
+def document(services: ServicesDep) -> WideDepthDocument:
+    """Return how much is known, since when and how well."""
+    return services.wide_depth.document()
+
+
+@router.get(
+    "/wide_depth.png",
+    summary="Depth of the wide view as a picture",
+    response_class=Response,
+    responses={**file_responses("image/png"), **problems(409)},
+)
+def png(services: ServicesDep) -> Response:
+    """Return a heat map with its scale; what is unknown is striped."""
+    bgr = cv2.cvtColor(services.wide_depth.picture(), cv2.COLOR_RGB2BGR)
+    _, encoded = cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    return Response(encoded.tobytes(), media_type="image/png")
+
+
+@router.get(
+    "/wide_depth.ply",
+    summary="Depth of the wide view as points",
+    response_class=Response,
+    responses={**file_responses("application/octet-stream"), **problems(409)},
+)
+def ply(services: ServicesDep) -> Response:
+    """Return x, y, z (m, rig frame), colour and sigma of every cell's surfaces."""
+    headers = {"Content-Disposition": 'attachment; filename="wide_depth.ply"'}
+    return Response(services.wide_depth.ply(), media_type="application/octet-stream", headers=headers)
+
+
+@router.delete("/wide_depth", status_code=204, summary="Forget the depth of the wide view")
+def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
+    """Forget everything that is known; fixations and their clouds stay."""
+    services.lease.check(x_lease)
+    services.wide_depth.forget()
+
+
+@router.post(
+    "/wide_depth/surveys",
+    status_code=202,
+    summary="Look around",
+    response_model=JobDocument,
+    responses={
+        200: {"model": WideDepthDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def look_around(
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue looks over the whole steering field; what they found is kept when the job is cancelled."""
+    services.lease.check(x_lease)
+    job = services.wide_depth.look_around(idempotency_key=idempotency_key)
+
+    def result(_url: str) -> Document:
+        return services.wide_depth.document().model_dump(mode="json")
+
+    return await job_answer(services, job, prefer=prefer, result=result)

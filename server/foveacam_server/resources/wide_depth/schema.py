@@ -1,0 +1,29 @@
+"""The shape of the wide depth's documents."""
+
+from pydantic import Field
+
+from foveacam_server.api.models import Told
+
+
+class WideDepthDocument(Told):
+    """What is known of the depth of the whole wide view, on a grid of square cells."""
+
+    columns: int
+    rows: int
+    cell_px: int = Field(description="side of a cell, wide px")
+    known_cells: int
+    known_fraction: float = Field(description="share of all cells that have a depth now")
+    sources: dict[str, int] = Field(description="cells by what measured them")
+    nearest_m: float | None = Field(description="5 % quantile of depth along z; null when nothing is known")
+    farthest_m: float | None = Field(description="95 % quantile of depth along z")
+    relative_sigma_median: float | None = Field(
+        description="median of sigma of depth over depth, with ageing"
+    )
+    age_median_s: float | None
+    oldest_s: float | None
+    surveyed_fraction: float | None = Field(
+        description="share of directions that the last look around reached; null before the first"
+    )
+    survey_job_id: str | None = Field(description="the look around that is waiting or at work")
+    png_url: str
+    ply_url: str

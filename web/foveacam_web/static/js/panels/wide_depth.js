@@ -1,0 +1,104 @@
+// What is known of the depth of the whole wide view, and the button that looks around: in the head of the 3D pane.
+
+import { Problem, request } from "../api.js";
+import { fill, h } from "../dom.js";
+import { QuietReads } from "../quiet.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../commands.js").Commands} Commands
+ * @typedef {import("../types.js").JobDocument} JobDocument
+ * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("../types.js").WideDepthDocument} WideDepthDocument
+ */
+
+const KIND = "wide_depth_survey";
+const TITLE = "Look at the whole field once, so that its depth is known: in the 3D pane, and for later clicks";
+
+/** The wide depth as one page knows it. */
+export class WideDepth {
+  #store;
+  #commands;
+  #reads = new QuietReads();
+  /** @type {WideDepthDocument | null} */
+  #known = null;
+  /** @type {JobDocument | null} */
+  #job = null;
+  #asked = false;
+  #words = h("a", { class: "wide-depth-known", href: "/api/v1/wide_depth.png", target: "_blank", rel: "noopener" });
+  #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.#press() } });
+  #said = h("span", { class: "unseen", role: "status" });
+
+  /** @param {{store: Store, commands: Commands}} context */
+  constructor({ store, commands }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.element = h("span", { class: "wide-depth" }, this.#words, this.#button, this.#said);
+    store.on(["stop", "rig"], () => this.#draw());
+  }
+
+  readAll() {
+    return this.#reads.read("wide_depth", async () => {
+      try {
+        this.#known = /** @type {WideDepthDocument} */ (await request("GET", "/wide_depth"));
+        const id = this.#known.survey_job_id;
+        this.#job = id ? /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`)) : null;
+      } catch (error) {
+        if (!(error instanceof Problem)) throw error;
+        this.#known = this.#job = null; // not calibrated: there is nothing to tell
+      }
+      this.#draw();
+    });
+  }
+
+  /** @param {RigEvent} event */
+  hear({ kind, data }) {
+    if (kind === "wide_depth.changed") this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
+    else if (kind === "job.updated" && data?.["kind"] === KIND) this.#follow(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));
+    else {
+      if (kind.startsWith("calibration.")) void this.readAll();
+      return;
+    }
+    this.#draw();
+  }
+
+  /** @param {JobDocument} job */
+  #follow(job) {
+    const ended = ["cancelled", "failed", "succeeded"].includes(job.state);
+    this.#job = ended ? null : job;
+    if (!ended) return;
+    if (job.state === "failed") this.#commands.say({ tone: "bad", title: "The look around has failed", detail: job.problem?.detail ?? "" });
+    this.#said.textContent = job.state === "succeeded" ? "The look around is done" : "The look around has ended early";
+    void this.readAll();
+  }
+
+  async #press() {
+    if (this.#asked) return;
+    this.#asked = true;
+    const job = this.#job;
+    const answer = await this.#commands.attempt(() => job
+      ? request("POST", `/jobs/${job.id}/cancel`)
+      : /** @type {Promise<JobDocument>} */ (request("POST", "/wide_depth/surveys", { headers: this.#commands.leaseHeader() })));
+    this.#asked = false;
+    if (answer && !job) this.#job = this.#job ?? /** @type {JobDocument} */ (answer);
+    this.#draw();
+  }
+
+  #draw() {
+    const known = this.#known;
+    const share = known ? Math.round(100 * known.known_fraction) : 0;
+    this.#words.hidden = !known || known.known_cells === 0;
+    this.#words.textContent = `${share} % known`;
+    this.#words.title = known ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture` : "";
+    const progress = this.#job?.progress;
+    const done = progress?.total ? `${progress.done} of ${progress.total}` : "waiting";
+    fill(this.#button, this.#job ? `Cancel (${done})` : "Look around");
+    this.#button.title = this.#job ? "End the look around; what it has found stays" : TITLE;
+    this.#button.disabled = !this.#job && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
+  }
+}
+
+/** @param {WideDepthDocument} known */
+function spanWords({ nearest_m, farthest_m }) {
+  return nearest_m === null || farthest_m === null ? "" : `, from ${nearest_m.toFixed(1)} to ${farthest_m.toFixed(1)} m`;
+}
