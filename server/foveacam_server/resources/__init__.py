@@ -1,0 +1,1 @@
+"""The REST resources, one folder each: schema, routes, service."""
