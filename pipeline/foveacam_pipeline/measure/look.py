@@ -48,7 +48,7 @@ class LookDepth:
         return int(width), int(height)
 
     @property
-    def verged_z_m(self) -> float:
+    def median_z_m(self) -> float:
         """Median depth of the known pixels, m; NaN when there is none."""
         known = self.z_m[np.isfinite(self.z_m)]
         return float(np.median(known)) if known.size else float("nan")

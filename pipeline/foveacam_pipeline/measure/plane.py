@@ -102,8 +102,8 @@ def _samples(look: LookDepth, region: NDArray[np.bool_]) -> _Samples:
     rows, columns = np.nonzero(known[::step, ::step])
     rows, columns = rows * step, columns * step
     return _Samples(
-        u_px=columns + look.u0_left_px,
-        v_px=rows + look.v0_px,
+        u_px=columns.astype(np.float64) + look.u0_left_px,
+        v_px=rows.astype(np.float64) + look.v0_px,
         d_px=look.f_px * look.baseline_m / look.z_m[rows, columns].astype(np.float64),
         sigma_px=np.maximum(look.sigma_px[rows, columns].astype(np.float64), LEAST_SIGMA_PX),
         step_px=float(step),
@@ -216,9 +216,7 @@ def _derived(abc: NDArray[np.float64], look: LookDepth) -> NDArray[np.float64]:
     return np.array([*normal, pan, tilt, distance_m])
 
 
-def _jacobian(
-    abc: NDArray[np.float64], cov: NDArray[np.float64], look: LookDepth
-) -> NDArray[np.float64]:  # fmt: skip
+def _jacobian(abc: NDArray[np.float64], cov: NDArray[np.float64], look: LookDepth) -> NDArray[np.float64]:
     """Return (6, 3) derivatives of `_derived`, by central differences of a hundredth of a standard error."""
     steps = np.maximum(0.01 * np.sqrt(np.diag(cov)), 1e-9)
     columns = []

@@ -59,9 +59,12 @@ class MeasuredPoint:
 def point_at(look: LookDepth, x_px: int, y_px: int, *, look_id: str) -> MeasuredPoint:
     """Return the point of a window pixel whose depth is known."""
     return point_of(
-        look, (float(x_px), float(y_px)), float(look.z_m[y_px, x_px]),
-        sigma_px=float(look.sigma_px[y_px, x_px]), look_id=look_id,
-    )  # fmt: skip
+        look,
+        (float(x_px), float(y_px)),
+        float(look.z_m[y_px, x_px]),
+        sigma_px=float(look.sigma_px[y_px, x_px]),
+        look_id=look_id,
+    )
 
 
 def point_of(
@@ -72,9 +75,7 @@ def point_of(
     ray = np.array([(pixel[0] + look.u0_left_px) / f_px, (pixel[1] + look.v0_px) / f_px, 1.0])
     per_px = z_m * z_m / (f_px * b_m) * ray
     across_m = z_m / f_px
-    pose = np.column_stack([
-        np.array([across_m, 0.0, 0.0]) - per_px, per_px, np.array([0.0, across_m, 0.0])
-    ])  # fmt: skip
+    pose = np.column_stack([np.array([across_m, 0.0, 0.0]) - per_px, per_px, np.array([0.0, across_m, 0.0])])
     return MeasuredPoint(
         point_rig_m=z_m * ray - np.array([b_m / 2.0, 0.0, 0.0]),
         own_cov_m2=np.outer(per_px, per_px) * sigma_px**2,
@@ -98,9 +99,7 @@ def lone_point(point_rig_m: tuple[float, float, float], *, sigma_z_m: float) -> 
     )
 
 
-def nearest_known(
-    look: LookDepth, x_px: float, y_px: float, *, reach_px: float
-) -> tuple[int, int] | None:  # fmt: skip
+def nearest_known(look: LookDepth, x_px: float, y_px: float, *, reach_px: float) -> tuple[int, int] | None:
     """Return the (x, y) of the known window pixel nearest to a place, None when none is within `reach_px`."""
     width, height = look.size_px
     left, right = max(0, math.ceil(x_px - reach_px)), min(width - 1, math.floor(x_px + reach_px))

@@ -75,10 +75,10 @@ class ViewMap:
         if view in WINDOWS:
             return window_px
         if view is View.LEFT:
-            return _mapped(np.linalg.inv(look.window_from_left), window_px)
+            return _mapped_back(look.window_from_left, window_px)
         if view is View.RIGHT:
             right_px = (window_px[0] - look.residual_px(z_m), window_px[1])
-            return _mapped(np.linalg.inv(look.window_from_right), right_px)
+            return _mapped_back(look.window_from_right, right_px)
         x_m = (window_px[0] + look.u0_left_px) * z_m / look.f_px - look.baseline_m / 2.0
         y_m = (window_px[1] + look.v0_px) * z_m / look.f_px
         return wide_pixel(self.wide, (x_m, y_m, z_m))
@@ -116,4 +116,9 @@ def nearest_known_right(look: LookDepth, right_px: Pixel, *, reach_px: float) ->
 
 def _mapped(homography: NDArray[np.float64], pixel: Pixel) -> Pixel:
     x, y, w = (homography @ np.array([pixel[0], pixel[1], 1.0])).tolist()
+    return x / w, y / w
+
+
+def _mapped_back(homography: NDArray[np.float64], pixel: Pixel) -> Pixel:
+    x, y, w = np.linalg.solve(homography, np.array([pixel[0], pixel[1], 1.0])).tolist()
     return x / w, y / w

@@ -10,6 +10,8 @@ from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.resources.measurements.places import Shown
+from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import Equipment
@@ -83,6 +85,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         mosaics=collected.mosaics,
         references=collected.references,
         fixations=study.fixations,
+        measurements=study.measurements,
         viewer=sights.viewer,
     )
 
@@ -126,6 +129,7 @@ class _Study:
 
     clouds: CloudShelf
     fixations: FixationService
+    measurements: MeasurementService
 
 
 def _hardware(ground: Ground, lore: Lore, sights: Sights) -> HardwareThread:
@@ -165,7 +169,27 @@ def _open_study(
     for worker in (shapes, jobs):
         worker.start()
         ground.stack.callback(worker.close)
-    return _Study(clouds=clouds, fixations=fixations)
+    measurements = _open_measurements(ground, lore, sights, hardware=hardware, clouds=clouds)
+    return _Study(clouds=clouds, fixations=fixations, measurements=measurements)
+
+
+def _open_measurements(
+    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, clouds: CloudShelf
+) -> MeasurementService:
+    def picture_t_ns(view: str) -> int | None:
+        newest = sights.hub.newest(view)
+        return None if newest is None else newest.t_ns
+
+    tools = MeasuringTools(
+        shelf=clouds,
+        wide=lambda: lore.calibration.require().wide,
+        shown=Shown(volts=lambda: hardware.gaze, picture_t_ns=picture_t_ns),
+        events=ground.events,
+        viewer=sights.viewer,
+    )
+    measurements = MeasurementService(ground.store, tools)
+    measurements.put_back()
+    return measurements
 
 
 def _stop(ground: Ground, hardware: HardwareThread, jobs: JobRunner) -> tuple[StopSwitch, ThreadPoolExecutor]:

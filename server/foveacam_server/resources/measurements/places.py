@@ -1,4 +1,4 @@
-"""From a pixel of a view to a point of the rig frame: which look, which of its pixels, how far it was moved."""
+"""From a pixel of a view to a point of the rig frame: which look, and which of its pixels."""
 
 import math
 from collections.abc import Callable
@@ -50,7 +50,7 @@ class Placed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shown:
-    """What the views show now: the drive of the mirrors, and when the picture of a view was made (None: never)."""
+    """What the views show now: the mirrors' drive, and the time of a view's picture (None: none yet)."""
 
     volts: Callable[[], StereoVolts]
     picture_t_ns: Callable[[str], int | None]
@@ -66,7 +66,7 @@ class Places:
 
     def point(self, place: PlaceRequest, *, wide: Intrinsics) -> Placed:
         """Return the point at a pixel; raise OutOfRange, NotFound or StaleView in words for the operator."""
-        if place.view == View.WIDE:
+        if View(place.view) is View.WIDE:
             return self._wide_point(place, wide)
         fixation_id, look = self.look_of(place, wide=wide)
         view, pixel = View(place.view), (place.x_px, place.y_px)
@@ -89,16 +89,16 @@ class Places:
             t_ns = self._shown.picture_t_ns(place.view)
             if t_ns is not None and t_ns != look.t_ns:
                 raise StaleView(
-                    f"the view {place.view} shows a look whose depth is not kept (yet); wait a moment, or look "
-                    "again",
+                    f"the view {place.view} shows a look whose depth is not kept (yet); "
+                    "wait a moment, or look again",
                     asked=f"a point in the view {place.view}",
                     found="another look than the newest with depth",
                     remedy="wait a moment, or look again",
                 )
         if view in (View.LEFT, View.RIGHT) and not same_gaze(look.volts, self._shown.volts()):
             raise StaleView(
-                f"the foveae have turned away since fixation {fixation_id}; look at its target again, or measure "
-                "in the depth view",
+                f"the foveae have turned away since fixation {fixation_id}; look at its target "
+                "again, or measure in the depth view",
                 asked=f"a point in the view {place.view}",
                 found="mirrors that stand elsewhere",
                 remedy="look again, or measure in the depth view",
@@ -145,7 +145,7 @@ def _placed(
     place: PlaceRequest, look: LookDepth, found: tuple[int, int], *, used_px: Pixel, fixation_id: str
 ) -> Placed:
     asked_px = (place.x_px, place.y_px)
-    own_px = 1.0 if place.view in WINDOWS else 1.0 / look.scale
+    own_px = 1.0 / look.scale if place.view in (View.LEFT, View.RIGHT) else 1.0
     moved_px = math.dist(used_px, asked_px)
     return Placed(
         request=place,
@@ -162,7 +162,9 @@ def _check_inside(place: PlaceRequest, size_px: tuple[int, int]) -> None:
     width, height = size_px
     if -0.5 <= place.x_px <= width - 0.5 and -0.5 <= place.y_px <= height - 0.5:
         return
-    beside = " (the scale stands there)" if place.view == View.DEPTH and place.x_px > width - 0.5 else ""
+    beside = (
+        " (the scale stands there)" if View(place.view) is View.DEPTH and place.x_px > width - 0.5 else ""
+    )
     raise OutOfRange(
         f"pixel ({place.x_px:g}, {place.y_px:g}) is outside the view {place.view}{beside}: x from -0.5 to "
         f"{width - 0.5:g}, y from -0.5 to {height - 0.5:g} px; choose a pixel inside",
@@ -174,8 +176,8 @@ def _check_inside(place: PlaceRequest, size_px: tuple[int, int]) -> None:
 
 def _no_texture(place: PlaceRequest) -> NotFound:
     return NotFound(
-        f"there is no depth at ({place.x_px:g}, {place.y_px:g}) of the view {place.view} nor close by: no texture "
-        "there, or only one fovea sees it; choose a pixel on texture that both see",
+        f"there is no depth at ({place.x_px:g}, {place.y_px:g}) of the view {place.view} nor close by: "
+        "no texture there, or only one fovea sees it; choose a pixel on texture that both see",
         asked=f"a point at ({place.x_px:g}, {place.y_px:g})",
         found="no texture there, or hidden from one fovea",
         remedy="choose a pixel on texture that both foveae see",

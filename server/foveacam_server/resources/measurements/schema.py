@@ -42,8 +42,8 @@ class MeasurementPatch(Asked):
 class PointDocument(Told):
     """A measured point, rig frame.
 
-    `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth jumps
-    so near that it may be that of either surface.
+    `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
+    jumps so near that it may be that of either surface.
     """
 
     view: ViewName
