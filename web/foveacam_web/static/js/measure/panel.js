@@ -1,6 +1,6 @@
 // The list of measurements: name, value, all that is known of the chosen one, export.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, need, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { shownOf } from "./orders.js";
 import { profilePlot } from "./plot.js";
@@ -18,12 +18,20 @@ import { factsOf, KINDS, valueText } from "./words.js";
  * @param {{store: Store, orders: MeasureOrders, exports: HTMLElement}} context
  */
 export function mountMeasurements(place, { store, orders, exports }) {
+  const tabs = mountListTabs();
   const list = h("ul", { class: "targets measurements" });
   const empty = h("p", { class: "empty" });
   fill(place, list, empty);
-  fill(exports, ...["csv", "json"].map((kind) => h("a", {
+  const links = ["csv", "json"].map((kind) => h("a", {
     class: "aside", href: `/api/v1/measurements.${kind}`, download: `measurements.${kind}`, text: kind.toUpperCase(), title: `Save all as ${kind.toUpperCase()}`,
-  })));
+  }));
+  tabs.onChoose((index) => (exports.hidden = index !== 1));
+  let chosen = "";
+  store.on(["measuring", "selected_measurement"], ({ measuring, selected_measurement }) => {
+    const now = measuring ? measuring.view + (selected_measurement ?? "") : "";
+    if (now && now !== chosen) tabs.choose(1); // what is measured shows up there
+    chosen = now;
+  });
   /** @type {Map<string, Row>} */
   const rows = new Map();
   store.on(["measurements", "hidden_measurements", "selected_measurement"], (state) => {
@@ -40,9 +48,35 @@ export function mountMeasurements(place, { store, orders, exports }) {
       if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
     });
     empty.hidden = shown.length > 0;
-    exports.hidden = shown.length === 0;
+    fill(exports, shown.length > 0 && links);
     say(empty, state.measurements === null ? "Loading …" : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.");
   });
+}
+
+/** The tabs between the lists of targets and of measurements. */
+function mountListTabs() {
+  const tabs = [need("tab-targets"), need("tab-measurements")];
+  const panels = [need("targets"), need("measurements")];
+  /** @type {(index: number) => void} */
+  let told = () => {};
+  const choose = (/** @type {number} */ chosen) => {
+    tabs.forEach((tab, index) => {
+      tab.setAttribute("aria-selected", String(index === chosen));
+      tab.tabIndex = index === chosen ? 0 : -1;
+    });
+    panels.forEach((panel, index) => (panel.hidden = index !== chosen));
+    told(chosen);
+  };
+  tabs.forEach((tab, index) => {
+    tab.addEventListener("click", () => choose(index));
+    tab.addEventListener("keydown", (event) => {
+      if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
+      choose(1 - index);
+      tabs[1 - index]?.focus();
+    });
+  });
+  choose(0);
+  return { choose, onChoose: (/** @type {(index: number) => void} */ listener) => (told = listener) };
 }
 
 /**

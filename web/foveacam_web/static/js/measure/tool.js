@@ -84,7 +84,7 @@ export class MeasureTool {
       drag: (from, to) => this.#drag(view, from, to),
     });
     const bar = this.#bar();
-    pane.surface.append(bar.element);
+    pane.element.append(bar.element);
     this.#store.on(["measuring"], ({ measuring }) => {
       button.setAttribute("aria-pressed", String(measuring?.view === view));
       bar.show(measuring?.view === view ? measuring : null);
@@ -102,9 +102,6 @@ export class MeasureTool {
     }));
     const done = h("button", { class: "tool", type: "button", "aria-label": "Stop measuring", title: "Stop measuring (Escape)", on: { click: () => this.end() } }, icon("close"));
     const element = h("div", { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true }, h("span", { class: "kinds" }, kinds), done, hint);
-    for (const kind of ["pointerdown", "pointermove", "pointerup", "keydown"]) {
-      element.addEventListener(kind, (event) => event.type === "keydown" && /** @type {KeyboardEvent} */ (event).key === "Escape" || event.stopPropagation());
-    }
     return {
       element,
       show: (/** @type {import("./documents.js").Measuring | null} */ measuring) => {
