@@ -119,6 +119,7 @@ function updateRow(row, measured, selected) {
   row.label.title = measured.label;
   say(row.value, valueText(measured));
   row.value.title = KINDS[measured.kind].title;
+  if (selected && row.more.hidden) row.element.parentElement?.parentElement?.scrollTo({ top: row.element.offsetTop });
   row.more.hidden = !selected;
   if (!selected || row.told === measured.id) return;
   row.told = measured.id; // a measurement never changes but for its name
