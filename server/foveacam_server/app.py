@@ -41,6 +41,7 @@ from foveacam_server.api import (
     viser_relay,
 )
 from foveacam_server.api.answers import problems
+from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.wide_depth import routes as wide_depth
 from foveacam_server.runtime.opening import open_services
 from foveacam_server.settings import Settings
@@ -65,6 +66,7 @@ _RESOURCES = (
     clouds,
     depth,
     wide_depth,
+    measurements,
     calibrations,
     calibration_sessions,
     drift_checks,

@@ -39,6 +39,12 @@ class NotFound(FoveaError):
     code = "not_found"
 
 
+class StaleView(FoveaError):
+    """A view that no longer shows what was measured."""
+
+    code = "stale_view"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
     """Slug, status and title that one branch of the error tree gets."""
@@ -66,6 +72,7 @@ KINDS: dict[type[FoveaError], Kind] = {
     Timeout: Kind(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: Kind(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
+    StaleView: Kind(slug="stale-view", status=409, title="The view shows something else by now"),
 }
 
 

@@ -19,10 +19,11 @@ import viser
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_web.scene_field import FieldNode, overlook
 from foveacam_web.scene_fixation import FixationNode, Shown
+from foveacam_web.scene_measure import MeasurementNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import Surroundings
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, MeasurementDrawing, RigShape
 from foveacam_web.viser_server import close_viser, open_viser
 
 MAX_FIXATIONS = 24
@@ -47,6 +48,7 @@ class ViewerScene:
         self._rig: RigDrawing | None = None
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
+        self._measurements: dict[str, MeasurementNode] = {}
         self._field: FieldNode | None = None
         self._surroundings = Surroundings()
         self._selected: str | None = None
@@ -93,6 +95,7 @@ class ViewerScene:
             self._rig = self._panel = self._field = None
             self._surroundings.close()
             self._fixations.clear()
+            self._measurements.clear()
         # Without the lock: a callback on viser's loop may be waiting for it
         if server is not None:
             close_viser(server)
@@ -158,6 +161,24 @@ class ViewerScene:
             self._drop(fixation_id)
             if self._selected == fixation_id:
                 self._selected = None
+
+    def show_measurement(self, measurement_id: str, drawing: MeasurementDrawing) -> None:
+        """Add or replace what stands for one measurement."""
+        with self._lock:
+            if self._server is None:
+                return
+            self.remove_measurement(measurement_id)
+            with self._server.atomic():
+                node = MeasurementNode(self._server.scene, measurement_id, drawing)
+            node.show_label(visible=self._shown.labels)
+            self._measurements[measurement_id] = node
+
+    def remove_measurement(self, measurement_id: str) -> None:
+        """Take away what stands for one measurement; harmless when there is nothing."""
+        with self._lock:
+            node = self._measurements.pop(measurement_id, None)
+            if node is not None:
+                node.remove()
 
     def show_field(
         self, content: bytes, *, from_rig_m: tuple[float, float, float], to_rig_m: tuple[float, float, float]
@@ -226,6 +247,8 @@ class ViewerScene:
             self._shown = shown
             for node in self._fixations.values():
                 node.show(shown)
+            for measured in self._measurements.values():
+                measured.show_label(visible=shown.labels)
 
     def _show_rays(self, visible: bool) -> None:  # the only argument, named by the method
         with self._lock:

@@ -13,6 +13,7 @@ RIGHT_COLOR: Rgb = (255, 166, 64)
 """Left and right as in the page."""
 TARGET_COLOR: Rgb = (79, 195, 201)
 SELECTED_COLOR: Rgb = (255, 64, 160)
+MEASURE_COLOR: Rgb = (245, 215, 66)
 
 LONGEST_NAME = 24
 """Characters of a target's name that the 3D scene shows; the page shows all of it."""
@@ -54,3 +55,12 @@ class FixationDrawing:
         digits = 1 if self.distance_sigma_m >= 0.1 else 2 if self.distance_sigma_m >= 0.01 else 3
         name = self.label if len(self.label) <= LONGEST_NAME else f"{self.label[: LONGEST_NAME - 1]}…"
         return f"{name}  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasurementDrawing:
+    """A measurement in the scene: one point, a line of two, or the outline of a plane (`closed`)."""
+
+    label: str
+    points_rig_m: tuple[tuple[float, float, float], ...]
+    closed: bool = False

@@ -30,7 +30,7 @@ within it do not show. Their errors are so many times larger, and never below th
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reach:
-    """How far a point is looked for, px: from `low_px` to `high_px` along x, `rows_px` to either side along y."""
+    """How far a point is looked for, px: `low_px` to `high_px` along x, `rows_px` either way along y."""
 
     low_px: int
     high_px: int

@@ -73,6 +73,22 @@ def plane_from_raw(
     return np.asarray(to_gaze @ about_gaze, dtype=np.float64)
 
 
+def window_from_raw(
+    calibration: Calibration,
+    role: Role,
+    volts: StereoVolts,
+    *,
+    scale: float,
+    origin_px: tuple[float, float],
+) -> NDArray[np.float64]:
+    """Return (3, 3) float64: raw fovea px to px of the eye's window of a look, as `rectify` warps it.
+
+    `origin_px`: (u0, v0) of that window at its scale.
+    """
+    plane = plane_from_raw(calibration, role, volts, depth_m=crossing_z_m(calibration, volts))
+    return np.asarray(_window_from_plane(scale, *origin_px) @ plane, dtype=np.float64)
+
+
 def to_uint8(frame: Frame) -> NDArray[np.uint8]:
     """Return the image of a frame with its upper eight significant bits."""
     image = frame.image

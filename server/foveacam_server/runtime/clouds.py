@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.measure.look import LookDepth
+from foveacam_pipeline.measure.look_file import save_look
 from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.errors import NotFound
@@ -19,7 +21,7 @@ from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import CloudRow, Document, Store
 from foveacam_web.glb import write_glb
 
-CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png"]
+CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +33,7 @@ class Shape:
     mesh: DepthMesh
     depth_picture: NDArray[np.uint8]
     patch: DepthPatch | None
+    look: LookDepth | None = None
 
 
 class CloudShelf:
@@ -59,6 +62,8 @@ class CloudShelf:
         (partial / "depth.png").write_bytes(_png(shape.depth_picture))
         if shape.patch is not None:
             save_patch(shape.patch, partial / "patch.npz")
+        if shape.look is not None:
+            save_look(shape.look, partial / "depth.npz")
         partial.rename(self._folder / cloud_id)
         document = _document(cloud_id, shape, has_mesh=has_mesh)
         with self._store.session() as session:
@@ -74,6 +79,13 @@ class CloudShelf:
         if row is None:
             raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
         return row.document
+
+    def of_fixation(self, fixation_id: str) -> Document | None:
+        """Return the newest cloud of a fixation, None when it has none."""
+        query = select(CloudRow).where(CloudRow.fixation_id == fixation_id).order_by(CloudRow.seq.desc())
+        with self._store.session() as session:
+            row = session.scalars(query.limit(1)).first()
+        return None if row is None else row.document
 
     def newest(self, limit: int) -> list[Document]:
         """Return the newest, newest first."""

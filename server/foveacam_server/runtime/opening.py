@@ -12,6 +12,8 @@ from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.resources.measurements.places import Shown
+from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.wide_depth.keeping import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
@@ -88,6 +90,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         references=collected.references,
         fixations=study.fixations,
         wide_depth=study.wide_depth,
+        measurements=study.measurements,
         viewer=sights.viewer,
     )
 
@@ -132,6 +135,7 @@ class _Study:
     clouds: CloudShelf
     fixations: FixationService
     wide_depth: WideDepthService
+    measurements: MeasurementService
 
 
 def _hardware(ground: Ground, lore: Lore, sights: Sights) -> HardwareThread:
@@ -177,7 +181,8 @@ def _open_study(
     for worker in (shapes, wide_depth, jobs):
         worker.start()
         ground.stack.callback(worker.close)
-    return _Study(clouds=clouds, fixations=fixations, wide_depth=wide_depth)
+    measurements = _open_measurements(ground, lore, sights, hardware=hardware, clouds=clouds)
+    return _Study(clouds=clouds, fixations=fixations, wide_depth=wide_depth, measurements=measurements)
 
 
 def _wide_depth(
@@ -198,6 +203,25 @@ def _wide_depth(
         clock=ground.clock,
     )
     return WideDepthService(keeper, tools)
+
+
+def _open_measurements(
+    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, clouds: CloudShelf
+) -> MeasurementService:
+    def picture_t_ns(view: str) -> int | None:
+        newest = sights.hub.newest(view)
+        return None if newest is None else newest.t_ns
+
+    tools = MeasuringTools(
+        shelf=clouds,
+        wide=lambda: lore.calibration.require().wide,
+        shown=Shown(volts=lambda: hardware.gaze, picture_t_ns=picture_t_ns),
+        events=ground.events,
+        viewer=sights.viewer,
+    )
+    measurements = MeasurementService(ground.store, tools)
+    measurements.put_back()
+    return measurements
 
 
 def _stop(ground: Ground, hardware: HardwareThread, jobs: JobRunner) -> tuple[StopSwitch, ThreadPoolExecutor]:

@@ -10,7 +10,7 @@ from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Sta
 from foveacam_hardware.simulated_faults import Breakable
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
-from foveacam_web.scene_values import EyeGaze, RigShape
+from foveacam_web.scene_values import EyeGaze, MeasurementDrawing, RigShape
 
 
 class RigProblem(Protocol):
@@ -167,6 +167,14 @@ class Viewer(Protocol):
 
     def remove_fixation(self, fixation_id: str) -> None:
         """Take away what stands for one fixation; harmless when there is nothing."""
+        ...
+
+    def show_measurement(self, measurement_id: str, drawing: MeasurementDrawing) -> None:
+        """Add or replace what stands for one measurement."""
+        ...
+
+    def remove_measurement(self, measurement_id: str) -> None:
+        """Take away what stands for one measurement; harmless when there is nothing."""
         ...
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud as cloud_of
 from foveacam_pipeline.stereo.depth import depth_map
@@ -34,6 +35,8 @@ PUT_BACK = 12
 """Targets of an earlier run that stand in the 3D pane again, the newest."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
+SCALE = 0.5
+"""Scale of the rectified windows."""
 
 
 OnCloud = Callable[[str, Document], None]
@@ -117,7 +120,7 @@ class ShapeWorker:
                 self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
 
     def _work(self, seen: Seen) -> None:
-        pair = rectify(seen.sighting, seen.calibration, scale=0.5)
+        pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._sink.publish_picture("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
         depth = depth_map(pair, match(pair))
@@ -171,6 +174,9 @@ class ShapeWorker:
             mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
             depth_picture=depth_picture(depth),
             patch=patch,
+            look=look_depth(
+                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=SCALE
+            ),
         )
 
     def _failed(self, seen: Seen, reason: str) -> None:

@@ -67,6 +67,8 @@ export class Commands {
   #wayOut(error) {
     const { lease, lease_token } = this.#store.state;
     if (error.slug === "stopped") return { label: "Release the stop", act: () => this.releaseStop() };
+    const newest = this.#store.state.targets?.[0];
+    if (error.slug === "stale-view" && newest) return { label: `Look at “${newest.label}” again`, act: () => this.lookAgain(newest.id) };
     const held = error.slug === "busy" && lease?.holder && !lease_token && error.message.includes(lease.holder);
     return held ? { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) } : null;
   }

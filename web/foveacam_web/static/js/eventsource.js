@@ -20,6 +20,7 @@ const KINDS = [
   "still.taken", "still.kept", "still.updated", "still.removed",
   "mosaic.begun", "mosaic.ended", "mosaic.shown", "mosaic.hidden", "mosaic.removed",
   "reference.begun", "reference.ended", "reference.removed",
+  "measurement.created", "measurement.updated", "measurement.deleted",
 ];
 
 /**

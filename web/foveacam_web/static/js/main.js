@@ -19,6 +19,9 @@ import { GalleryReader } from "./gallery/reader.js";
 import { followGalleryAddress, GALLERY_ADDRESS } from "./gallery/route.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
+import { MeasureOrders } from "./measure/orders.js";
+import { mountMeasurements } from "./measure/panel.js";
+import { MeasureTool } from "./measure/tool.js";
 import { makeHelp, makeLease, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
@@ -60,9 +63,15 @@ const captureReader = new CaptureReader(store);
 const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
 const recording = new LiveRecording({ store, commands });
 const wideDepth = new WideDepth({ store, commands });
-const sync = new Sync({ store, fixations, others: [wideDepth, reader, rigReader, captureReader, galleryReader, stillReader, recording] });
+const measureOrders = new MeasureOrders({ store, commands });
+const sync = new Sync({
+  store,
+  fixations,
+  others: [wideDepth, measureOrders, reader, rigReader, captureReader, galleryReader, stillReader, recording],
+});
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+const measure = new MeasureTool({ store, views, orders: measureOrders });
 const help = makeHelp();
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
@@ -74,6 +83,7 @@ const keyboard = new Keyboard({
   keys: {
     "?": () => help.showModal(), i: () => flip("readout"), f: () => flip("footprints"), d: onWide(() => void views.wide.probe()),
     "+": onWide(() => views.wide.zoom(1.5)), "=": onWide(() => views.wide.zoom(1.5)), "-": onWide(() => views.wide.zoom(1 / 1.5)), 0: onWide(() => views.wide.fit()),
+    m: onWide(() => measure.toggle()), 1: onWide(() => measure.choose(1)), 2: onWide(() => measure.choose(2)), 3: onWide(() => measure.choose(3)), 4: onWide(() => measure.choose(4)),
   },
 });
 
@@ -88,6 +98,7 @@ mountFixation(need("fixation"), need("announcer"), { store, commands });
 need("wide-depth").append(wideDepth.element);
 const scene = new Scene(need("scene"), { store, keyboard });
 mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
+mountMeasurements(need("measurements"), { store, orders: measureOrders, exports: need("measurement-exports") });
 views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
@@ -119,7 +130,7 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || elsewhere()) return; // a sweep is not thrown away by a key
+  if (views.shrinkAll() || elsewhere() || measure.end()) return; // a sweep is not thrown away by a key
   views.wide.abandon();
   void commands.cancel();
 }

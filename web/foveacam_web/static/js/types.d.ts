@@ -5,6 +5,7 @@ import type { CalibrationState } from "./calibration/documents.js";
 import type { CapturePageState } from "./capture/documents.js";
 import type { GalleryState } from "./gallery/documents.js";
 import type { RecordingState } from "./gallery/recording_documents.js";
+import type { MeasureState } from "./measure/documents.js";
 import type { PlannerPageState } from "./planner/documents.js";
 import type { CameraDocument, ControllerLink, DeviceInfo, Difference, RigPageState, TriggerDocument } from "./rig/documents.js";
 
@@ -284,7 +285,7 @@ export type CurrentFixation = {
 
 export type LinkState = "connecting" | "open" | "down";
 
-export type ConsoleState = CalibrationState & RigPageState & CapturePageState & GalleryState & RecordingState & PlannerPageState & {
+export type ConsoleState = CalibrationState & RigPageState & CapturePageState & GalleryState & RecordingState & PlannerPageState & MeasureState & {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;

@@ -23,6 +23,11 @@ const HELP = [
     ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
     ["Enter", "Look at the crosshair"],
   ]],
+  ["Measuring", [
+    ["M, or the ruler on a view", "Take or put away the tool; Escape puts it away"],
+    ["1, 2, 3, 4", "Point, length, plane, profile"],
+    ["Click, drag, Enter at the crosshair", "Measure in what the foveae have looked at"],
+  ]],
   ["In a recording", [
     ["K", "Play, pause"],
     ["← and →, with Shift a second", "One frame back or on"],

@@ -1,0 +1,1 @@
+"""Measuring in the dense depth of a look: points, lengths, planes and profiles, with standard errors."""

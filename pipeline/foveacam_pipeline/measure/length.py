@@ -1,0 +1,64 @@
+"""The length between two points, with the errors that both share taken once."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.measure.point import MeasuredPoint
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Length:
+    """Length and components of the way from one point to another, m, rig frame, with standard errors."""
+
+    length_m: float
+    length_sigma_m: float
+    delta_rig_m: tuple[float, float, float]
+    delta_sigma_m: tuple[float, float, float]
+    same_look: bool
+
+
+def length_between(first: MeasuredPoint, second: MeasuredPoint) -> Length:
+    """Return the length from `first` to `second`.
+
+    Points of one look share its pose errors: a sideways shift cancels, an error of depth scales the length.
+    Points of different looks are taken as independent.
+    """
+    way = second.point_rig_m - first.point_rig_m
+    same = first.look_id is not None and first.look_id == second.look_id
+    cov = _way_cov(first, second, same=same)
+    length_m = float(np.linalg.norm(way))
+    x_m, y_m, z_m = way.tolist()
+    sx_m, sy_m, sz_m = np.sqrt(np.diag(cov)).tolist()
+    return Length(
+        length_m=length_m,
+        length_sigma_m=_length_sigma_m(way, cov),
+        delta_rig_m=(x_m, y_m, z_m),
+        delta_sigma_m=(sx_m, sy_m, sz_m),
+        same_look=same,
+    )
+
+
+def _length_sigma_m(way: NDArray[np.float64], cov: NDArray[np.float64]) -> float:
+    """Return the rms error of the length: of the way along itself, and to second order of the way across.
+
+    An error across always lengthens: by |across|^2 / (2 length), which counts where the length is short.
+    """
+    whole = max(0.0, float(np.trace(cov)))
+    length_m = float(np.linalg.norm(way))
+    if length_m <= math.sqrt(whole):
+        return math.sqrt(whole)
+    along = way / length_m
+    beside = np.eye(3) - np.outer(along, along)
+    across = beside @ cov @ beside
+    second = (np.trace(across @ across) / 2.0 + (np.trace(across) / 2.0) ** 2) / length_m**2
+    return math.sqrt(min(whole, max(0.0, float(along @ cov @ along)) + float(second)))
+
+
+def _way_cov(first: MeasuredPoint, second: MeasuredPoint, *, same: bool) -> NDArray[np.float64]:
+    if not same:
+        return first.cov_m2 + second.cov_m2
+    spread = (second.pose_jacobian - first.pose_jacobian) * first.pose_sigma_px
+    return np.asarray(first.own_cov_m2 + second.own_cov_m2 + spread @ spread.T, dtype=np.float64)

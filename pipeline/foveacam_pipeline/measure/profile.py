@@ -1,0 +1,84 @@
+"""Depth along a line of a look's window."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.measure.look import LookDepth
+from foveacam_pipeline.measure.point import point_of
+
+MOST = 400
+"""Samples of the longest line."""
+SHORTEST_PX = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """One place of the line: window pixel, way along, depth and its matching error; None where unknown."""
+
+    x_px: float
+    y_px: float
+    along_m: float
+    z_m: float | None
+    z_sigma_m: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """Depth along a line.
+
+    `along_m` of the samples counts on a surface that faces the rig at the profile's median depth.
+    `pose_sigma_m`: standard error of Z that all samples share, m.
+    """
+
+    samples: tuple[Sample, ...]
+    median_z_m: float
+    pose_sigma_m: float
+
+
+def profile_along(look: LookDepth, start_px: tuple[float, float], end_px: tuple[float, float]) -> Profile:
+    """Return depth from one window pixel to another, about one sample a pixel, at most `MOST`."""
+    start, end = np.array(start_px), np.array(end_px)
+    long_px = float(np.linalg.norm(end - start))
+    if long_px < SHORTEST_PX:
+        raise InvalidInput(
+            f"a profile of {long_px:.1f} px is too short; drag a line of {SHORTEST_PX:g} px or more",
+            asked=f"a line of {long_px:.1f} px",
+            remedy="drag a longer line",
+        )
+    count = min(MOST, math.ceil(long_px) + 1)
+    places = start + (end - start) * np.linspace(0.0, 1.0, count)[:, None]
+    width, height = look.size_px
+    columns, rows = np.rint(places).astype(np.int64).T
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    z_m, sigma_px = np.full(count, np.nan), np.full(count, np.nan)
+    z_m[inside] = look.z_m[rows[inside], columns[inside]]
+    sigma_px[inside] = look.sigma_px[rows[inside], columns[inside]]
+    if not np.isfinite(z_m).any():
+        raise InvalidInput(
+            "no pixel on the line has a depth; drag it over texture that both eyes see",
+            asked="a profile",
+            found="no depth along the line",
+            remedy="drag it over texture that both eyes see",
+        )
+    median_z_m = float(np.nanmedian(z_m))
+    middle = point_of(
+        look, (float(places[:, 0].mean()), float(places[:, 1].mean())), median_z_m, sigma_px=0.0, look_id=""
+    )
+    along_m = np.linspace(0.0, 1.0, count) * long_px * median_z_m / look.f_px
+    sigma_m = z_m**2 / (look.f_px * look.baseline_m) * sigma_px
+    samples = tuple(
+        Sample(
+            x_px=x,
+            y_px=y,
+            along_m=along,
+            z_m=z if math.isfinite(z) else None,
+            z_sigma_m=sigma if math.isfinite(z) else None,
+        )
+        for (x, y), along, z, sigma in zip(
+            places.tolist(), along_m.tolist(), z_m.tolist(), sigma_m.tolist(), strict=True
+        )
+    )
+    return Profile(samples=samples, median_z_m=median_z_m, pose_sigma_m=middle.sigma_m[2])

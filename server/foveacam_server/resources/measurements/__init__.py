@@ -1,0 +1,1 @@
+"""Measurements: points, lengths, planes and profiles in what the foveae have looked at."""

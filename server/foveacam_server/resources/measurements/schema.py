@@ -1,0 +1,144 @@
+"""The shapes of measurements: request, answer, stored row and event data are these."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from foveacam_server.api.models import Asked, Label, Told
+
+MeasurementKind = Literal["point", "length", "plane", "profile"]
+ViewName = Literal["wide", "left", "right", "anaglyph", "difference", "depth"]
+Triple = tuple[float, float, float]
+Pair = tuple[float, float]
+
+
+class PlaceRequest(Asked):
+    """A pixel of a view; the centre of the first pixel is (0, 0).
+
+    Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
+    view the newest look that covers the pixel is measured, and `fixation_id` has no effect.
+    """
+
+    view: ViewName
+    x_px: float
+    y_px: float
+    fixation_id: Annotated[str | None, Field(max_length=40)] = None
+
+
+class MeasurementRequest(Asked):
+    """One point; two ends of a length or of a profile's line; two opposite corners of a plane's rectangle."""
+
+    kind: MeasurementKind
+    points: Annotated[list[PlaceRequest], Field(min_length=1, max_length=2)]
+    label: Label | None = None
+
+
+class MeasurementPatch(Asked):
+    """What of a measurement can be changed."""
+
+    label: Label
+
+
+class PointDocument(Told):
+    """A measured point, rig frame.
+
+    `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
+    jumps so near that it may be that of either surface.
+    """
+
+    view: ViewName
+    x_px: float
+    y_px: float
+    snapped_px: float
+    at_edge: bool
+    fixation_id: str
+    point_rig_m: Triple
+    point_sigma_m: Triple
+    distance_m: float
+    distance_sigma_m: float
+
+
+class LengthDocument(Told):
+    """The way from the first point to the second; `same_look`: errors that both share are taken once."""
+
+    length_m: float
+    length_sigma_m: float
+    delta_rig_m: Triple
+    delta_sigma_m: Triple
+    same_look: bool
+
+
+class PlaneDocument(Told):
+    """A plane, rig frame; `normal` points to the rig.
+
+    `normal_sigma_deg`: rms angle from the true normal. `pan_deg`: turned to the right about the vertical,
+    `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the rig's origin from it.
+    Residuals are those across the plane of the pixels that are no outliers: their rms, what matching errors
+    alone would leave of it, and the width of their middle 95 % (`flatness_m`).
+    """
+
+    normal: Triple
+    normal_sigma_deg: float
+    pan_deg: float
+    pan_sigma_deg: float
+    tilt_deg: float
+    tilt_sigma_deg: float
+    distance_m: float
+    distance_sigma_m: float
+    centre_rig_m: Triple
+    corners_rig_m: list[Triple]
+    residual_rms_m: float
+    expected_rms_m: float
+    flatness_m: float
+    pixels: int
+    outliers: int
+    outlier_fraction: float
+
+
+class SampleDocument(Told):
+    """One place of a profile; `z_m` and its matching error are null where there is no depth."""
+
+    along_m: float
+    z_m: float | None
+    z_sigma_m: float | None
+
+
+class ProfileDocument(Told):
+    """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
+
+    `shared_sigma_m`: standard error of Z that all samples share.
+    """
+
+    samples: list[SampleDocument]
+    start_rig_m: Triple
+    end_rig_m: Triple
+    median_z_m: float
+    shared_sigma_m: float
+    known_fraction: float
+
+
+class GazeDocument(Told):
+    """Drive of both mirrors while the foveae looked, (x, y) volts."""
+
+    left_v: Pair
+    right_v: Pair
+
+
+class MeasurementDocument(Told):
+    """One measurement; of `length`, `plane` and `profile` that of its kind is there.
+
+    `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
+    show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
+    """
+
+    id: str
+    kind: MeasurementKind
+    label: str
+    created_utc: str
+    fixation_ids: list[str]
+    points: list[PointDocument]
+    length: LengthDocument | None = None
+    plane: PlaneDocument | None = None
+    profile: ProfileDocument | None = None
+    drawn_px: dict[ViewName, list[Pair]]
+    gaze: GazeDocument | None = None

@@ -1,0 +1,82 @@
+"""Measurements as rows, kept until somebody removes them."""
+
+from sqlalchemy import String, select
+from sqlalchemy.orm import Mapped, mapped_column
+
+from foveacam_server.errors import NotFound
+from foveacam_server.resources.measurements.schema import MeasurementDocument
+from foveacam_server.runtime.store import Document, Row, Store
+
+
+class MeasurementRow(Row):
+    """One measurement; `document` is what REST shows, but for its label."""
+
+    __tablename__ = "measurements"
+    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(40), unique=True)
+    label: Mapped[str]
+    document: Mapped[Document]
+
+
+class MeasurementTable:
+    """Reads and writes the rows."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def next_number(self) -> int:
+        """Return the number after that of the newest row."""
+        query = select(MeasurementRow.seq).order_by(MeasurementRow.seq.desc()).limit(1)
+        with self._store.session() as session:
+            return (session.scalars(query).first() or 0) + 1
+
+    def add(self, document: MeasurementDocument) -> None:
+        """Write one down."""
+        row = MeasurementRow(id=document.id, label=document.label, document=document.model_dump(mode="json"))
+        with self._store.session() as session:
+            session.add(row)
+
+    def every(self) -> list[MeasurementDocument]:
+        """Return all, newest first."""
+        with self._store.session() as session:
+            rows = session.scalars(select(MeasurementRow).order_by(MeasurementRow.seq.desc()))
+            return [_document(row) for row in rows]
+
+    def get(self, measurement_id: str) -> MeasurementDocument:
+        """Return one or raise NotFound."""
+        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
+        with self._store.session() as session:
+            row = session.scalars(query).one_or_none()
+            if row is None:
+                raise _none(measurement_id)
+            return _document(row)
+
+    def rename(self, measurement_id: str, label: str) -> MeasurementDocument:
+        """Give one another label or raise NotFound."""
+        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
+        with self._store.session() as session:
+            row = session.scalars(query).one_or_none()
+            if row is None:
+                raise _none(measurement_id)
+            row.label = label
+            return _document(row)
+
+    def remove(self, measurement_id: str) -> MeasurementDocument:
+        """Remove one or raise NotFound; return what it was."""
+        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
+        with self._store.session() as session:
+            row = session.scalars(query).one_or_none()
+            if row is None:
+                raise _none(measurement_id)
+            session.delete(row)
+            return _document(row)
+
+
+def _document(row: MeasurementRow) -> MeasurementDocument:
+    return MeasurementDocument.model_validate({**row.document, "label": row.label})
+
+
+def _none(measurement_id: str) -> NotFound:
+    return NotFound(
+        f"there is no measurement {measurement_id}; see /api/v1/measurements", asked=measurement_id
+    )

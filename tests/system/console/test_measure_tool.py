@@ -1,0 +1,55 @@
+"""The tool Measure in the console: points and lengths in the depth view, their list, refusals."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from .browsing import OpenConsole
+from .own_server import Server
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
+
+
+def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_console(server.url)
+    page = console.page
+    console.until_live("wide")
+    page.locator("#tab-measurements").click()
+    expect(page.locator("#measurements .empty")).to_contain_text("Nothing measured yet")
+    page.locator("#tab-depth").click()
+    console.fixate(*TEXTURED_PX)
+    console.until_live("depth")
+
+    page.locator(".pane-depth").get_by_role("button", name="Measure in the view").click()
+    picture = page.locator(".pane-depth .picture")
+    box = picture.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"])
+    rows = page.locator(".measurements li")
+    expect(rows).to_have_count(1)
+    page.keyboard.press("2")
+    page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + 0.6 * box["height"])
+    expect(page.locator(".pane-depth .measure-bar .hint")).to_contain_text("second point")
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
+    expect(rows).to_have_count(2)
+
+    length, point = server.send("GET", "/measurements").json()
+    assert (length["kind"], point["kind"]) == ("length", "point")
+    shown = rows.first.locator(".distance").inner_text()
+    match = re.fullmatch(r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm", shown)
+    assert match, shown
+    assert float(match[1]) == pytest.approx(length["length"]["length_m"], abs=float(match[2]))
+    expect(page.locator(".pane-wide .measured.selected .value")).to_have_text(shown)
+    assert page.locator(".pane-depth .measured").count() == 2
+
+    page.mouse.click(box["x"] + 0.96 * box["width"], box["y"] + 0.5 * box["height"])
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    expect(page.locator(".toast")).to_contain_text("the scale stands there")
+    page.keyboard.press("Escape")
+    expect(page.locator(".pane-depth .measure-bar")).to_be_hidden()
+    assert page.locator("body.measuring").count() == 0

@@ -1,0 +1,193 @@
+// The tool "Measure": on or off, which kind, on which views; turns clicks and drags into measurements.
+
+import { h, say } from "../dom.js";
+import { icon } from "../icons.js";
+import { MeasureLayer } from "./layer.js";
+import { KINDS } from "./words.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {import("../video/views.js").Views} Views
+ * @typedef {import("./documents.js").MeasureKind} MeasureKind
+ * @typedef {import("./documents.js").MeasuredView} MeasuredView
+ * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("./orders.js").MeasureOrders} MeasureOrders
+ */
+
+/** @type {MeasuredView[]} */
+const VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"];
+/** @type {Set<MeasuredView>} that show one look until the next: their pixels stay measurable by its name */
+const WINDOWS = new Set(["anaglyph", "difference", "depth"]);
+const ORDER = /** @type {MeasureKind[]} */ (Object.keys(KINDS));
+
+/** The tool of one page. */
+export class MeasureTool {
+  #store;
+  #views;
+  #orders;
+  #look = "";
+  /** @type {MeasureKind} */
+  #last = "point";
+
+  /** @param {{store: Store, views: Views, orders: MeasureOrders}} context */
+  constructor({ store, views, orders }) {
+    this.#store = store;
+    this.#views = views;
+    this.#orders = orders;
+    for (const view of VIEWS) this.#equip(view);
+    store.on(["clouds"], ({ clouds }) => this.#newLook(clouds[0]?.fixation_id ?? ""));
+    views.pane("wide").surface.addEventListener("keydown", (event) => this.#key(event), { capture: true });
+  }
+
+  /** @param {MeasuredView} [view] */
+  toggle(view = "wide") {
+    const { measuring } = this.#store.state;
+    if (measuring && measuring.view === view) this.end();
+    else this.#set({ kind: measuring?.kind ?? this.#last, view, start: null, busy: false });
+  }
+
+  /** Put the tool away; says whether it was out. */
+  end() {
+    if (!this.#store.state.measuring) return false;
+    this.#set(null);
+    return true;
+  }
+
+  /** @param {number} number from 1: which kind to measure, while the tool is out */
+  choose(number) {
+    const { measuring } = this.#store.state;
+    const kind = ORDER[number - 1];
+    if (!measuring || !kind) return;
+    this.#last = kind;
+    this.#set({ ...measuring, kind, start: null });
+  }
+
+  /** @param {import("./documents.js").Measuring | null} measuring */
+  #set(measuring) {
+    document.body.classList.toggle("measuring", measuring !== null);
+    this.#store.set({ measuring });
+  }
+
+  /** @param {MeasuredView} view */
+  #equip(view) {
+    const pane = this.#views.pane(view);
+    const button = h("button", {
+      class: "tool", type: "button", "aria-pressed": "false", "aria-label": `Measure in the view ${pane.title.textContent}`,
+      title: "Measure (M)", on: { click: () => this.toggle(view) },
+    }, icon("ruler"));
+    pane.tools.prepend(button);
+    const layer = new MeasureLayer(pane, view, {
+      kind: () => this.#store.state.measuring?.kind ?? null,
+      start: () => startIn(this.#store.state.measuring, view),
+      click: (at) => this.#click(view, at),
+      drag: (from, to) => this.#drag(view, from, to),
+    });
+    const bar = this.#bar();
+    pane.element.append(bar.element);
+    this.#store.on(["measuring"], ({ measuring }) => {
+      button.setAttribute("aria-pressed", String(measuring?.view === view));
+      bar.show(measuring?.view === view ? measuring : null);
+    });
+    this.#store.on(["measurements", "hidden_measurements", "selected_measurement", "measuring", "clouds", "rig", "settings"],
+      (state) => layer.draw(state));
+  }
+
+  /** The kinds to choose from, what to do, and the way out. */
+  #bar() {
+    const hint = h("span", { class: "hint", role: "status" });
+    const kinds = ORDER.map((kind, index) => h("button", {
+      type: "button", text: KINDS[kind].title, title: `${KINDS[kind].title} (${index + 1}): ${KINDS[kind].hint}`,
+      on: { click: () => this.choose(index + 1) },
+    }));
+    const done = h("button", { class: "tool", type: "button", "aria-label": "Stop measuring", title: "Stop measuring (Escape)", on: { click: () => this.end() } }, icon("close"));
+    const element = h("div", { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true }, h("span", { class: "kinds" }, kinds), done, hint);
+    return {
+      element,
+      show: (/** @type {import("./documents.js").Measuring | null} */ measuring) => {
+        element.hidden = measuring === null;
+        if (!measuring) return;
+        ORDER.forEach((kind, index) => kinds[index]?.setAttribute("aria-pressed", String(kind === measuring.kind)));
+        say(hint, measuring.busy ? "Measuring …" : measuring.start ? "Click the second point, in any view" : KINDS[measuring.kind].hint);
+      },
+    };
+  }
+
+  /**
+   * @param {MeasuredView} view
+   * @param {Point} at
+   */
+  #click(view, at) {
+    const { measuring } = this.#store.state;
+    if (!measuring) return;
+    const place = placeOf(view, at);
+    if (measuring.kind === "point") void this.#measure("point", [place]);
+    else if (measuring.kind !== "length") return;
+    else if (measuring.start) void this.#measure("length", [measuring.start, place]);
+    else this.#set({ ...measuring, start: place });
+  }
+
+  /**
+   * @param {MeasuredView} view
+   * @param {Point} from
+   * @param {Point} to
+   */
+  #drag(view, from, to) {
+    const kind = this.#store.state.measuring?.kind;
+    if (kind) void this.#measure(kind, [placeOf(view, from), placeOf(view, to)]);
+  }
+
+  /**
+   * @param {MeasureKind} kind
+   * @param {Place[]} points
+   */
+  async #measure(kind, points) {
+    const { measuring } = this.#store.state;
+    if (!measuring || measuring.busy) return;
+    this.#set({ ...measuring, start: null, busy: true });
+    await this.#orders.measure(kind, points);
+    const now = this.#store.state.measuring;
+    if (now) this.#set({ ...now, busy: false });
+  }
+
+  /**
+   * A first point keeps its look when another comes; one of a raw fovea is gone with what that showed.
+   * @param {string} look
+   */
+  #newLook(look) {
+    const before = this.#look;
+    this.#look = look;
+    const { measuring } = this.#store.state;
+    const start = measuring?.start;
+    if (!measuring || !start || look === before || start.view === "wide" || start.fixation_id) return;
+    const kept = WINDOWS.has(start.view) && before ? { ...start, fixation_id: before } : null;
+    this.#set({ ...measuring, start: kept });
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const at = this.#views.wide.aimed;
+    if (event.key !== "Enter" || !this.#store.state.measuring || !at) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#click("wide", at);
+  }
+}
+
+/**
+ * @param {import("./documents.js").Measuring | null} measuring
+ * @param {MeasuredView} view
+ */
+function startIn(measuring, view) {
+  const start = measuring?.start;
+  return start && start.view === view && !start.fixation_id ? { x: start.x_px, y: start.y_px } : null;
+}
+
+/**
+ * @param {MeasuredView} view
+ * @param {Point} at
+ * @returns {Place}
+ */
+function placeOf(view, { x, y }) {
+  return { view, x_px: Math.round(x * 1000) / 1000, y_px: Math.round(y * 1000) / 1000 };
+}
