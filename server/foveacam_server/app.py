@@ -41,6 +41,9 @@ from foveacam_server.api import (
     viser_relay,
 )
 from foveacam_server.api.answers import problems
+from foveacam_server.resources.corrections import routes as corrections
+from foveacam_server.resources.reach import routes as reach
+from foveacam_server.resources.suggestions import routes as suggestions
 from foveacam_server.runtime.opening import open_services
 from foveacam_server.settings import Settings
 
@@ -60,7 +63,10 @@ _RESOURCES = (
     recordings,
     views,
     fixations,
+    corrections,
     targets,
+    suggestions,
+    reach,
     clouds,
     depth,
     calibrations,

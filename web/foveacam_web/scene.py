@@ -17,11 +17,13 @@ from typing import TypeAlias
 import viser
 
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_field import FieldNode, overlook
 from foveacam_web.scene_fixation import FixationNode, Shown
+from foveacam_web.scene_limits import LimitsNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
 from foveacam_web.viser_server import close_viser, open_viser
 
 MAX_FIXATIONS = 24
@@ -45,7 +47,7 @@ class ViewerScene:
         self._server: viser.ViserServer | None = None
         self._rig: RigDrawing | None = None
         self._panel: ScenePanel | None = None
-        self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
+        self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._field: FieldNode | None = None
         self._selected: str | None = None
         self._shown = Shown()
@@ -120,6 +122,7 @@ class ViewerScene:
         point_rig_m: tuple[float, float, float],
         distance_m: float,
         distance_sigma_m: float,
+        basis: Basis = Basis.BOTH_FOVEAE,
         cloud: Cloud | None = None,
         mesh: DepthMesh | None = None,
     ) -> None:
@@ -129,6 +132,7 @@ class ViewerScene:
             point_rig_m=point_rig_m,
             distance_m=distance_m,
             distance_sigma_m=distance_sigma_m,
+            basis=basis,
             cloud=cloud,
             mesh=mesh,
         )
@@ -147,6 +151,30 @@ class ViewerScene:
             if self._panel.follows and (cloud is not None or mesh is not None):
                 for viewer in self._server.get_clients().values():
                     approach(viewer, point_rig_m)
+
+    def show_limits(
+        self,
+        fixation_id: str,
+        *,
+        label: str,
+        direction_deg: tuple[float, float],
+        nearest_m: float,
+        farthest_m: float | None,
+    ) -> None:
+        """Add or replace what stands for a fixation of which only limits of the distance are known."""
+        drawing = LimitsDrawing(
+            label=label, direction_deg=direction_deg, nearest_m=nearest_m, farthest_m=farthest_m
+        )
+        with self._lock:
+            if self._server is None:
+                return
+            self._drop(fixation_id)
+            with self._server.atomic():
+                node = LimitsNode(self._server.scene, fixation_id, drawing, shown=self._shown)
+            node.clickable(self._clicked)
+            self._fixations[fixation_id] = node
+            node.select(selected=fixation_id == self._selected)
+            self._make_room()
 
     def remove_fixation(self, fixation_id: str) -> None:
         """Take away what stands for one fixation; harmless when there is nothing."""
@@ -221,7 +249,7 @@ class ViewerScene:
         with self._lock:
             newest = next(reversed(self._fixations), None)
             node = self._fixations.get(self._selected or newest or "")
-            return None if node is None else node.drawing.point_rig_m
+            return None if node is None else node.point_rig_m
 
     async def _clicked(self, fixation_id: str) -> None:
         """Hand a click over to the server's loop; runs on viser's, which must never wait."""

@@ -97,6 +97,14 @@ class DistanceBound:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DepthRange:
+    """Distances from the rig's origin that an answer may have, metres; `farthest_m` may be infinite."""
+
+    nearest_m: float
+    farthest_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative:
     """One of several distances that a target may have; the probabilities of all add up to 1."""
 

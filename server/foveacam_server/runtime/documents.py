@@ -128,9 +128,35 @@ def _wide_lens(calibration: Calibration) -> Document:
 
 def told(fixation: Fixation) -> str:
     """Return the outcome as one line for the event log."""
-    if fixation.distance_m is None or fixation.distance_sigma_m is None:
+    if fixation.basis is None:
         return f"{fixation.state.value.replace('_', ' ')}: {fixation.reason}"
-    return (
-        f"verged at {fixation.distance_m:.3f} ± {fixation.distance_sigma_m:.3f} m "
-        f"in {len(fixation.steps)} steps"
-    )
+    answer: Document = {
+        "distance_m": fixation.distance_m,
+        "distance_sigma_m": fixation.distance_sigma_m,
+        "basis": fixation.basis.value,
+        "bound": _bound_document(fixation),
+    }
+    return f"{told_distance(answer)}, in {len(fixation.steps)} steps"
+
+
+BASIS_WORDS = {
+    "both_foveae": "by both foveae",
+    "fovea_and_wide": "by one fovea and the wide camera",
+    "surroundings": "from its surroundings",
+}
+
+
+def told_distance(answer: Document) -> str:
+    """Return distance, standard error and basis of a fixation's or target's document, or its limits."""
+    if answer["distance_m"] is not None:
+        basis = BASIS_WORDS.get(answer["basis"], "")
+        return f"at {answer['distance_m']:.3f} ± {answer['distance_sigma_m']:.3f} m {basis}".rstrip()
+    bound = answer.get("bound")
+    return "at no known distance" if bound is None else told_bound(bound)
+
+
+def told_bound(bound: Document) -> str:
+    """Return the limits of a distance in words."""
+    farthest_m = bound["farthest_m"]
+    nearest = f"farther than {bound['nearest_m']:.1f} m"
+    return nearest if farthest_m is None else f"{nearest}, nearer than {farthest_m:.1f} m"
