@@ -18,13 +18,15 @@ STEP_PX = 12
 """Spacing of the candidates in the wide image."""
 PATCH_PX = 41
 """Side of the patch about a candidate that must have texture throughout."""
-OBJECT_PX = 121
-"""Side of the patch whose colour and contrast stand for the thing that is seen there."""
+COLOUR_WEIGHTS = (0.3, 1.0, 1.0)
+"""What lightness and the two colour axes of CIELAB count for standing out."""
 REACH_MARGIN_PX = 30.0
-NEAR_M = 1.5
+NEAR_M = 2.5
 """Both eyes reach a suggestion at infinity and here: its distance is not known yet."""
 APART_PX = 260.0
-LEAST_SLOPE = 6.0
+EDGE_COST = 0.5
+"""How much a difference of colour between a patch and its surroundings counts against it."""
+LEAST_SLOPE = 1.5
 """Root mean square gradient along x that every quarter of a patch must have, grey levels per px."""
 ALIKE_REACH_PX = 160
 """So far to either side a patch must not be found again: half of what the eyes search."""
@@ -33,7 +35,7 @@ ALIKE_SCORE = 0.75
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suggestion:
-    """A good target: wide px, and how well it stands out (1: as the best of the image)."""
+    """A good target: wide px, and how well it stands out from 0 to 1, the best of the image."""
 
     x_px: float
     y_px: float
@@ -52,11 +54,12 @@ def suggest_targets(
     if len(textured) == 0:
         return ()
     scores = _salience(image, textured)
+    best = max(float(scores.max()), 1e-9)
     chosen: list[Suggestion] = []
     for index in _spread(textured, scores, apart_px=APART_PX):
         if _unlike_its_row(gray, textured[index]):
             x_px, y_px = (float(value) for value in textured[index])
-            chosen.append(Suggestion(x_px=x_px, y_px=y_px, score=float(scores[index] / scores.max())))
+            chosen.append(Suggestion(x_px=x_px, y_px=y_px, score=max(0.0, float(scores[index] / best))))
         if len(chosen) == count:
             break
     return tuple(chosen)
@@ -65,7 +68,7 @@ def suggest_targets(
 def _candidates(shape: tuple[int, ...], calibration: Calibration) -> NDArray[np.intp]:
     """Return (n, 2) px of a grid over what both eyes reach, near and far."""
     height, width = shape[:2]
-    edge = OBJECT_PX // 2
+    edge = 2 * PATCH_PX
     x, y = np.meshgrid(np.arange(edge, width - edge, STEP_PX), np.arange(edge, height - edge, STEP_PX))
     points = np.column_stack([x.ravel(), y.ravel()])
     inside = np.ones(len(points), dtype=np.bool_)
@@ -89,15 +92,18 @@ def _texture(gray: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.fl
 
 
 def _salience(image: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return (n,) how much each thing stands out: its colour against the image's, and its own contrast."""
+    """Return (n,) how much each thing stands out: its colour against the image's, less its neighbours' against it.
+
+    A patch beside another colour lies at an edge, and what is beside an edge may be hidden from one eye.
+    """
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB).astype(np.float32)
-    size = (OBJECT_PX, OBJECT_PX)
-    mean = cv2.blur(lab, size)[points[:, 1], points[:, 0]]
-    light = lab[..., 0]
-    spread = cv2.blur(light * light, size) - cv2.blur(light, size) ** 2
-    contrast = np.sqrt(np.maximum(spread, 0.0))[points[:, 1], points[:, 0]]
-    colour = np.linalg.norm(mean - np.median(lab.reshape(-1, 3), axis=0), axis=1)
-    return np.asarray(colour / max(float(colour.max()), 1.0) + contrast / max(float(contrast.max()), 1.0))
+    mean = cv2.blur(lab, (PATCH_PX, PATCH_PX))
+    x, y = points[:, 0], points[:, 1]
+    here = mean[y, x]
+    beside = [mean[y + dy, x + dx] for dx, dy in ((PATCH_PX, 0), (-PATCH_PX, 0), (0, PATCH_PX), (0, -PATCH_PX))]
+    edge = np.max([np.linalg.norm(here - other, axis=1) for other in beside], axis=0)
+    apart = (here - np.median(lab.reshape(-1, 3), axis=0)) * np.array(COLOUR_WEIGHTS)
+    return np.asarray(np.linalg.norm(apart, axis=1) - EDGE_COST * edge, dtype=np.float64)
 
 
 def _spread(
