@@ -38,6 +38,7 @@ import { changeSettings, createStore } from "./store.js";
 import { Sync } from "./sync.js";
 import { exposeHooks } from "./testhooks.js";
 import { Toasts } from "./toasts.js";
+import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 
 /** @typedef {import("./types.js").Settings} Settings */
@@ -61,7 +62,8 @@ const recording = new LiveRecording({ store, commands });
 const sync = new Sync({ store, fixations, others: [reader, rigReader, captureReader, galleryReader, stillReader, recording] });
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
-const help = makeHelp();
+new ReachReader(store);
+const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 
