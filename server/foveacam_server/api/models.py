@@ -235,6 +235,8 @@ class TargetDocument(Told):
     basis: Basis = "both_foveae"
     bound: BoundDocument | None = None
     alternatives: list[AlternativeDocument] = []
+    left_view: EyeViewDocument | None = None
+    right_view: EyeViewDocument | None = None
     corrections: list[CorrectionDocument] = []
     """Oldest first."""
     ax_deg: float

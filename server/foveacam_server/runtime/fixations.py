@@ -22,7 +22,16 @@ from foveacam_server.runtime.shapes import Seen, SeenLimits, ShapeWorker
 from foveacam_server.runtime.store import Document, Store
 
 KIND = "fixation"
-ANSWER = ("basis", "distance_m", "distance_sigma_m", "point_rig_m", "bound", "alternatives")
+ANSWER = (
+    "basis",
+    "distance_m",
+    "distance_sigma_m",
+    "point_rig_m",
+    "bound",
+    "alternatives",
+    "left_view",
+    "right_view",
+)
 """What a target has of its fixation's answer."""
 TYPICAL_STEPS = 6
 """Looks that a fixation usually needs: what its progress counts towards."""

@@ -181,6 +181,8 @@ export type TargetDocument = {
   basis: Basis;
   bound?: Bound | null;
   alternatives: Alternative[];
+  left_view?: EyeView | null;
+  right_view?: EyeView | null;
   corrections?: Correction[];
   ax_deg: number;
   ay_deg: number;

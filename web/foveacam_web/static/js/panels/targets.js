@@ -88,6 +88,6 @@ function updateRow(row, target, selected) {
   row.distance.title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}${target.bound ? `, ${boundText(target.bound)}` : ""}`;
   row.element.dataset["basis"] = target.basis;
   row.basis.hidden = target.basis === "both_foveae" && !target.corrections?.length;
-  say(row.basis, [basisWords(target.basis), target.corrections?.length ? "corrected" : ""].filter(Boolean).join(", "));
+  say(row.basis, [basisWords(target.basis, target), target.corrections?.length ? "corrected" : ""].filter(Boolean).join(", "));
   row.basis.title = basisMeaning(target.basis);
 }

@@ -11,7 +11,9 @@ import { changeSettings } from "../store.js";
  * @typedef {import("./pane.js").Pane} Pane
  */
 
-const RADIUS_PX = 22;
+const RADIUS_PX = 40; // of the wide picture
+const LEAST_RADIUS_CSS_PX = 13;
+const LETTERS_CSS_PX = 14;
 
 /** The hint over one wide pane; the setting `hints` says whether it is wanted. */
 export class Hints {
@@ -43,10 +45,13 @@ export class Hints {
   /** Draw the marks where the picture is now. */
   draw() {
     const { viewport } = this.#pane;
+    const r = Math.max(LEAST_RADIUS_CSS_PX, RADIUS_PX * viewport.scale);
+    const lowest = this.#pane.surface.clientHeight - 2.5 * LETTERS_CSS_PX; // below are the legend of the reach and the pane's edge
     fill(this.#marks, ...this.#found.map(({ x_px, y_px }) => {
       const { x, y } = viewport.toCss({ x: x_px, y: y_px });
-      return s("g", { class: "try" }, s("circle", { class: "under", cx: x, cy: y, r: RADIUS_PX }), s("circle", { cx: x, cy: y, r: RADIUS_PX }),
-        s("text", { x, y: y + RADIUS_PX + 14, "text-anchor": "middle", text: "try here" }));
+      const below = y + r + LETTERS_CSS_PX;
+      return s("g", { class: "try" }, s("circle", { class: "under", cx: x, cy: y, r }), s("circle", { cx: x, cy: y, r }),
+        s("text", { x, y: below > lowest ? y - r - 5 : below, "text-anchor": "middle", text: "try here" }));
     }));
   }
 
