@@ -68,7 +68,9 @@ def test_what_wants_all_frames_has_those_of_looks_too(recording: set[str], shown
 @pytest.mark.parametrize(("in_session", "due"), [(False, True), (True, False)])
 def test_look_of_a_session_puts_the_next_live_wide_frame_off(in_session: bool, due: bool) -> None:
     rig = FakeRig(VirtualClock())
-    views = LiveViews(sink=Pictures(), clock=rig.clock, limits=LiveRates(wide_hz=15.0), overlay=lambda _: None)
+    views = LiveViews(
+        sink=Pictures(), clock=rig.clock, limits=LiveRates(wide_hz=15.0), overlay=lambda _: None
+    )
     views.show_sighting(rig.head.look(PARKED), in_session=in_session)
     rig.clock.sleep_until_ns(rig.clock.now_ns() + 200_000_000)
 

@@ -98,7 +98,7 @@ class LimitsDrawing:
         return f"{short(self.label)}  {limits}"
 
     def ends_rig_m(self) -> NDArray[np.float64]:
-        """Return (2, 3) where the drawn line begins and ends; an open one ends at `OPEN_ENDED` times as far."""
+        """Return (2, 3) the ends of the line; an open one ends at `OPEN_ENDED` times its nearest."""
         ax_deg, ay_deg = self.direction_deg
         sight = np.asarray(ray(math.radians(ax_deg), math.radians(ay_deg)))
         end_m = OPEN_ENDED * self.nearest_m if self.farthest_m is None else self.farthest_m

@@ -1,5 +1,6 @@
-"""Good targets in a wide image for whoever looks for the first time: textured, unlike their surroundings,
-in reach of both eyes, apart from each other.
+"""Good targets in a wide image for whoever looks for the first time.
+
+Each is textured, stands out by its colour, lies inside one thing and in reach of both eyes.
 """
 
 import math
@@ -46,7 +47,7 @@ def suggest_targets(
     image: NDArray[np.uint8], calibration: Calibration, *, count: int = 3
 ) -> tuple[Suggestion, ...]:
     """Return at most `count` good targets in a wide image, (h, w, 3) RGB, best first."""
-    gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
     points = _candidates(gray.shape, calibration)
     if len(points) == 0:
         return ()
@@ -85,14 +86,12 @@ def _texture(gray: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.fl
     quarter = PATCH_PX // 2
     energy = cv2.blur(slope * slope, (quarter, quarter))
     half = quarter // 2
-    corners = [
-        energy[points[:, 1] + dy, points[:, 0] + dx] for dx in (-half, half) for dy in (-half, half)
-    ]
-    return np.sqrt(np.min(corners, axis=0)).astype(np.float64)
+    corners = [energy[points[:, 1] + dy, points[:, 0] + dx] for dx in (-half, half) for dy in (-half, half)]
+    return np.asarray(np.sqrt(np.min(corners, axis=0)), dtype=np.float64)
 
 
 def _salience(image: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return (n,) how much each thing stands out: its colour against the image's, less its neighbours' against it.
+    """Return (n,) its difference in colour from the image, less that from its neighbours.
 
     A patch beside another colour lies at an edge, and what is beside an edge may be hidden from one eye.
     """
@@ -100,15 +99,14 @@ def _salience(image: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.
     mean = cv2.blur(lab, (PATCH_PX, PATCH_PX))
     x, y = points[:, 0], points[:, 1]
     here = mean[y, x]
-    beside = [mean[y + dy, x + dx] for dx, dy in ((PATCH_PX, 0), (-PATCH_PX, 0), (0, PATCH_PX), (0, -PATCH_PX))]
+    steps_px = ((PATCH_PX, 0), (-PATCH_PX, 0), (0, PATCH_PX), (0, -PATCH_PX))
+    beside = [mean[y + dy, x + dx] for dx, dy in steps_px]
     edge = np.max([np.linalg.norm(here - other, axis=1) for other in beside], axis=0)
     apart = (here - np.median(lab.reshape(-1, 3), axis=0)) * np.array(COLOUR_WEIGHTS)
     return np.asarray(np.linalg.norm(apart, axis=1) - EDGE_COST * edge, dtype=np.float64)
 
 
-def _spread(
-    points: NDArray[np.intp], scores: NDArray[np.float64], *, apart_px: float
-) -> Iterator[int]:
+def _spread(points: NDArray[np.intp], scores: NDArray[np.float64], *, apart_px: float) -> Iterator[int]:
     """Yield candidates from the best on, each at least `apart_px` from all before it."""
     free = np.ones(len(points), dtype=np.bool_)
     while free.any():

@@ -60,7 +60,7 @@ class Direction(Asked):
 
 
 class Within(Asked):
-    """Distances from the rig's origin that an answer may have; without `farthest_m` any beyond the nearest."""
+    """Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest."""
 
     nearest_m: Annotated[float, Field(ge=0.0)]
     farthest_m: Annotated[float, Field(gt=0.0)] | None = None

@@ -158,13 +158,13 @@ class FixationService:
         return f"/api/v1/fixations/{fixation_id}"
 
     def _known_target(self, request: Document) -> Document | None:
-        """Return the target that the answer is for, where it is there already: looked at again, or corrected."""
+        """Return the target that the answer is for where there is one: looked at again, or corrected."""
         corrects = request.get("corrects")
         target_id = request.get("target_id") if corrects is None else self.table.get(corrects)["target_id"]
         return None if target_id is None else self.targets.find(target_id)
 
     def _keep_answer(self, target: Document | None, document: Document) -> None:
-        """Write down the answer, and that the operator corrected one by it; a failed correction is kept too."""
+        """Write down the answer, and the correction that ordered it, though it may have failed."""
         kind = kind_of(document["request"])
         if target is None or (document["basis"] is None and kind is None):
             return

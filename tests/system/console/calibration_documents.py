@@ -261,3 +261,10 @@ def job(
         "result_url": None,
         "problem": None,
     } | (changes or {})
+
+
+def reach() -> Document:
+    """Return where each eye can look: boxes that overlap in the middle of the picture."""
+    left = [[200, 90], [1075, 90], [1075, 990], [200, 990]]
+    right = [[375, 90], [1240, 90], [1240, 990], [375, 990]]
+    return {"calibration_id": "a" * 32, "distance_m": None, "left_px": left, "right_px": right}

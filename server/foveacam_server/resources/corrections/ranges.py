@@ -19,7 +19,7 @@ LEAST_SHARE = 0.01
 def remaining_range(fixation: Document, direction: Direction) -> DepthRange:
     """Return the distances nearer or farther than the answer of a fixation's document.
 
-    Ranges that its own request had are kept. Raise `InvalidInput` when there is no answer, or nothing remains.
+    The range of its own request is kept. Raise `InvalidInput` when there is no answer, or nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
     before = depth_range_of(fixation["request"]) or DepthRange(nearest_m=0.0, farthest_m=math.inf)
@@ -29,8 +29,8 @@ def remaining_range(fixation: Document, direction: Direction) -> DepthRange:
         left = DepthRange(nearest_m=max(before.nearest_m, farthest_m), farthest_m=before.farthest_m)
     if not left.nearest_m < left.farthest_m:
         raise InvalidInput(
-            f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty after the "
-            "corrections before; click on the target again to begin anew",
+            f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty "
+            "after the corrections before; click on the target again to begin anew",
             asked=direction,
             found="an empty range of distances",
             remedy="click on the target again",

@@ -20,7 +20,11 @@ def choose(fixations: FixationService, fixation_id: str, alternative: int, *, ev
     found = fixations.table.get(fixation_id)
     count = len(found.get("alternatives", []))
     if alternative >= count:
-        has = f"{count} alternatives, counted from 0" if count else "no alternatives, its answer is the only one"
+        has = (
+            f"{count} alternatives, counted from 0"
+            if count
+            else "no alternatives, its answer is the only one"
+        )
         raise InvalidInput(
             f"alternative {alternative} was asked; this fixation has {has}; choose one that it lists",
             asked=f"alternative {alternative}",
@@ -28,9 +32,7 @@ def choose(fixations: FixationService, fixation_id: str, alternative: int, *, ev
             remedy="choose one that it lists",
         )
     fixation = fixations.table.choose(fixation_id, alternative)
-    events.emit(
-        "fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation
-    )
+    events.emit("fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation)
     target = fixations.targets.find(fixation["target_id"]) if fixation["target_id"] else None
     if target is not None:
         said = entry("choice", fixation_id=fixation_id, created_utc=utc_now(), alternative=alternative)
@@ -55,9 +57,7 @@ def show_choice(viewer: Viewer, fixation: Document) -> None:
     )
 
 
-def look_beside(
-    fixations: FixationService, fixation_id: str, direction: Direction, *, source: str
-) -> Job:
+def look_beside(fixations: FixationService, fixation_id: str, direction: Direction, *, source: str) -> Job:
     """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
     corrected = fixations.table.get(fixation_id)
     remaining = remaining_range(corrected, direction)

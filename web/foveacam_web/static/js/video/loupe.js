@@ -45,6 +45,7 @@ export class Loupe {
     say(this.direction, text);
     say(this.verdict, verdict);
     this.element.classList.toggle("beyond", beyond);
+    this.element.classList.toggle("both", verdict === SEEING.both);
   }
 
   /**
