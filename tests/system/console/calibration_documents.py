@@ -264,7 +264,7 @@ def job(
 
 
 def reach() -> Document:
-    """Return where each eye can look: boxes that overlap in the middle of the picture."""
-    left = [[200, 90], [1075, 90], [1075, 990], [200, 990]]
-    right = [[375, 90], [1240, 90], [1240, 990], [375, 990]]
+    """Return where each eye can look: boxes that overlap in the middle of a picture of 720 x 540 px."""
+    left = [[100, 45], [540, 45], [540, 495], [100, 495]]
+    right = [[190, 45], [620, 45], [620, 495], [190, 495]]
     return {"calibration_id": "a" * 32, "distance_m": None, "left_px": left, "right_px": right}
