@@ -1,9 +1,13 @@
 """Corrections, reach and suggestions by REST on the simulated rig."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+
+from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
+from foveacam_server.runtime import fixations
 
 from .conftest import Running
 
@@ -38,6 +42,28 @@ def test_farther_looks_at_the_same_pixel_beyond_the_answer(server: Running, fixa
     assert found["request"]["pixel"] == POSTER["pixel"]
     assert found["request"]["within"]["nearest_m"] > fixation["distance_m"]
     assert "farther" in [each["kind"] for each in target_of(server, fixation)["corrections"]]
+
+
+def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = Fixation(
+        state=FixationState.LOST,
+        reason="nothing to go by",
+        target_ax_rad=0.0,
+        target_ay_rad=0.0,
+        steps=(),
+        basis=Basis.BOUND,
+        bound=DistanceBound(nearest_m=1.3, farthest_m=math.inf),
+        left_view=EyeView(sees_target=True),
+        right_view=EyeView(sees_target=False, reason="beyond the right mirror's reach"),
+    )
+    monkeypatch.setattr(fixations, "fixate", lambda *_args, **_options: answer)
+    found = server.fixate({"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "label": "sky"})
+    target = target_of(server, found)
+    assert (target["basis"], target["distance_m"], target["point_rig_m"]) == ("bound", None, None)
+    assert target["bound"] == {"nearest_m": 1.3, "farthest_m": None}
+    assert target["right_view"]["reason"] == "beyond the right mirror's reach"
+    told = [event["message"] for event in server.get("/events/recent", limit=10).json()]
+    assert "sky: farther than 1.3 m, in 0 steps" in told
 
 
 def test_chosen_alternative_becomes_the_targets_distance(server: Running, fixation: dict[str, Any]) -> None:
