@@ -60,6 +60,12 @@ def show(scene: ViewerScene, name: str, *, with_cloud: bool = True, with_mesh: b
     )
 
 
+def fixation_in(scene: ViewerScene, name: str) -> FixationNode:
+    found = scene._fixations[name]
+    assert isinstance(found, FixationNode)
+    return found
+
+
 def nodes(scene: ViewerScene) -> set[str]:
     return set(scene._running().scene._handle_from_node_name)
 
@@ -122,9 +128,7 @@ def test_the_scene_works_while_nobody_watches(scene: ViewerScene) -> None:
 
 def test_a_cloud_is_sent_around_its_own_centre(scene: ViewerScene) -> None:
     show(scene, "fix-1")
-    fixation = scene._fixations["fix-1"]
-    assert isinstance(fixation, FixationNode)
-    node = fixation._cloud
+    node = fixation_in(scene, "fix-1")._cloud
     assert node is not None
     np.testing.assert_allclose(node.position, (0.3, -0.1, 12.0), atol=0.02)
     restored_m = np.asarray(node.points, dtype=np.float64) + node.position
@@ -141,11 +145,11 @@ def test_showing_a_fixation_again_replaces_it(scene: ViewerScene) -> None:
 
 def test_a_cloud_without_a_surface_is_shown(scene: ViewerScene) -> None:
     show(scene, "fix-1")
-    with_surface = scene._fixations["fix-1"]._cloud
+    with_surface = fixation_in(scene, "fix-1")._cloud
     assert with_surface is not None
     assert not with_surface.visible
     show(scene, "fix-2", with_mesh=False)
-    alone = scene._fixations["fix-2"]._cloud
+    alone = fixation_in(scene, "fix-2")._cloud
     assert alone is not None
     assert alone.visible
 
@@ -266,6 +270,6 @@ def test_limits_are_a_line_along_the_sight(farthest_m: float | None, end_m: floa
 def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     scene.show_limits("sky", label="sky", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
     scene.select("sky")
-    assert scene.fixations == ("sky",)
+    assert list(scene.fixations) == ["sky"]
     scene.remove_fixation("sky")
-    assert scene.fixations == ()
+    assert not list(scene.fixations)

@@ -10,6 +10,7 @@ from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.resources.suggestions.service import SuggestionDesk
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import Equipment
@@ -83,6 +84,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         mosaics=collected.mosaics,
         references=collected.references,
         fixations=study.fixations,
+        suggestions=SuggestionDesk(sights.hub),
         viewer=sights.viewer,
     )
 

@@ -8,6 +8,7 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from foveacam_hardware.contract import Clock
+from foveacam_server.resources.suggestions.service import SuggestionDesk
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibrations import CalibrationService
@@ -72,6 +73,7 @@ class Services:
     mosaics: MosaicService
     references: ReferenceService
     fixations: FixationService
+    suggestions: SuggestionDesk
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""
 

@@ -6,16 +6,16 @@ from fastapi import APIRouter, Query
 
 from foveacam_server.api.answers import problems
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
-from foveacam_server.resources.suggestions.service import suggestions
+from foveacam_server.resources.suggestions.service import MOST
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/suggestions", tags=["suggestions"])
 
-Count = Annotated[int, Query(ge=1, le=10)]
+Count = Annotated[int, Query(ge=1, le=MOST)]
 
 
 @router.get("", summary="Good targets for a first look", responses=problems(409, 503))
 def suggest(services: ServicesDep, count: Count = 3) -> list[SuggestionDocument]:
     """Return targets of the live wide picture that have texture, stand out and are in reach of both eyes."""
     calibration = services.calibration.require()
-    return suggestions(services.hub, calibration, count=count)
+    return services.suggestions.newest(calibration, count=count)
