@@ -15,7 +15,6 @@ from foveacam_server.runtime.documents import deg
 from foveacam_server.runtime.encoder import eight_bit
 from foveacam_server.runtime.frame_hub import FrameHub
 
-
 MOST = 10
 """So many are worked out, whoever asks for less."""
 KEPT_S = 10.0
