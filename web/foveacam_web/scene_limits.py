@@ -23,7 +23,7 @@ class LimitsNode:
             f"{self._root.name}/limits",
             (ends_m - ends_m[0])[None].astype(np.float32),
             LIMITS_COLOR,
-            thickness=2.0,
+            thickness=3.0,
             thickness_units="screen",
             position=ends_m[0],
         )

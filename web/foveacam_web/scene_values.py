@@ -20,7 +20,7 @@ RIGHT_COLOR: Rgb = (255, 166, 64)
 TARGET_COLOR: Rgb = (79, 195, 201)
 FOVEA_AND_WIDE_COLOR: Rgb = (226, 190, 84)
 SURROUNDINGS_COLOR: Rgb = (178, 152, 240)
-LIMITS_COLOR: Rgb = (150, 158, 168)
+LIMITS_COLOR: Rgb = (226, 118, 106)
 """Targets by how their distance is known; `TARGET_COLOR`: by both foveae."""
 SELECTED_COLOR: Rgb = (255, 64, 160)
 
