@@ -150,9 +150,16 @@ def told_distance(answer: Document) -> str:
     """Return distance, standard error and basis of a fixation's or target's document, or its limits."""
     if answer["distance_m"] is not None:
         basis = BASIS_WORDS.get(answer["basis"], "")
-        return f"at {answer['distance_m']:.3f} ± {answer['distance_sigma_m']:.3f} m {basis}".rstrip()
+        digits = _digits(answer["distance_sigma_m"])
+        known = f"{answer['distance_m']:.{digits}f} ± {answer['distance_sigma_m']:.{digits}f} m"
+        return f"at {known} {basis}".rstrip()
     bound = answer.get("bound")
     return "at no known distance" if bound is None else told_bound(bound)
+
+
+def _digits(sigma_m: float) -> int:
+    """Return the decimals that show two digits of a standard error, 0 to 5."""
+    return 3 if sigma_m <= 0.0 else min(5, max(0, 1 - math.floor(math.log10(sigma_m))))
 
 
 def told_bound(bound: Document) -> str:
