@@ -41,7 +41,10 @@ from foveacam_server.api import (
     viser_relay,
 )
 from foveacam_server.api.answers import problems
+from foveacam_server.resources.corrections import routes as corrections
 from foveacam_server.resources.measurements import routes as measurements
+from foveacam_server.resources.reach import routes as reach
+from foveacam_server.resources.suggestions import routes as suggestions
 from foveacam_server.resources.wide_depth import routes as wide_depth
 from foveacam_server.runtime.opening import open_services
 from foveacam_server.settings import Settings
@@ -62,7 +65,10 @@ _RESOURCES = (
     recordings,
     views,
     fixations,
+    corrections,
     targets,
+    suggestions,
+    reach,
     clouds,
     depth,
     wide_depth,

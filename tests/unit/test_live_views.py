@@ -60,9 +60,21 @@ def test_what_wants_all_frames_has_those_of_looks_too(recording: set[str], shown
     before = rig.wide.read(), rig.wide.read()
     seen = replace(rig.head.look(PARKED), wide_before=before)
     views = LiveViews(sink=sink, clock=rig.clock, limits=LiveRates(), overlay=lambda _: None)
-    views.show_sighting(seen)
+    views.show_sighting(seen, in_session=False)
 
     assert sink.counts == {"wide": shown, "left": 1, "right": 1}
+
+
+@pytest.mark.parametrize(("in_session", "due"), [(False, True), (True, False)])
+def test_look_of_a_session_puts_the_next_live_wide_frame_off(in_session: bool, due: bool) -> None:
+    rig = FakeRig(VirtualClock())
+    views = LiveViews(
+        sink=Pictures(), clock=rig.clock, limits=LiveRates(wide_hz=15.0), overlay=lambda _: None
+    )
+    views.show_sighting(rig.head.look(PARKED), in_session=in_session)
+    rig.clock.sleep_until_ns(rig.clock.now_ns() + 200_000_000)
+
+    assert views.wide_due() is due
 
 
 def due_after_s(

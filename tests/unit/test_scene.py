@@ -9,11 +9,12 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.values import Basis
 from foveacam_web import scene as scene_module
 from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
-from foveacam_web.scene_fixation import LIVE_POINTS, thin
+from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, thin
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, RigShape
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
 from foveacam_web.viser_page import viser_page
 
 SHAPE = RigShape(
@@ -57,6 +58,12 @@ def show(scene: ViewerScene, name: str, *, with_cloud: bool = True, with_mesh: b
         cloud=cloud(300) if with_cloud else None,
         mesh=mesh() if with_mesh else None,
     )
+
+
+def fixation_in(scene: ViewerScene, name: str) -> FixationNode:
+    found = scene._fixations[name]
+    assert isinstance(found, FixationNode)
+    return found
 
 
 def nodes(scene: ViewerScene) -> set[str]:
@@ -121,7 +128,7 @@ def test_the_scene_works_while_nobody_watches(scene: ViewerScene) -> None:
 
 def test_a_cloud_is_sent_around_its_own_centre(scene: ViewerScene) -> None:
     show(scene, "fix-1")
-    node = scene._fixations["fix-1"]._cloud
+    node = fixation_in(scene, "fix-1")._cloud
     assert node is not None
     np.testing.assert_allclose(node.position, (0.3, -0.1, 12.0), atol=0.02)
     restored_m = np.asarray(node.points, dtype=np.float64) + node.position
@@ -138,11 +145,11 @@ def test_showing_a_fixation_again_replaces_it(scene: ViewerScene) -> None:
 
 def test_a_cloud_without_a_surface_is_shown(scene: ViewerScene) -> None:
     show(scene, "fix-1")
-    with_surface = scene._fixations["fix-1"]._cloud
+    with_surface = fixation_in(scene, "fix-1")._cloud
     assert with_surface is not None
     assert not with_surface.visible
     show(scene, "fix-2", with_mesh=False)
-    alone = scene._fixations["fix-2"]._cloud
+    alone = fixation_in(scene, "fix-2")._cloud
     assert alone is not None
     assert alone.visible
 
@@ -236,3 +243,33 @@ def test_the_page_reconnects_without_focus() -> None:
     head = page[: page.index("</head>")]
     assert "document.hasFocus = () => true" in head
     assert viser_page(bare=True) != viser_page()
+
+
+def test_label_says_how_a_distance_is_known_unless_both_foveae_measured_it() -> None:
+    def text(basis: Basis) -> str:
+        where = (0.0, 0.0, 2.0)
+        return FixationDrawing(
+            label="globe", point_rig_m=where, distance_m=2.0, distance_sigma_m=0.03, basis=basis
+        ).text
+
+    assert text(Basis.BOTH_FOVEAE) == "globe  2.00 ± 0.03 m"
+    assert text(Basis.SURROUNDINGS) == "globe  2.00 ± 0.03 m (from surroundings)"
+
+
+@pytest.mark.parametrize(
+    ("farthest_m", "end_m", "text"), [(8.0, 8.0, "1.3 to 8.0 m"), (None, 3.9, "> 1.3 m")]
+)
+def test_limits_are_a_line_along_the_sight(farthest_m: float | None, end_m: float, text: str) -> None:
+    drawing = LimitsDrawing(label="sky", direction_deg=(5.0, -3.0), nearest_m=1.3, farthest_m=farthest_m)
+    ends_m = drawing.ends_rig_m()
+    assert np.linalg.norm(ends_m, axis=1) == pytest.approx([1.3, end_m])
+    assert np.cross(ends_m[0], ends_m[1]) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert drawing.text == f"sky  {text}"
+
+
+def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
+    scene.show_limits("sky", label="sky", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
+    scene.select("sky")
+    assert list(scene.fixations) == ["sky"]
+    scene.remove_fixation("sky")
+    assert not list(scene.fixations)

@@ -39,6 +39,11 @@ class Pane:
             assert self.changed.wait_for(lambda: fixation_id in self.shown, timeout=PATIENCE_S)
             return self.shown[fixation_id]
 
+    def show_limits(self, fixation_id: str, *, label: str, **_limits: object) -> None:
+        with self.changed:
+            self.shown[fixation_id] = (label, None)
+            self.changed.notify_all()
+
     def show_field(self, content: bytes, **_centre: object) -> None: ...
 
     def remove_field(self) -> None: ...

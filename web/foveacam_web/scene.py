@@ -17,13 +17,15 @@ from typing import TypeAlias
 import viser
 
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_field import FieldNode, overlook
 from foveacam_web.scene_fixation import FixationNode, Shown
+from foveacam_web.scene_limits import LimitsNode
 from foveacam_web.scene_measure import MeasurementNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import Surroundings
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, MeasurementDrawing, RigShape
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
 from foveacam_web.viser_server import close_viser, open_viser
 
 MAX_FIXATIONS = 24
@@ -47,7 +49,7 @@ class ViewerScene:
         self._server: viser.ViserServer | None = None
         self._rig: RigDrawing | None = None
         self._panel: ScenePanel | None = None
-        self._fixations: OrderedDict[str, FixationNode] = OrderedDict()
+        self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._measurements: dict[str, MeasurementNode] = {}
         self._field: FieldNode | None = None
         self._surroundings = Surroundings()
@@ -127,6 +129,7 @@ class ViewerScene:
         point_rig_m: tuple[float, float, float],
         distance_m: float,
         distance_sigma_m: float,
+        basis: Basis = Basis.BOTH_FOVEAE,
         cloud: Cloud | None = None,
         mesh: DepthMesh | None = None,
     ) -> None:
@@ -136,6 +139,7 @@ class ViewerScene:
             point_rig_m=point_rig_m,
             distance_m=distance_m,
             distance_sigma_m=distance_sigma_m,
+            basis=basis,
             cloud=cloud,
             mesh=mesh,
         )
@@ -154,6 +158,30 @@ class ViewerScene:
             if self._panel.follows and (cloud is not None or mesh is not None):
                 for viewer in self._server.get_clients().values():
                     approach(viewer, point_rig_m)
+
+    def show_limits(
+        self,
+        fixation_id: str,
+        *,
+        label: str,
+        direction_deg: tuple[float, float],
+        nearest_m: float,
+        farthest_m: float | None,
+    ) -> None:
+        """Add or replace what stands for a fixation of which only limits of the distance are known."""
+        drawing = LimitsDrawing(
+            label=label, direction_deg=direction_deg, nearest_m=nearest_m, farthest_m=farthest_m
+        )
+        with self._lock:
+            if self._server is None:
+                return
+            self._drop(fixation_id)
+            with self._server.atomic():
+                node = LimitsNode(self._server.scene, fixation_id, drawing, shown=self._shown)
+            node.clickable(self._clicked)
+            self._fixations[fixation_id] = node
+            node.select(selected=fixation_id == self._selected)
+            self._make_room()
 
     def remove_fixation(self, fixation_id: str) -> None:
         """Take away what stands for one fixation; harmless when there is nothing."""
@@ -259,7 +287,7 @@ class ViewerScene:
         with self._lock:
             newest = next(reversed(self._fixations), None)
             node = self._fixations.get(self._selected or newest or "")
-            return None if node is None else node.drawing.point_rig_m
+            return None if node is None else node.point_rig_m
 
     async def _clicked(self, fixation_id: str) -> None:
         """Hand a click over to the server's loop; runs on viser's, which must never wait."""

@@ -9,8 +9,9 @@ import viser
 from numpy.typing import NDArray
 
 from foveacam_pipeline.stereo.values import Cloud
+from foveacam_pipeline.verge.values import Basis
 from foveacam_web.glb import write_glb
-from foveacam_web.scene_values import SELECTED_COLOR, TARGET_COLOR, FixationDrawing
+from foveacam_web.scene_values import BASIS_COLORS, SELECTED_COLOR, FixationDrawing
 
 LIVE_POINTS = 50_000
 """A browser without a GPU needs 5-7 us a point and frame; more belongs into the file."""
@@ -49,11 +50,13 @@ class FixationNode:
         self.drawing = drawing
         self._id = fixation_id
         self._scene = scene
+        self._color = BASIS_COLORS[drawing.basis]
         self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
         self._marker = scene.add_icosphere(
             f"{self._root.name}/marker",
             radius=_MARKER_PER_DISTANCE * drawing.distance_m,
-            color=TARGET_COLOR,
+            color=self._color,
+            wireframe=drawing.basis is Basis.SURROUNDINGS,
             position=drawing.point_rig_m,
             cast_shadow=False,
             receive_shadow=False,
@@ -63,6 +66,11 @@ class FixationNode:
         self._surface = self._draw_surface()
         self._cloud = self._draw_cloud()
         self.show(shown)
+
+    @property
+    def point_rig_m(self) -> tuple[float, float, float]:
+        """Where it is, for the camera of a viewer."""
+        return self.drawing.point_rig_m
 
     def clickable(self, clicked: Clicked) -> None:
         """Call `clicked(id)` on viser's loop when the fixation is clicked; it must only hand over."""
@@ -85,7 +93,7 @@ class FixationNode:
 
     def select(self, *, selected: bool) -> None:
         """Mark or unmark the fixation as the one that the operator works with."""
-        self._marker.color = SELECTED_COLOR if selected else TARGET_COLOR
+        self._marker.color = SELECTED_COLOR if selected else self._color
         self._label.font_screen_scale = 1.25 if selected else 1.0
 
     def remove(self) -> None:
@@ -100,7 +108,7 @@ class FixationNode:
         return self._scene.add_line_segments(
             f"{self._root.name}/sigma",
             np.stack((-step_m, step_m))[None].astype(np.float32),
-            TARGET_COLOR,
+            self._color,
             thickness=3.0,
             thickness_units="screen",
             position=self.drawing.point_rig_m,

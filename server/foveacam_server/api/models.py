@@ -59,6 +59,13 @@ class Direction(Asked):
     ay_deg: float
 
 
+class Within(Asked):
+    """Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest."""
+
+    nearest_m: Annotated[float, Field(ge=0.0)]
+    farthest_m: Annotated[float, Field(gt=0.0)] | None = None
+
+
 class FixationRequest(Asked):
     """Exactly one of pixel, rectangle and direction."""
 
@@ -68,6 +75,10 @@ class FixationRequest(Asked):
     label: Label | None = None
     depth: bool = True
     """Whether depth, cloud and mesh are worked out afterwards."""
+    within: Within | None = None
+    """Which distances the answer may have."""
+    corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
+    """Id of a fixation whose answer this one corrects: its target takes the new answer."""
 
 
 class SteerRequest(Asked):
@@ -186,6 +197,8 @@ class FixationDocument(Told):
     basis: Basis | None = None
     bound: BoundDocument | None = None
     alternatives: list[AlternativeDocument] = []
+    chosen_alternative: int | None = None
+    """Which of the alternatives the operator chose, counted from 0."""
     left_view: EyeViewDocument | None = None
     right_view: EyeViewDocument | None = None
     residual_px: float | None
@@ -197,17 +210,35 @@ class FixationDocument(Told):
     cloud_id: str | None
 
 
+class CorrectionDocument(Told):
+    """What the operator corrected of an answer, and when.
+
+    `fixation_id`: the fixation that was ordered by it; of a choice, the one whose alternative was chosen.
+    """
+
+    kind: Literal["choice", "nearer", "farther", "rectangle", "click"]
+    created_utc: str
+    fixation_id: str
+    alternative: int | None = None
+    """Which alternative was chosen, counted from 0."""
+
+
 class TargetDocument(Told):
-    """A point that was looked at, its distance known, and kept."""
+    """A point that was looked at and kept; distance and point are null where only limits are known."""
 
     id: str
     label: str
     fixation_id: str
-    distance_m: float
-    distance_sigma_m: float
-    point_rig_m: tuple[float, float, float]
+    distance_m: float | None
+    distance_sigma_m: float | None
+    point_rig_m: tuple[float, float, float] | None
     basis: Basis = "both_foveae"
+    bound: BoundDocument | None = None
     alternatives: list[AlternativeDocument] = []
+    left_view: EyeViewDocument | None = None
+    right_view: EyeViewDocument | None = None
+    corrections: list[CorrectionDocument] = []
+    """Oldest first."""
     ax_deg: float
     ay_deg: float
     x_px: float

@@ -128,9 +128,42 @@ def _wide_lens(calibration: Calibration) -> Document:
 
 def told(fixation: Fixation) -> str:
     """Return the outcome as one line for the event log."""
-    if fixation.distance_m is None or fixation.distance_sigma_m is None:
+    if fixation.basis is None:
         return f"{fixation.state.value.replace('_', ' ')}: {fixation.reason}"
-    return (
-        f"verged at {fixation.distance_m:.3f} ± {fixation.distance_sigma_m:.3f} m "
-        f"in {len(fixation.steps)} steps"
-    )
+    answer: Document = {
+        "distance_m": fixation.distance_m,
+        "distance_sigma_m": fixation.distance_sigma_m,
+        "basis": fixation.basis.value,
+        "bound": _bound_document(fixation),
+    }
+    return f"{told_distance(answer)}, in {len(fixation.steps)} steps"
+
+
+BASIS_WORDS = {
+    "both_foveae": "by both foveae",
+    "fovea_and_wide": "by one fovea and the wide camera",
+    "surroundings": "from its surroundings",
+}
+
+
+def told_distance(answer: Document) -> str:
+    """Return distance, standard error and basis of a fixation's or target's document, or its limits."""
+    if answer["distance_m"] is not None:
+        basis = BASIS_WORDS.get(answer["basis"], "")
+        digits = _digits(answer["distance_sigma_m"])
+        known = f"{answer['distance_m']:.{digits}f} ± {answer['distance_sigma_m']:.{digits}f} m"
+        return f"at {known} {basis}".rstrip()
+    bound = answer.get("bound")
+    return "at no known distance" if bound is None else told_bound(bound)
+
+
+def _digits(sigma_m: float) -> int:
+    """Return the decimals that show two digits of a standard error, 0 to 5."""
+    return 3 if sigma_m <= 0.0 else min(5, max(0, 1 - math.floor(math.log10(sigma_m))))
+
+
+def told_bound(bound: Document) -> str:
+    """Return the limits of a distance in words."""
+    farthest_m = bound["farthest_m"]
+    nearest = f"farther than {bound['nearest_m']:.1f} m"
+    return nearest if farthest_m is None else f"{nearest}, nearer than {farthest_m:.1f} m"

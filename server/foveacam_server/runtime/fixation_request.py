@@ -4,7 +4,13 @@ import math
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
+from foveacam_pipeline.verge.values import (
+    DepthRange,
+    DirectionTarget,
+    PixelTarget,
+    RectangleTarget,
+    Target,
+)
 from foveacam_server.runtime.store import Document
 
 STEERING_LIMIT_DEG = 10.0
@@ -33,6 +39,27 @@ def target_of(request: Document) -> Target:
         found=found,
         remedy='send one of them, such as {"pixel": {"x_px": 720, "y_px": 540}}',
     )
+
+
+def depth_range_of(request: Document) -> DepthRange | None:
+    """Return the distances that the answer to a stored request may have; None when every distance may be.
+
+    Raise `InvalidInput` when the range is empty.
+    """
+    within = request.get("within")
+    if within is None:
+        return None
+    nearest_m = within["nearest_m"]
+    farthest_m = math.inf if within.get("farthest_m") is None else within["farthest_m"]
+    if not 0.0 <= nearest_m < farthest_m:
+        raise InvalidInput(
+            f"within: nearest_m = {nearest_m:g} and farthest_m = {farthest_m:g} leave no distance; "
+            "send a nearest_m of 0 or more and a larger farthest_m, or none",
+            asked=f"{nearest_m:g} to {farthest_m:g} m",
+            found="an empty range",
+            remedy="send a nearest_m of 0 or more and a larger farthest_m, or none",
+        )
+    return DepthRange(nearest_m=nearest_m, farthest_m=farthest_m)
 
 
 def check_target(target: Target, calibration: Calibration) -> None:

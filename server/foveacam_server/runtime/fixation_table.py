@@ -31,12 +31,21 @@ class FixationTable:
             query = update(FixationRow).where(FixationRow.id == fixation_id)
             session.execute(query.values(cloud_id=cloud_id))
 
+    def choose(self, fixation_id: str, alternative: int) -> Document:
+        """Write down which alternative was chosen; return the fixation, or raise `NotFound`."""
+        with self._store.session() as session:
+            row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+            if row is None:
+                raise _no_fixation(fixation_id)
+            row.document = {**row.document, "chosen_alternative": alternative}
+            return _fixation(row)
+
     def get(self, fixation_id: str) -> Document:
         """Return one or raise `NotFound`."""
         with self._store.session() as session:
             row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
         if row is None:
-            raise NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
+            raise _no_fixation(fixation_id)
         return _fixation(row)
 
     def newest(self, limit: int) -> list[Document]:
@@ -47,7 +56,7 @@ class FixationTable:
 
 
 class TargetTable:
-    """Points that were verged on and kept until somebody removes them."""
+    """Points that were looked at and kept until somebody removes them."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -103,6 +112,13 @@ class TargetTable:
             raise _no_target(target_id)
         return _target(row)
 
+    def find(self, target_id: str) -> Document | None:
+        """Return one; None when it was removed or never was."""
+        try:
+            return self.get(target_id)
+        except NotFound:
+            return None
+
     def every(self) -> list[Document]:
         """Return all targets, oldest first."""
         with self._store.session() as session:
@@ -115,6 +131,10 @@ def _fixation(row: FixationRow) -> Document:
 
 def _target(row: TargetRow) -> Document:
     return {**row.document, "label": row.label}
+
+
+def _no_fixation(fixation_id: str) -> NotFound:
+    return NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
 
 
 def _no_target(target_id: str) -> NotFound:

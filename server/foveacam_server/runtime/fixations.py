@@ -5,22 +5,35 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.loop import fixate
-from foveacam_pipeline.verge.values import Fixation, FixationState, VergeStep
+from foveacam_pipeline.verge.depth_samples import DepthContext
+from foveacam_pipeline.verge.loop import Knowledge, fixate
+from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
+from foveacam_server.resources.corrections.kept import entry, kind_of, with_correction
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.depth_patches import DepthPatches, point_patch
-from foveacam_server.runtime.documents import fixation_document, step_document, told
+from foveacam_server.runtime.documents import fixation_document, step_document, told, told_distance
 from foveacam_server.runtime.events import EventLog, Level
-from foveacam_server.runtime.fixation_request import check_target, target_of
+from foveacam_server.runtime.fixation_request import check_target, depth_range_of, target_of
 from foveacam_server.runtime.fixation_table import FixationTable, TargetTable
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.shapes import Seen, ShapeWorker
+from foveacam_server.runtime.shapes import Seen, SeenLimits, ShapeWorker
 from foveacam_server.runtime.store import Document, Store
 
 KIND = "fixation"
+ANSWER = (
+    "basis",
+    "distance_m",
+    "distance_sigma_m",
+    "point_rig_m",
+    "bound",
+    "alternatives",
+    "left_view",
+    "right_view",
+)
+"""What a target has of its fixation's answer."""
 TYPICAL_STEPS = 6
 """Looks that a fixation usually needs: what its progress counts towards."""
 
@@ -40,6 +53,8 @@ class Tools:
     """Told how far away the foveae verged, metres."""
     on_fixation: Callable[[Fixation, Calibration], None]
     """Told of every fixation and the calibration that it was made with."""
+    context: DepthContext
+    """What is known of the depth about a direction before the foveae look there."""
 
 
 class FixationService:
@@ -55,6 +70,9 @@ class FixationService:
         """Queue a fixation; refuse at once what could not be done now."""
         calibration = self._tools.calibration.require()
         check_target(target_of(request), calibration)
+        depth_range_of(request)
+        if request.get("corrects") is not None:
+            self.table.get(request["corrects"])
         self._tools.hardware.check_may_move()
         return self._tools.jobs.submit(KIND, {**request, "source": source}, idempotency_key=idempotency_key)
 
@@ -107,6 +125,7 @@ class FixationService:
                 head,
                 calibration,
                 target_of(job.request),
+                known=Knowledge(context=tools.context, within=depth_range_of(job.request)),
                 clock=tools.clock,
                 on_step=on_step,
                 cancelled=context.cancelled,
@@ -127,34 +146,45 @@ class FixationService:
             "target_id": None,
             "cloud_id": None,
         }
-        verged = fixation.state is FixationState.VERGED
-        target = self._target(document, job) if verged else None
+        known = self._known_target(job.request)
+        target = None if fixation.basis is None else self._target(document, job, known)
         document["target_id"] = target["id"] if target else None
         self.table.add(document)
         label = target["label"] if target else (job.request.get("label") or "fixation")
         self._tools.events.emit(
             "fixation.done",
             f"{label}: {told(fixation)}",
-            level=Level.INFO if verged else Level.WARNING,
+            level=Level.WARNING if fixation.basis is None else Level.INFO,
             data=document,
         )
-        if target is not None:
-            self._tell_target(target)
+        self._keep_answer(target or known, document)
         self._work_out(fixation, document, label=label, calibration=calibration)
         return f"/api/v1/fixations/{fixation_id}"
 
-    def _target(self, document: Document, job: Job) -> Document:
-        known_id = job.request.get("target_id")
+    def _known_target(self, request: Document) -> Document | None:
+        """Return the target that the answer is for where there is one: looked at again, or corrected."""
+        corrects = request.get("corrects")
+        target_id = request.get("target_id") if corrects is None else self.table.get(corrects)["target_id"]
+        return None if target_id is None else self.targets.find(target_id)
+
+    def _keep_answer(self, target: Document | None, document: Document) -> None:
+        """Write down the answer, and the correction that ordered it, though it may have failed."""
+        kind = kind_of(document["request"])
+        if target is None or (document["basis"] is None and kind is None):
+            return
+        if kind is not None:
+            said = entry(kind, fixation_id=document["id"], created_utc=document["created_utc"])
+            target = with_correction(target, said)
+        self.keep_target(target)
+
+    def _target(self, document: Document, job: Job, known: Document | None) -> Document:
         seen = document["target"]
         return {
-            "id": known_id or new_id("tgt"),
-            "label": job.request.get("label") or self.targets.next_label(),
+            "id": known["id"] if known else (job.request.get("target_id") or new_id("tgt")),
+            "label": known["label"] if known else (job.request.get("label") or self.targets.next_label()),
             "fixation_id": document["id"],
-            "distance_m": document["distance_m"],
-            "distance_sigma_m": document["distance_sigma_m"],
-            "point_rig_m": document["point_rig_m"],
-            "basis": document["basis"],
-            "alternatives": document["alternatives"],
+            **{key: document[key] for key in ANSWER},
+            "corrections": known.get("corrections", []) if known else [],
             "ax_deg": seen["ax_deg"],
             "ay_deg": seen["ay_deg"],
             "x_px": seen["x_px"],
@@ -163,15 +193,18 @@ class FixationService:
             "created_utc": document["created_utc"],
         }
 
-    def _tell_target(self, target: Document) -> None:
+    def keep_target(self, target: Document) -> None:
+        """Write a target down, new or changed, and tell."""
         created = self.targets.put(target)
         kind = "target.created" if created else "target.updated"
-        self._tools.events.emit(kind, f"{target['label']} at {target['distance_m']:.3f} m", data=target)
+        self._tools.events.emit(kind, f"{target['label']} {told_distance(target)}", data=target)
 
     def _work_out(
         self, fixation: Fixation, document: Document, *, label: str, calibration: Calibration
     ) -> None:
         distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+        if fixation.bound is not None:
+            self._show_limits(document, label=label)
         if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
             return
         self._tools.on_distance(distance_m)
@@ -195,7 +228,21 @@ class FixationService:
                 point_rig_m=point,
                 distance_m=distance_m,
                 distance_sigma_m=sigma_m,
+                basis=fixation.basis or Basis.BOTH_FOVEAE,
                 on_cloud=self.cloud_came,
+            )
+        )
+
+    def _show_limits(self, document: Document, *, label: str) -> None:
+        """Have the limits of a distance drawn in the 3D pane."""
+        seen, bound = document["target"], document["bound"]
+        self._tools.shapes.put(
+            SeenLimits(
+                fixation_id=document["id"],
+                label=label,
+                direction_deg=(seen["ax_deg"], seen["ay_deg"]),
+                nearest_m=bound["nearest_m"],
+                farthest_m=bound["farthest_m"],
             )
         )
 

@@ -238,7 +238,7 @@ class HardwareThread:
         sighting = self._exposed(rig, lambda: rig.head.look(volts, settle_us=settle_us))
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else volts
-        self._live.show_sighting(sighting)
+        self._live.show_sighting(sighting, in_session=self._session_of is not None)
         return sighting
 
     def _shoot(self, rig: Rig, work: Callable[[Rig], T]) -> T:

@@ -44,9 +44,12 @@ class LiveViews:
         self._wide_due_ns = 0
         self._look_due_ns = 0
 
-    def show_sighting(self, sighting: Sighting) -> None:
-        """Publish what one look saw; its wide frame is as good as a live one."""
-        self.wide_begins(in_session=False)
+    def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
+        """Publish what one look saw; its wide frame is as good as a live one.
+
+        In a session the next look comes soon: a live frame due before it would only keep it waiting.
+        """
+        self.wide_begins(in_session=in_session)
         overlay = self._overlay(sighting.volts)
         for frame in sighting.wide_before if self._sink.wants_every(Role.WIDE.value) else ():
             self._show(frame, meta=overlay)

@@ -14,6 +14,7 @@ from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.resources.measurements.places import Shown
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
+from foveacam_server.resources.suggestions.service import SuggestionDesk
 from foveacam_server.resources.wide_depth.keeping import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
@@ -91,6 +92,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         fixations=study.fixations,
         wide_depth=study.wide_depth,
         measurements=study.measurements,
+        suggestions=SuggestionDesk(sights.hub),
         viewer=sights.viewer,
     )
 
@@ -175,6 +177,7 @@ def _open_study(
         clock=ground.clock,
         on_distance=sights.overlay.look_at_distance,
         on_fixation=on_fixation,
+        context=wide_depth,
     )
     fixations = FixationService(ground.store, tools)
     shapes.put_back(fixations.targets.every())

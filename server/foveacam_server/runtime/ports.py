@@ -10,6 +10,7 @@ from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Sta
 from foveacam_hardware.simulated_faults import Breakable
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_values import EyeGaze, MeasurementDrawing, RigShape
 
 
@@ -133,10 +134,23 @@ class Viewer(Protocol):
         point_rig_m: tuple[float, float, float],
         distance_m: float,
         distance_sigma_m: float,
+        basis: Basis,
         cloud: Cloud | None,
         mesh: DepthMesh | None,
     ) -> None:
         """Add or replace what stands for one fixation."""
+        ...
+
+    def show_limits(
+        self,
+        fixation_id: str,
+        *,
+        label: str,
+        direction_deg: tuple[float, float],
+        nearest_m: float,
+        farthest_m: float | None,
+    ) -> None:
+        """Add or replace what stands for a fixation of which only limits of the distance are known."""
         ...
 
     def show_field(

@@ -9,6 +9,7 @@ from starlette.requests import HTTPConnection
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.resources.measurements.service import MeasurementService
+from foveacam_server.resources.suggestions.service import SuggestionDesk
 from foveacam_server.resources.wide_depth.service import WideDepthService
 from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
@@ -77,6 +78,7 @@ class Services:
     wide_depth: WideDepthService
     """What is known of the whole wide view's depth; a `DepthContext` for fixations."""
     measurements: MeasurementService
+    suggestions: SuggestionDesk
     viewer: Viewer | None
     """The 3D pane; None when it is switched off or could not be started."""
 

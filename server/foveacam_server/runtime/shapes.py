@@ -19,6 +19,7 @@ from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
+from foveacam_pipeline.verge.values import Basis
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.clouds import CloudShelf, Shape
 from foveacam_server.runtime.depth_patches import project_patch
@@ -55,6 +56,18 @@ class Seen:
     distance_m: float
     distance_sigma_m: float
     on_cloud: OnCloud
+    basis: Basis = Basis.BOTH_FOVEAE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenLimits:
+    """A fixation of which only limits of the distance are known, m; `farthest_m` None: there is none."""
+
+    fixation_id: str
+    label: str
+    direction_deg: tuple[float, float]
+    nearest_m: float
+    farthest_m: float | None
 
 
 class ShapeWorker:
@@ -73,7 +86,7 @@ class ShapeWorker:
         self._viewer = viewer
         self._events = events
         self._earlier: tuple[Document, ...] = ()
-        self._waiting: queue.Queue[Seen | None] = queue.Queue()
+        self._waiting: queue.Queue[Seen | SeenLimits | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
@@ -93,7 +106,7 @@ class ShapeWorker:
         if self._thread.is_alive():
             self._thread.join(timeout=10.0)
 
-    def put(self, seen: Seen) -> None:
+    def put(self, seen: Seen | SeenLimits) -> None:
         """Hand a fixation over; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
@@ -110,16 +123,25 @@ class ShapeWorker:
         for target in self._earlier:
             self._show_again(target)
         while (seen := self._waiting.get()) is not None:
-            try:
-                self._work(seen)
-            except FoveaError as error:
-                self._show(seen, cloud=None, mesh=None)  # the point at least
-                self._failed(seen, str(error))
-            except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
-                _log.exception("no shape for %s", seen.fixation_id)
-                self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
+            if isinstance(seen, SeenLimits):
+                self._show_limits(seen)
+            else:
+                self._try(seen)
+
+    def _try(self, seen: Seen) -> None:
+        try:
+            self._work(seen)
+        except FoveaError as error:
+            self._show(seen, cloud=None, mesh=None)  # the point at least
+            self._failed(seen, str(error))
+        except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
+            _log.exception("no shape for %s", seen.fixation_id)
+            self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
 
     def _work(self, seen: Seen) -> None:
+        if seen.basis is Basis.FOVEA_AND_WIDE:  # the other fovea does not see it: there is no pair to match
+            self._show(seen, cloud=None, mesh=None)
+            return
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._sink.publish_picture("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
@@ -139,12 +161,27 @@ class ShapeWorker:
             point_rig_m=seen.point_rig_m,
             distance_m=seen.distance_m,
             distance_sigma_m=seen.distance_sigma_m,
+            basis=seen.basis,
             cloud=cloud,
             mesh=mesh,
         )
 
+    def _show_limits(self, seen: SeenLimits) -> None:
+        if self._viewer is None:
+            return
+        self._viewer.show_limits(
+            seen.fixation_id,
+            label=seen.label,
+            direction_deg=seen.direction_deg,
+            nearest_m=seen.nearest_m,
+            farthest_m=seen.farthest_m,
+        )
+
     def _show_again(self, target: Document) -> None:
         if self._viewer is None:
+            return
+        if target["distance_m"] is None:
+            self._show_limits(_limits_of(target))
             return
         try:
             cloud = None if target["cloud_id"] is None else self._shelf.points(target["cloud_id"])
@@ -157,6 +194,7 @@ class ShapeWorker:
             point_rig_m=tuple(target["point_rig_m"]),
             distance_m=target["distance_m"],
             distance_sigma_m=target["distance_sigma_m"],
+            basis=Basis(target.get("basis", "both_foveae")),
             cloud=cloud,
             mesh=None,
         )
@@ -186,3 +224,13 @@ class ShapeWorker:
             level=Level.WARNING,
             data={"fixation_id": seen.fixation_id, "detail": reason},
         )
+
+
+def _limits_of(target: Document) -> SeenLimits:
+    return SeenLimits(
+        fixation_id=target["fixation_id"],
+        label=target["label"],
+        direction_deg=(target["ax_deg"], target["ay_deg"]),
+        nearest_m=target["bound"]["nearest_m"],
+        farthest_m=target["bound"]["farthest_m"],
+    )

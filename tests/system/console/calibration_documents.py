@@ -261,3 +261,10 @@ def job(
         "result_url": None,
         "problem": None,
     } | (changes or {})
+
+
+def reach() -> Document:
+    """Return where each eye can look: boxes that overlap in the middle of a picture of 720 x 540 px."""
+    left = [[100, 45], [540, 45], [540, 495], [100, 495]]
+    right = [[190, 45], [620, 45], [620, 495], [190, 495]]
+    return {"calibration_id": "a" * 32, "distance_m": None, "left_px": left, "right_px": right}

@@ -63,7 +63,7 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
         options: dict[str, Any] | None = None,  # Any: Playwright's
     ) -> Console:
         name, console = tabs.take(
-            {"scene": False, **(settings or {})}, {"viewport": DESKTOP, **(options or {})}
+            {"scene": False, "hints": False, **(settings or {})}, {"viewport": DESKTOP, **(options or {})}
         )
         opened.append((name, console))
         console.page.goto(url)

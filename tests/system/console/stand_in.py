@@ -69,6 +69,8 @@ class StandIn:
             "/drift_checks": [],
             "/jobs": [],
             "/fixations": [],
+            "/reach": documents.reach(),
+            "/suggestions": [],
             "/targets": [],
             "/clouds": [],
             "/events/recent": [],

@@ -7,6 +7,7 @@ import { Problem, request } from "./api.js";
  * @typedef {import("./toasts.js").Toasts} Toasts
  * @typedef {import("./fixations.js").Fixations} Fixations
  * @typedef {import("./types.js").Direction} Direction
+ * @typedef {import("./types.js").FixationDocument} FixationDocument
  * @typedef {import("./types.js").FixationRequest} FixationRequest
  * @typedef {import("./types.js").DepthDocument} DepthDocument
  * @typedef {import("./types.js").JobDocument} JobDocument
@@ -78,9 +79,35 @@ export class Commands {
    * @param {FixationRequest} body
    */
   fixate(body) {
-    const order = this.#queue.then(() => this.#post("/fixations", body));
+    const order = this.#queue.then(() => this.#post("/fixations", body, body));
     this.#queue = order;
     return order;
+  }
+
+  /**
+   * Look again at the same target, only nearer or farther than its answer.
+   * @param {FixationDocument} fixation
+   * @param {"nearer" | "farther"} direction
+   */
+  correct(fixation, direction) {
+    const order = this.#queue.then(() => this.#post(`/fixations/${fixation.id}/corrections`, { direction }, fixation.request));
+    this.#queue = order;
+    return order;
+  }
+
+  /**
+   * Make one of the possible distances the answer, and point both eyes there.
+   * @param {FixationDocument} fixation
+   * @param {number} alternative
+   */
+  async choose(fixation, alternative) {
+    const path = `/fixations/${fixation.id}/choice`;
+    const answer = await this.attempt(() => /** @type {Promise<FixationDocument>} */ (request("POST", path, { body: { alternative } })));
+    if (!answer) return;
+    this.#fixations.changed(answer);
+    const { ax_deg, ay_deg } = answer.target;
+    const body = { direction: { ax_deg, ay_deg }, distance_m: answer.alternatives[alternative]?.distance_m ?? null };
+    await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.leaseHeader() }));
   }
 
   /** @param {string} target_id */
@@ -94,10 +121,10 @@ export class Commands {
 
   /**
    * @param {string} path
-   * @param {FixationRequest | undefined} body
-   * @param {FixationRequest | null} [shown]
+   * @param {FixationRequest | {direction: "nearer" | "farther"} | undefined} body
+   * @param {FixationRequest | null} shown
    */
-  async #post(path, body, shown = body ?? null) {
+  async #post(path, body, shown) {
     this.#fixations.sending(shown);
     try {
       const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.leaseHeader() }));

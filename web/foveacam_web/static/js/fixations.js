@@ -63,6 +63,7 @@ export class Fixations {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
     else if (event.kind === "fixation.done") this.#ended(/** @type {FixationDocument} */ (data)); // it tells all of it
+    else if (event.kind === "fixation.updated") this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
     else if (event.kind === "job.updated") this.#job(data);
     else if (event.kind === "cloud.created") this.#cloud(data);
     else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string") void this.recall(data["fixation_id"]);
@@ -93,6 +94,15 @@ export class Fixations {
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
     }
+  }
+
+  /**
+   * A fixation has another answer than before: the operator chose it.
+   * @param {FixationDocument} fixation
+   */
+  changed(fixation) {
+    const current = this.#store.state.current;
+    if (current?.fixation?.id === fixation.id) this.#set({ ...current, fixation });
   }
 
   /** @param {Record<string, unknown>} data */

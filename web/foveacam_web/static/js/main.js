@@ -42,6 +42,7 @@ import { changeSettings, createStore } from "./store.js";
 import { Sync } from "./sync.js";
 import { exposeHooks } from "./testhooks.js";
 import { Toasts } from "./toasts.js";
+import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 
 /** @typedef {import("./types.js").Settings} Settings */
@@ -71,8 +72,9 @@ const sync = new Sync({
 });
 rigReader.readRig = () => sync.readRig();
 const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+new ReachReader(store);
 const measure = new MeasureTool({ store, views, orders: measureOrders });
-const help = makeHelp();
+const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 

@@ -16,6 +16,7 @@ const DEFAULT_SETTINGS = Object.freeze({
   readout: true,
   scene: true,
   single_keys: true,
+  hints: true,
 });
 
 /** State with listeners by key. */
@@ -95,6 +96,7 @@ export function createStore() {
     boot_id: null,
     rig: null,
     intrinsics: null,
+    reach: null,
     views: [],
     shown: {},
     server_stats: {},

@@ -19,7 +19,13 @@ export type Direction = { ax_deg: number; ay_deg: number };
 export type PixelRequest = { pixel: { x_px: number; y_px: number } };
 export type RectangleRequest = { rectangle: { x_px: number; y_px: number; width_px: number; height_px: number } };
 export type DirectionRequest = { direction: Direction };
-export type FixationRequest = (PixelRequest | RectangleRequest | DirectionRequest) & { label?: string; depth?: boolean };
+export type Within = { nearest_m: number; farthest_m: number | null };
+export type FixationRequest = (PixelRequest | RectangleRequest | DirectionRequest) & {
+  label?: string;
+  depth?: boolean;
+  within?: Within;
+  corrects?: string;
+};
 
 export type ProblemDocument = {
   type: string;
@@ -111,6 +117,8 @@ export type FixationState = "verged" | "no_texture" | "lost" | "out_of_range" | 
 
 export type Basis = "both_foveae" | "fovea_and_wide" | "surroundings" | "bound";
 
+export type Bound = { nearest_m: number; farthest_m: number | null };
+
 export type Alternative = {
   basis: Basis;
   distance_m: number;
@@ -133,8 +141,9 @@ export type FixationDocument = {
   distance_sigma_m: number | null;
   point_rig_m: [number, number, number] | null;
   basis: Basis | null;
-  bound: { nearest_m: number; farthest_m: number | null } | null;
+  bound: Bound | null;
   alternatives: Alternative[];
+  chosen_alternative?: number | null;
   left_view: EyeView | null;
   right_view: EyeView | null;
   residual_px: number | null;
@@ -146,6 +155,23 @@ export type FixationDocument = {
   cloud_id: string | null;
 };
 
+export type Correction = {
+  kind: "choice" | "nearer" | "farther" | "rectangle" | "click";
+  created_utc: string;
+  fixation_id: string;
+  alternative: number | null;
+};
+
+/** Where each eye can look: corners in wide px, at `distance_m`, null for far away. */
+export type ReachDocument = {
+  calibration_id: string;
+  distance_m: number | null;
+  left_px: [number, number][];
+  right_px: [number, number][];
+};
+
+export type Suggestion = { x_px: number; y_px: number; ax_deg: number; ay_deg: number; score: number };
+
 export type TargetDocument = {
   id: string;
   label: string;
@@ -154,7 +180,11 @@ export type TargetDocument = {
   distance_sigma_m: number | null;
   point_rig_m: [number, number, number] | null;
   basis: Basis;
+  bound?: Bound | null;
   alternatives: Alternative[];
+  left_view?: EyeView | null;
+  right_view?: EyeView | null;
+  corrections?: Correction[];
   ax_deg: number;
   ay_deg: number;
   x_px: number | null;
@@ -291,6 +321,7 @@ export type ConsoleState = CalibrationState & RigPageState & CapturePageState & 
   boot_id: string | null;
   rig: RigDocument | null;
   intrinsics: Intrinsics | null;
+  reach: ReachDocument | null;
   views: ViewInfo[];
   shown: Partial<Record<ViewName, ShownView>>;
   server_stats: ServerStats["views"];
@@ -318,4 +349,5 @@ export type Settings = {
   readout: boolean;
   scene: boolean;
   single_keys: boolean;
+  hints: boolean;
 };

@@ -9,6 +9,7 @@ import { changeSettings, createStore } from "./store.js";
 import { Sync } from "./sync.js";
 import { exposeHooks } from "./testhooks.js";
 import { Toasts } from "./toasts.js";
+import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 
 const store = createStore();
@@ -39,4 +40,5 @@ new Keyboard({
   },
 });
 sync.followAll();
+new ReachReader(store);
 exposeHooks({ store, views });

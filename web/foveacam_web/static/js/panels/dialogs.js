@@ -51,8 +51,9 @@ const SETTINGS = [
   { key: "wide_size", label: "Wide view", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
   { key: "fovea_size", label: "Other views", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
   { key: "footprints", label: "Footprints of the foveae" },
-  { key: "field", label: "Outline of the steerable field" },
+  { key: "field", label: "Where both eyes, one or none can look" },
   { key: "marks", label: "Targets on the wide view" },
+  { key: "hints", label: "Good targets marked for a first look" },
   { key: "readout", label: "Rate and age of every view" },
   { key: "scene", label: "3D pane" },
   { key: "single_keys", label: "Single-key shortcuts (Space always stops)" },
@@ -72,12 +73,18 @@ export function sheet(title, ...content) {
   return dialog;
 }
 
-export function makeHelp() {
+/** @param {{showHints: () => void}} context */
+export function makeHelp({ showHints }) {
   const groups = HELP.map(([title, rows]) => h("section", {}, h("h3", { text: title }),
     h("dl", { class: "keys" }, rows.flatMap(([keys, what]) => [h("dt", { text: keys }), h("dd", { text: what })]))));
   const links = h("p", { class: "lead" }, "Programs do all of this by REST: ",
     h("a", { href: "/docs", target: "_blank", rel: "noopener", text: "reference" }), ".");
-  return sheet("Help", ...groups, links);
+  const hints = h("p", { class: "lead" }, h("button", { type: "button", class: "plain", text: "Mark good targets on the wide view", on: { click: () => {
+    showHints();
+    dialog.close();
+  } } }));
+  const dialog = sheet("Help", hints, ...groups, links);
+  return dialog;
 }
 
 /** @param {Store} store */

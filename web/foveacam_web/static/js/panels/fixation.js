@@ -1,8 +1,10 @@
 // The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
 
+import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
 import { fill, h, say } from "../dom.js";
-import { angle, distance, distanceText, ENDS, millis, MISSING, number, remedyOf, sentence } from "../format.js";
+import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { alternatives, nearerOrFarther } from "./corrections.js";
 import { drawSteps } from "./stepplot.js";
 
 /**
@@ -28,6 +30,7 @@ export function mountFixation(place, announcer, { store, commands }) {
   fill(place, head, plot);
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
+    place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
     place.dataset["fixation"] = current?.fixation?.id ?? "";
     fill(head, ...outcome(current, commands));
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
@@ -54,7 +57,7 @@ function outcome(current, commands) {
   if (!current) {
     return [h("p", { class: "big quiet", text: MISSING }), h("p", { class: "lead", text: "Click on something in the wide view: both foveae look at it, and its distance appears here." })];
   }
-  if (current.fixation) return ended(current.fixation);
+  if (current.fixation) return ended(current.fixation, commands);
   if (current.state === "failed") return failed(current);
   if (current.state === "cancelled") return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
   return running(current, commands);
@@ -86,26 +89,37 @@ function failed({ problem }) {
   ];
 }
 
-/** @param {FixationDocument} fixation */
-function ended(fixation) {
-  const end = ENDS[fixation.state];
-  const { value, sigma, unit } = distance(fixation.distance_m, fixation.distance_sigma_m);
-  const measured = fixation.distance_m !== null;
+/**
+ * @param {FixationDocument} fixation
+ * @param {Commands} commands
+ */
+function ended(fixation, commands) {
+  const end = heading(fixation);
+  const answer = answerOf(fixation);
+  const basis = basisOf(fixation);
+  const chosen = chosenOf(fixation) !== null;
   return [
-    title(end.tone, end.title),
-    measured
-      ? h("p", { class: "big", data: { role: "distance" } }, h("span", { class: "value", text: value }), sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }), h("span", { class: "unit", text: ` ${unit}` }))
-      : null,
-    fixation.reason ? h("p", { class: "lead", text: sentence(fixation.reason) }) : null,
-    measured || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
+    title(end.tone, end.title, basis ? basisMeaning(basis) : ""),
+    answer.distance_m !== null ? far(answer) : answer.bound ? h("p", { class: "big limits", data: { role: "bound" }, text: boundText(answer.bound) }) : null,
+    alternatives(fixation, commands),
+    fixation.reason && !chosen ? h("p", { class: "lead", text: sentence(fixation.reason) }) : null,
+    basis || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
+    nearerOrFarther(fixation, commands),
     numbers(fixation),
     fixation.cloud_id ? downloads(fixation.cloud_id) : null,
   ];
 }
 
+/** @param {import("../answers.js").Answer} answer */
+function far({ distance_m, distance_sigma_m }) {
+  const { value, sigma, unit } = distance(distance_m, distance_sigma_m);
+  return h("p", { class: "big", data: { role: "distance" } }, h("span", { class: "value", text: value }),
+    sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }), h("span", { class: "unit", text: ` ${unit}` }));
+}
+
 /** @param {FixationDocument} fixation */
 function numbers(fixation) {
-  const [x, y, z] = fixation.point_rig_m ?? [null, null, null];
+  const [x, y, z] = (chosenOf(fixation) ?? fixation).point_rig_m ?? [null, null, null];
   const verge = fixation.steps.at(-1);
   /** @type {[string, string][]} */
   const rows = [
@@ -130,9 +144,10 @@ function downloads(cloud_id) {
 /**
  * @param {string} tone
  * @param {string} text
+ * @param {string} [meaning]
  */
-function title(tone, text) {
-  return h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), text);
+function title(tone, text, meaning = "") {
+  return h("p", { class: `state ${tone}`, title: meaning }, icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn"), text);
 }
 
 /** @param {FixationRequest | null} request */
@@ -147,7 +162,7 @@ function asked(request) {
 /** @param {CurrentFixation | null} current */
 function announcement(current) {
   const fixation = current?.fixation;
-  if (fixation) return `${ENDS[fixation.state].title}. ${distanceText(fixation.distance_m, fixation.distance_sigma_m)}`;
+  if (fixation) return spoken(fixation);
   if (current?.state === "failed") return `Failed. ${current.problem?.detail ?? ""}`;
   return current?.state === "cancelled" ? "Cancelled." : "";
 }

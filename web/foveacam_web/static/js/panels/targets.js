@@ -1,14 +1,15 @@
 // The list of what was looked at: name, distance, look again, show in 3D, delete.
 
+import { answerText, basisMeaning, basisWords, boundText } from "../answers.js";
 import { fill, h, say } from "../dom.js";
-import { angle, distanceText } from "../format.js";
+import { angle } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("../types.js").TargetDocument} TargetDocument
- * @typedef {{element: HTMLLIElement, label: HTMLInputElement, distance: HTMLElement, pick: HTMLButtonElement, target: TargetDocument}} Row
+ * @typedef {{element: HTMLLIElement, label: HTMLInputElement, distance: HTMLElement, basis: HTMLElement, pick: HTMLButtonElement, target: TargetDocument}} Row
  * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
  */
 
@@ -48,14 +49,16 @@ export function mountTargets(place, context) {
 function makeRow(target, { commands, select }) {
   const label = h("input", { class: "label", type: "text", "aria-label": "Name of the target", maxlength: "80", spellcheck: "false", autocomplete: "off" });
   const distance = h("span", { class: "distance number" });
+  const basis = h("span", { class: "basis", hidden: true });
+  const known = h("span", { class: "known" }, distance, basis);
   const button = (/** @type {string} */ name, /** @type {import("../icons.js").IconName} */ picture, /** @type {() => void} */ act) =>
     h("button", { type: "button", class: "tool", "aria-label": name, title: name, on: { click: act } }, icon(picture));
   /** @type {Row} */
   const row = {
-    element: h("li", {}), label, distance, target,
+    element: h("li", {}), label, distance, basis, target,
     pick: button("Show in the 3D pane", "cube", () => select(row.target)),
   };
-  row.element.append(label, distance, h("span", { class: "tools" }, row.pick,
+  row.element.append(label, known, h("span", { class: "tools" }, row.pick,
     button("Look again", "again", () => void commands.lookAgain(row.target.id)),
     button("Delete", "trash", () => commands.remove(row.target.id, row.target.label))));
   label.addEventListener("change", () => void commands.rename(row.target.id, label.value.trim() || row.target.label));
@@ -65,7 +68,7 @@ function makeRow(target, { commands, select }) {
     event.stopPropagation(); // the keys belong to the name, not to the console
   });
   row.element.addEventListener("click", (event) => {
-    if (event.target === row.element || event.target === distance) select(row.target);
+    if (event.target === row.element || known.contains(/** @type {Node} */ (event.target))) select(row.target);
   });
   return row;
 }
@@ -81,6 +84,10 @@ function updateRow(row, target, selected) {
   row.pick.setAttribute("aria-pressed", String(selected));
   if (document.activeElement !== row.label && row.label.value !== target.label) row.label.value = target.label;
   row.label.title = target.label;
-  say(row.distance, distanceText(target.distance_m, target.distance_sigma_m));
-  row.distance.title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}`;
+  say(row.distance, answerText(target));
+  row.distance.title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}${target.bound ? `, ${boundText(target.bound)}` : ""}`;
+  row.element.dataset["basis"] = target.basis;
+  row.basis.hidden = target.basis === "both_foveae" && !target.corrections?.length;
+  say(row.basis, [basisWords(target.basis, target), target.corrections?.length ? "corrected" : ""].filter(Boolean).join(", "));
+  row.basis.title = basisMeaning(target.basis);
 }

@@ -3,6 +3,7 @@
 import { fill, h, say } from "../dom.js";
 import { angle, distanceText, span } from "../format.js";
 import { directionOf, inField } from "./angles.js";
+import { SEEING, seeing } from "./reach.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
@@ -40,10 +41,11 @@ export class Loupe {
     if (!pixel) return;
     this.element.classList.toggle("to-left", place.css.x > place.width / 2);
     say(this.pixel, `${pixel.x.toFixed(2)}, ${pixel.y.toFixed(2)} px`);
-    const { text, beyond } = judge(pixel, state);
+    const { text, verdict, beyond } = judge(pixel, state);
     say(this.direction, text);
-    say(this.verdict, beyond);
-    this.element.classList.toggle("beyond", beyond !== "");
+    say(this.verdict, verdict);
+    this.element.classList.toggle("beyond", beyond);
+    this.element.classList.toggle("both", verdict === SEEING.both);
   }
 
   /**
@@ -60,10 +62,14 @@ export class Loupe {
  * @param {Point} pixel
  * @param {ConsoleState} state
  */
-function judge(pixel, { intrinsics, rig }) {
-  if (!intrinsics) return { text: "", beyond: "" };
+function judge(pixel, { intrinsics, reach, rig }) {
+  if (!intrinsics) return { text: "", verdict: "", beyond: false };
   const direction = directionOf(intrinsics, pixel);
   const text = `${angle(direction.ax_deg)} ${angle(direction.ay_deg)}`;
-  const beyond = rig?.steering && !inField(rig.steering, direction) ? "not steerable" : "";
-  return { text, beyond };
+  if (reach) {
+    const who = seeing(reach, pixel);
+    return { text, verdict: SEEING[who], beyond: who === "none" };
+  }
+  const beyond = Boolean(rig?.steering && !inField(rig.steering, direction));
+  return { text, verdict: beyond ? SEEING.none : "", beyond };
 }

@@ -1,9 +1,10 @@
 // What is drawn over the wide picture: footprints, steerable field, targets, the rectangle, the crosshair.
 // Drawn in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
+import { answerText } from "../answers.js";
 import { fill, s } from "../dom.js";
-import { distanceText } from "../format.js";
 import { fieldOutline } from "./angles.js";
+import { zones } from "./reach.js";
 
 /**
  * @typedef {import("../types.js").ConsoleState} ConsoleState
@@ -44,7 +45,11 @@ export class Overlay {
    * @param {Viewport} viewport
    * @param {ConsoleState} state
    */
-  drawField(viewport, { rig, intrinsics, settings }) {
+  drawField(viewport, { rig, intrinsics, reach, settings }) {
+    if (settings.field && reach) {
+      const picture = corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height });
+      return fill(this.#field, ...zones(reach, (points) => path(points, viewport), picture));
+    }
     if (!settings.field || !rig?.steering || !intrinsics) return fill(this.#field);
     const inner = path(fieldOutline(intrinsics, rig.steering), viewport);
     const outer = path(corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height }), viewport);
@@ -79,8 +84,8 @@ export class Overlay {
       const free = labelled.every((other) => Math.abs(other.x - at.x) > LABEL_PX.width || Math.abs(other.y - at.y) > LABEL_PX.height);
       if (free) labelled.push(at);
       const selected = target.id === selected_target;
-      const label = selected ? `${cut(target.label)}  ${distanceText(target.distance_m, target.distance_sigma_m)}` : cut(target.label);
-      return mark(at, selected ? "mark selected" : "mark", free ? label : "");
+      const label = selected ? `${cut(target.label)}  ${answerText(target)}` : cut(target.label);
+      return mark(at, `mark basis-${target.basis}${selected ? " selected" : ""}`, free ? label : "");
     });
     fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport));
   }

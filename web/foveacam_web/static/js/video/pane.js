@@ -49,10 +49,11 @@ export class Pane {
     this.canvas = h("canvas", { class: "picture", width: 1440, height: 1080 });
     this.notice = h("div", { class: "notice", hidden: true });
     this.badge = h("div", { class: "frozen-badge", hidden: true, role: "status" });
+    this.note = h("p", { class: "eye-note", hidden: true, role: "status" });
     this.readout = h("span", { class: "rate" });
     this.title = h("h2", { text: VIEWS[name].title.replace(ADDED, "") });
     this.tools = h("div", { class: "tools" });
-    this.surface = h("div", { class: "surface" }, this.canvas, this.badge, this.notice);
+    this.surface = h("div", { class: "surface" }, this.canvas, this.note, this.badge, this.notice);
     this.enlarge = h("button", {
       class: "tool", type: "button", "aria-pressed": "false", "aria-label": `Enlarge the view ${VIEWS[name].title}`,
       title: "Enlarge (Escape returns)", on: { click: () => this.setLarge(!this.large) },
@@ -123,8 +124,22 @@ export class Pane {
     if (trouble) fill(this.notice, h("strong", { text: trouble.title }), h("p", { text: trouble.detail }));
     this.canvas.classList.toggle("dim", trouble !== null && !trouble.empty);
     this.canvas.hidden = trouble !== null && trouble.empty;
+    this.#showNote(state, trouble !== null);
     this.#showRate(state, shown);
     this.#showFrozen(state, shown, trouble !== null);
+  }
+
+  /**
+   * Why this eye does not see the target of the last look; until the next one begins.
+   * @param {ConsoleState} state
+   * @param {boolean} noticed
+   */
+  #showNote({ current }, noticed) {
+    const seen = this.name === "left" ? current?.fixation?.left_view : this.name === "right" ? current?.fixation?.right_view : null;
+    const reason = seen && !seen.sees_target ? sentence(seen.reason) || "This eye does not see the target." : "";
+    this.note.hidden = noticed || reason === "";
+    say(this.note, reason);
+    this.note.title = reason;
   }
 
   /**

@@ -40,7 +40,7 @@ export class Views {
     this.wide = new WideView(this.pane("wide"), { store, commands, stream: this.#stream });
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
-    store.on(["shown", "stream", "rig", "server_stats", "settings"], (state) => {
+    store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {
       for (const pane of this.#panes.values()) pane.update(state);
     });
   }

@@ -1,11 +1,14 @@
 // The wide view as an instrument: click, rectangle, steering, zoom, keyboard crosshair.
 
+import { NEAR_CSS_PX, withCorrected } from "../corrects.js";
 import { h, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
 import { Loupe } from "./loupe.js";
+import { Hints } from "./hints.js";
 import { Overlay } from "./overlay.js";
+import { ReachLegend, seeing } from "./reach.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -25,6 +28,8 @@ export class WideView {
   #commands;
   #overlay = new Overlay();
   #loupe;
+  #legend = new ReachLegend();
+  #hints;
   #gestures;
   #zoom_text = h("span", { class: "zoom number", text: "100 %" });
   /** @type {Point | null} */
@@ -44,13 +49,17 @@ export class WideView {
     this.#store = store;
     this.#commands = commands;
     this.#loupe = new Loupe(stream);
-    pane.surface.append(this.#overlay.element, this.#loupe.element);
+    pane.surface.append(this.#overlay.element, this.#legend.element, this.#loupe.element);
+    this.#hints = new Hints({ store, pane });
     pane.tools.prepend(...this.#tools());
     pane.placed = () => this.#redraw();
     this.#makeReachable();
     this.#gestures = new Gestures(pane.surface, this.#meanings());
     store.on(["overlay", "settings"], (state) => this.#overlay.drawFootprints(pane.viewport, state));
-    store.on(["rig", "intrinsics", "settings"], (state) => this.#overlay.drawField(pane.viewport, state));
+    store.on(["rig", "intrinsics", "reach", "settings"], (state) => {
+      this.#overlay.drawField(pane.viewport, state);
+      this.#legend.show(state.settings.field ? state.reach : null);
+    });
     store.on(["targets", "hidden_targets", "selected_target", "current", "settings"], (state) =>
       this.#overlay.drawMarks(pane.viewport, state));
   }
@@ -130,7 +139,7 @@ export class WideView {
   #click(pixel) {
     if (!this.#pane.viewport.holds(pixel)) return; // the margin beside the picture
     this.last_click = pixel;
-    void this.#commands.fixate({ pixel: { x_px: pixel.x, y_px: pixel.y } });
+    this.#fixate({ pixel: { x_px: pixel.x, y_px: pixel.y } });
   }
 
   /**
@@ -143,7 +152,12 @@ export class WideView {
     const box = between(hold(viewport.toSensor(from), viewport), hold(viewport.toSensor(to), viewport));
     this.#overlay.showRectangle(viewport, done ? null : box);
     if (!done || box.width < SMALLEST_SIDE_PX || box.height < SMALLEST_SIDE_PX) return;
-    void this.#commands.fixate({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
+    this.#fixate({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
+  }
+
+  /** @param {import("../types.js").FixationRequest} request */
+  #fixate(request) {
+    void this.#commands.fixate(withCorrected(request, this.#store.state, NEAR_CSS_PX / this.#pane.viewport.scale));
   }
 
   /**
@@ -176,8 +190,9 @@ export class WideView {
   #showAimed() {
     const { viewport, surface } = this.#pane;
     const pixel = this.aimed;
-    const { rig, intrinsics } = this.#store.state;
-    const beyond = pixel && rig?.steering && intrinsics && !inField(rig.steering, directionOf(intrinsics, pixel));
+    const { rig, intrinsics, reach } = this.#store.state;
+    const beyond = pixel && (reach ? seeing(reach, pixel) === "none"
+      : rig?.steering && intrinsics && !inField(rig.steering, directionOf(intrinsics, pixel)));
     surface.classList.toggle("beyond", Boolean(beyond));
     const css = this.#cross ? viewport.toCss(this.#cross) : this.#pointer;
     this.#loupe.show(pixel, this.#store.state, {
@@ -233,6 +248,7 @@ export class WideView {
 
   #redraw() {
     this.#overlay.draw(this.#pane.viewport, this.#store.state);
+    this.#hints.draw();
     say(this.#zoom_text, `${Math.round(this.#pane.viewport.zoom * 100)} %`);
   }
 }

@@ -1,0 +1,1 @@
+"""What the operator corrects of a fixation's answer."""

@@ -1,0 +1,71 @@
+"""Which distances remain when an answer is said to be nearer or farther in truth."""
+
+import math
+from typing import Literal, TypeAlias
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.verge.values import DepthRange
+from foveacam_server.runtime.fixation_request import depth_range_of
+from foveacam_server.runtime.store import Document
+
+Direction: TypeAlias = Literal["nearer", "farther"]
+
+SIGMAS = 3.0
+"""So many standard errors about the present answer are excluded with it."""
+LEAST_SHARE = 0.01
+"""At least this share of the present distance is excluded: else its neighbour on the same surface answers."""
+
+
+def remaining_range(fixation: Document, direction: Direction) -> DepthRange:
+    """Return the distances nearer or farther than the answer of a fixation's document.
+
+    The range of its own request is kept. Raise `InvalidInput` when there is no answer, or nothing remains.
+    """
+    nearest_m, farthest_m = _excluded(fixation)
+    before = depth_range_of(fixation["request"]) or DepthRange(nearest_m=0.0, farthest_m=math.inf)
+    if direction == "nearer":
+        left = DepthRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
+    else:
+        left = DepthRange(nearest_m=max(before.nearest_m, farthest_m), farthest_m=before.farthest_m)
+    if not left.nearest_m < left.farthest_m:
+        raise InvalidInput(
+            f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty "
+            "after the corrections before; click on the target again to begin anew",
+            asked=direction,
+            found="an empty range of distances",
+            remedy="click on the target again",
+        )
+    return left
+
+
+def range_document(depth_range: DepthRange) -> Document:
+    """Return the range as a request's `within`."""
+    farthest_m = depth_range.farthest_m
+    return {
+        "nearest_m": round(depth_range.nearest_m, 6),
+        "farthest_m": round(farthest_m, 6) if math.isfinite(farthest_m) else None,
+    }
+
+
+def _excluded(fixation: Document) -> tuple[float, float]:
+    """Return the nearest and the farthest distance, m, that the present answer takes up."""
+    chosen = fixation.get("chosen_alternative")
+    answer = fixation if chosen is None else fixation["alternatives"][chosen]
+    if answer["distance_m"] is not None:
+        margin_m = max(SIGMAS * answer["distance_sigma_m"], LEAST_SHARE * answer["distance_m"])
+        return answer["distance_m"] - margin_m, answer["distance_m"] + margin_m
+    bound = fixation.get("bound")
+    if bound is None:
+        raise InvalidInput(
+            "this fixation has neither a distance nor limits, so nothing is nearer or farther; click again",
+            asked="nearer or farther",
+            found="no distance",
+            remedy="click on the target again",
+        )
+    middle_m = _middle_m(bound["nearest_m"], bound["farthest_m"])
+    return middle_m, middle_m
+
+
+def _middle_m(nearest_m: float, farthest_m: float | None) -> float:
+    """Return the distance that halves the range of disparities between two distances, m."""
+    return 2.0 / (1.0 / nearest_m + (0.0 if farthest_m is None else 1.0 / farthest_m))

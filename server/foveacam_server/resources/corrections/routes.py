@@ -1,0 +1,47 @@
+"""Corrections of a fixation's answer by the operator."""
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse
+
+from foveacam_server.api.answers import LeaseHeader, PreferHeader, job_answer, problems
+from foveacam_server.api.models import FixationDocument, JobDocument
+from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
+from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
+from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.store import Document
+
+router = APIRouter(prefix="/fixations", tags=["corrections"])
+
+
+@router.post(
+    "/{fixation_id}/choice",
+    summary="Choose one of the alternatives",
+    response_model=FixationDocument,
+    responses=problems(404),
+)
+def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> Document:
+    """Make one alternative the answer of the fixation's target; nothing moves."""
+    fixation = choose(services.fixations, fixation_id, request.alternative, events=services.events)
+    if services.viewer is not None:
+        show_choice(services.viewer, fixation)
+    return fixation
+
+
+@router.post(
+    "/{fixation_id}/corrections",
+    status_code=202,
+    summary="Say that it is nearer or farther",
+    response_model=JobDocument,
+    responses={200: {"model": FixationDocument, "description": "ended in time"}, **problems(404, 409, 503)},
+)
+async def correct(
+    fixation_id: str,
+    request: CorrectionRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a look at the same target that takes only distances nearer or farther than its answer."""
+    services.lease.check(x_lease)
+    job = look_beside(services.fixations, fixation_id, request.direction, source="rest")
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)

@@ -1,0 +1,71 @@
+"""Carries out what the operator corrects: chooses an alternative, or orders a look nearer or farther."""
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.verge.values import Basis
+from foveacam_server.resources.corrections.kept import entry, with_alternative, with_correction
+from foveacam_server.resources.corrections.ranges import Direction, range_document, remaining_range
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.fixations import FixationService
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.names import utc_now
+from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.store import Document
+
+ASKED = ("pixel", "rectangle", "direction", "label", "depth")
+"""What a look nearer or farther takes over from the request that it corrects."""
+
+
+def choose(fixations: FixationService, fixation_id: str, alternative: int, *, events: EventLog) -> Document:
+    """Make one alternative the answer of a fixation and of its target; return the fixation's document."""
+    found = fixations.table.get(fixation_id)
+    count = len(found.get("alternatives", []))
+    if alternative >= count:
+        has = (
+            f"{count} alternatives, counted from 0"
+            if count
+            else "no alternatives, its answer is the only one"
+        )
+        raise InvalidInput(
+            f"alternative {alternative} was asked; this fixation has {has}; choose one that it lists",
+            asked=f"alternative {alternative}",
+            found=has,
+            remedy="choose one that it lists",
+        )
+    fixation = fixations.table.choose(fixation_id, alternative)
+    events.emit("fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation)
+    target = fixations.targets.find(fixation["target_id"]) if fixation["target_id"] else None
+    if target is not None:
+        said = entry("choice", fixation_id=fixation_id, created_utc=utc_now(), alternative=alternative)
+        fixations.keep_target(with_correction(with_alternative(target, fixation, alternative), said))
+    return fixation
+
+
+def show_choice(viewer: Viewer, fixation: Document) -> None:
+    """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
+    chosen = fixation["alternatives"][fixation["chosen_alternative"]]
+    if chosen["point_rig_m"] == fixation["point_rig_m"]:
+        return
+    viewer.show_fixation(
+        fixation["id"],
+        label=fixation["request"].get("label") or "chosen",
+        point_rig_m=tuple(chosen["point_rig_m"]),
+        distance_m=chosen["distance_m"],
+        distance_sigma_m=chosen["distance_sigma_m"],
+        basis=Basis(chosen["basis"]),
+        cloud=None,
+        mesh=None,
+    )
+
+
+def look_beside(fixations: FixationService, fixation_id: str, direction: Direction, *, source: str) -> Job:
+    """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
+    corrected = fixations.table.get(fixation_id)
+    remaining = remaining_range(corrected, direction)
+    request = {key: corrected["request"][key] for key in ASKED if corrected["request"].get(key) is not None}
+    order = {
+        **request,
+        "within": range_document(remaining),
+        "corrects": fixation_id,
+        "correction": direction,
+    }
+    return fixations.foveate(order, source=source)

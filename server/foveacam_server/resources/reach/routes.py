@@ -1,0 +1,35 @@
+"""Where each eye can look, before anybody clicks."""
+
+import math
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.reach import reach_outline_px
+from foveacam_server.api.answers import problems
+from foveacam_server.resources.reach.schema import ReachDocument
+from foveacam_server.runtime.services import ServicesDep
+
+router = APIRouter(tags=["reach"])
+
+Distance = Annotated[float | None, Query(gt=0.0, description="where, m from the rig; without it: infinity")]
+
+
+@router.get("/reach", summary="Where each eye can look", responses=problems(409))
+def reach(services: ServicesDep, distance_m: Distance = None) -> ReachDocument:
+    """Return the outline of each eye's calibrated field in the wide image."""
+    calibration = services.calibration.require()
+    at_m = math.inf if distance_m is None else distance_m
+    return ReachDocument(
+        calibration_id=calibration.id,
+        distance_m=distance_m,
+        left_px=_corners(calibration, Role.LEFT, at_m),
+        right_px=_corners(calibration, Role.RIGHT, at_m),
+    )
+
+
+def _corners(calibration: Calibration, role: Role, distance_m: float) -> list[tuple[float, float]]:
+    outline_px = reach_outline_px(calibration, role, distance_m=distance_m)
+    return [(round(x_px, 2), round(y_px, 2)) for x_px, y_px in outline_px.tolist()]

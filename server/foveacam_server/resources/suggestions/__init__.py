@@ -1,0 +1,1 @@
+"""Good targets in what the wide camera sees now."""

@@ -1,0 +1,13 @@
+"""The shape of a suggestion."""
+
+from foveacam_server.api.models import Told
+
+
+class SuggestionDocument(Told):
+    """A good target for a first look; `score`: how well it stands out, 1 as the best of the picture."""
+
+    x_px: float
+    y_px: float
+    ax_deg: float
+    ay_deg: float
+    score: float

@@ -1,0 +1,129 @@
+"""How the console words an answer by its basis, and what the operator can correct of it."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
+from .browsing import PHONE, Console, OpenConsole, posted
+from .stand_in import StandIn, stood_in
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+Answered = Callable[..., Console]
+BOUND = {"basis": "bound", "bound": {"nearest_m": 1.3, "farthest_m": 8.0}}
+ONE_EYE = {
+    "basis": "fovea_and_wide",
+    "distance_m": 2.729,
+    "distance_sigma_m": 0.02,
+    "point_rig_m": [0.15, 0.1, 2.72],
+    "left_view": HIDDEN,
+    "right_view": SEES,
+}
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[StandIn]:
+    with stood_in() as found:
+        yield found
+
+
+@pytest.fixture
+def answered(server: StandIn, open_console: OpenConsole) -> Answered:
+    """Open the page on a server whose last fixation is as given."""
+
+    def open_(*, options: dict[str, object] | None = None, **answer: object) -> Console:
+        server.be()
+        server.answers["/fixations"] = [fixation(**answer)]
+        server.answers["/targets"] = [target(**answer)]
+        console = open_console(server.url, options=options)
+        console.page.locator(".outcome .numbers").wait_for()
+        return console
+
+    return open_
+
+
+def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(answered: Answered) -> None:
+    page = answered(**ONE_EYE).page
+    expect(page.locator("#fixation .state.good")).to_have_text(
+        "Measured by the right fovea and the wide camera"
+    )
+    expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
+    expect(page.locator(".targets .basis")).to_have_text("right fovea and wide camera")
+    expect(page.locator(".pane-left .eye-note")).to_have_text("Hidden from the left eye by something nearer.")
+    expect(page.locator(".pane-right .eye-note")).to_be_hidden()
+
+
+def test_limits_are_told_in_words_and_the_click_can_be_corrected(server: StandIn, answered: Answered) -> None:
+    console = answered(**BOUND, options={"viewport": PHONE})
+    page = console.page
+    expect(page.locator("[data-role=bound]")).to_have_text("farther than 1.3 m, nearer than 8.0 m")
+    expect(page.locator(".targets .distance")).to_have_text("1.3 … 8.0 m")
+    assert console.overflow_px() <= 0
+    with page.expect_request("**/corrections"):
+        page.get_by_role("button", name="Nearer").click()
+    assert server.orders("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
+
+
+def test_one_of_two_distances_is_chosen_with_a_click(server: StandIn, answered: Answered) -> None:
+    several = {**{key: NEAR[key] for key in NEAR if key != "probability"}, "alternatives": [NEAR, FAR]}
+    page = answered(**several).page
+    choices = page.locator(".alternative")
+    expect(choices).to_have_count(2)
+    expect(choices.nth(1)).to_contain_text("38 %")
+    server.answers["/fixations/fix-1/choice"] = fixation(**several, chosen_alternative=1)
+    with page.expect_request("**/mirrors/steer") as steered:
+        choices.nth(1).click()
+    assert posted(steered.value)["distance_m"] == FAR["distance_m"]
+    assert server.orders("/fixations/fix-1/choice") == [{"alternative": 1}]
+    expect(choices.nth(1)).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
+
+
+# The stand-in's picture has half the size that `Console.place` counts in.
+
+
+def test_click_on_a_target_corrects_it_and_one_elsewhere_does_not(answered: Answered) -> None:
+    console = answered(**ONE_EYE)
+    console.until_live("wide")
+    expect(console.page.locator(".targets li")).to_have_count(1)
+    sent = posted(console.click(723.0, 542.0))
+    assert sent.get("corrects") == "fix-1", sent
+    console.page.wait_for_timeout(600)  # else it is the second half of a double click
+    assert "corrects" not in posted(console.click(860.0, 620.0))
+
+
+def test_zones_of_the_eyes_are_drawn_and_told_under_the_pointer(answered: Answered) -> None:
+    console = answered(**BOUND)
+    console.until_live("wide")
+    verdict = console.page.locator(".loupe .verdict")
+    expect(console.page.locator(".overlay .one-eye")).to_have_count(2)
+    expect(console.page.locator(".reach-legend")).to_contain_text("far away")
+    for x_px, words in (
+        (700.0, "both foveae"),
+        (290.0, "left fovea only"),
+        (20.0, "beyond the mirrors' reach"),
+    ):
+        console.page.mouse.move(*console.place(x_px, 540.0))
+        expect(verdict).to_have_text(words)
+
+
+def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
+    server: StandIn, open_console: OpenConsole
+) -> None:
+    server.be()
+    places = ((500.0, 400.0), (700.0, 700.0), (900.0, 500.0))
+    server.answers["/suggestions"] = [
+        {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0} for x, y in places
+    ]
+    page = open_console(server.url, settings={"hints": True}).page
+    expect(page.locator(".overlay .try")).to_have_count(3)
+    page.get_by_role("button", name="Hide the hint").click()
+    expect(page.locator(".overlay .try")).to_have_count(0)
+    page.reload()
+    page.locator(".pane-wide .picture").wait_for()
+    assert page.evaluate("JSON.parse(localStorage.getItem('foveacam.settings')).hints") is False
+    page.get_by_role("button", name="Help").click()
+    page.get_by_role("button", name="Mark good targets").click()
+    expect(page.locator(".hint-bar")).to_contain_text("Click one of the marked things")

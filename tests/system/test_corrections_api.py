@@ -1,0 +1,108 @@
+"""Corrections, reach and suggestions by REST on the simulated rig."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
+from foveacam_server.runtime import fixations
+
+from .conftest import Running
+
+pytestmark = pytest.mark.timeout(300)
+
+POSTER = {"pixel": {"x_px": 812.0, "y_px": 420.0}, "depth": False}
+
+
+@pytest.fixture(scope="module")
+def fixation(server: Running) -> dict[str, Any]:
+    return server.fixate({**POSTER, "label": "poster"})
+
+
+def target_of(server: Running, fixation: dict[str, Any]) -> dict[str, Any]:
+    return dict(server.get(f"/targets/{fixation['target_id']}").json())
+
+
+def test_click_that_corrects_gives_its_target_the_new_answer(
+    server: Running, fixation: dict[str, Any]
+) -> None:
+    again = server.fixate({**POSTER, "corrects": fixation["id"]})
+    target = target_of(server, fixation)
+    assert again["target_id"] == fixation["target_id"]
+    assert (target["label"], target["fixation_id"]) == ("poster", again["id"])
+    assert target["corrections"][-1]["kind"] == "click"
+    assert target["corrections"][-1]["fixation_id"] == again["id"]
+
+
+def test_farther_looks_at_the_same_pixel_beyond_the_answer(server: Running, fixation: dict[str, Any]) -> None:
+    path = f"/fixations/{fixation['id']}/corrections"
+    found = server.post(path, {"direction": "farther"}, Prefer="wait=60").json()
+    assert found["request"]["pixel"] == POSTER["pixel"]
+    assert found["request"]["within"]["nearest_m"] > fixation["distance_m"]
+    assert "farther" in [each["kind"] for each in target_of(server, fixation)["corrections"]]
+
+
+def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = Fixation(
+        state=FixationState.LOST,
+        reason="nothing to go by",
+        target_ax_rad=0.0,
+        target_ay_rad=0.0,
+        steps=(),
+        basis=Basis.BOUND,
+        bound=DistanceBound(nearest_m=1.3, farthest_m=math.inf),
+        left_view=EyeView(sees_target=True),
+        right_view=EyeView(sees_target=False, reason="beyond the right mirror's reach"),
+    )
+    monkeypatch.setattr(fixations, "fixate", lambda *_args, **_options: answer)
+    found = server.fixate({"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "label": "sky"})
+    target = target_of(server, found)
+    assert (target["basis"], target["distance_m"], target["point_rig_m"]) == ("bound", None, None)
+    assert target["bound"] == {"nearest_m": 1.3, "farthest_m": None}
+    assert target["right_view"]["reason"] == "beyond the right mirror's reach"
+    told = [event["message"] for event in server.get("/events/recent", limit=10).json()]
+    assert "sky: farther than 1.3 m, in 0 steps" in told
+
+
+def test_chosen_alternative_becomes_the_targets_distance(server: Running, fixation: dict[str, Any]) -> None:
+    document = dict(server.services.fixations.table.get(fixation["id"]))
+    wall = {"basis": "fovea_and_wide", "distance_m": 9.0, "distance_sigma_m": 0.4, "probability": 0.3}
+    own = {key: document[key] for key in ("basis", "distance_m", "distance_sigma_m", "point_rig_m")}
+    alternatives = [{**own, "probability": 0.7}, {**wall, "point_rig_m": [0.1, 0.2, 8.9]}]
+    server.services.fixations.table.add({**document, "id": "fix-two", "alternatives": alternatives})
+
+    chosen = server.post("/fixations/fix-two/choice", {"alternative": 1})
+    assert chosen.status_code == 200, chosen.text
+    assert chosen.json()["chosen_alternative"] == 1
+    target = target_of(server, fixation)
+    assert (target["distance_m"], target["basis"]) == (9.0, "fovea_and_wide")
+    assert target["corrections"][-1]["kind"] == "choice"
+    assert target["corrections"][-1]["alternative"] == 1
+
+
+def test_corrections_that_cannot_be_are_refused_in_words(server: Running, fixation: dict[str, Any]) -> None:
+    path = f"/fixations/{fixation['id']}"
+    assert "no alternatives" in server.post(f"{path}/choice", {"alternative": 1}).json()["detail"]
+    assert server.post("/fixations", {**POSTER, "corrects": "fix-nobody"}).status_code == 404
+    nowhere = server.post("/fixations", {**POSTER, "within": {"nearest_m": 3.0, "farthest_m": 2.0}})
+    assert nowhere.status_code == 422
+    assert "leave no distance" in nowhere.json()["detail"]
+
+
+def test_suggestions_are_in_reach_of_both_eyes(server: Running) -> None:
+    found = server.get("/suggestions").json()
+    assert len(found) == 3
+    reach = server.get("/reach", distance_m=3.0).json()
+    for side in ("left_px", "right_px"):
+        low, high = np.min(reach[side], axis=0), np.max(reach[side], axis=0)
+        for each in found:
+            assert np.all(low < [each["x_px"], each["y_px"]])
+            assert np.all([each["x_px"], each["y_px"]] < high)
+
+
+def test_best_suggestion_is_seen_by_both_foveae(server: Running) -> None:
+    best = server.get("/suggestions").json()[0]
+    found = server.fixate({"pixel": {"x_px": best["x_px"], "y_px": best["y_px"]}, "depth": False})
+    assert found["basis"] == "both_foveae", found["reason"]

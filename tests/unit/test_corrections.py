@@ -1,0 +1,66 @@
+"""What an operator's correction leaves of the distances, and what is kept of it."""
+
+import pytest
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.resources.corrections.kept import kind_of
+from foveacam_server.resources.corrections.ranges import range_document, remaining_range
+from foveacam_server.runtime.store import Document
+
+
+def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: object) -> Document:
+    request: Document = {"pixel": {"x_px": 1.0, "y_px": 2.0}}
+    measured = {"distance_m": distance_m, "distance_sigma_m": sigma_m, "bound": None}
+    return {"request": request, "alternatives": [], **measured, **more}
+
+
+def test_three_sigma_about_the_answer_are_left_out() -> None:
+    nearer = range_document(remaining_range(fixation(), "nearer"))
+    farther = range_document(remaining_range(fixation(), "farther"))
+    assert nearer == {"nearest_m": 0.0, "farthest_m": pytest.approx(1.7)}
+    assert farther == {"nearest_m": pytest.approx(2.3), "farthest_m": None}
+
+
+def test_sure_answer_is_left_out_with_a_hundredth_of_its_distance() -> None:
+    assert remaining_range(fixation(sigma_m=1e-4), "farther").nearest_m == pytest.approx(2.02)
+
+
+def test_corrections_narrow_what_earlier_ones_left() -> None:
+    request = {"pixel": {"x_px": 1.0, "y_px": 2.0}, "within": {"nearest_m": 1.5, "farthest_m": None}}
+    left = remaining_range(fixation(request=request), "nearer")
+    assert left.nearest_m == 1.5
+    assert left.farthest_m == pytest.approx(1.7)
+
+
+def test_limits_are_halved_in_disparity() -> None:
+    bound = {"nearest_m": 2.0, "farthest_m": 6.0}
+    assert remaining_range(fixation(None, bound=bound), "nearer").farthest_m == pytest.approx(3.0)
+    open_bound = {"nearest_m": 2.0, "farthest_m": None}
+    assert remaining_range(fixation(None, bound=open_bound), "farther").nearest_m == pytest.approx(4.0)
+
+
+def test_chosen_alternative_is_the_answer_that_is_corrected() -> None:
+    others = [{"distance_m": 2.0, "distance_sigma_m": 0.1}, {"distance_m": 4.0, "distance_sigma_m": 0.1}]
+    found = fixation(alternatives=others, chosen_alternative=1)
+    assert remaining_range(found, "nearer").farthest_m == pytest.approx(3.7)
+
+
+def test_nothing_left_or_nothing_known_is_told_in_words() -> None:
+    request = {"pixel": {"x_px": 1.0, "y_px": 2.0}, "within": {"nearest_m": 1.9, "farthest_m": None}}
+    with pytest.raises(InvalidInput, match="nothing nearer remains"):
+        remaining_range(fixation(request=request), "nearer")
+    with pytest.raises(InvalidInput, match="neither a distance nor limits"):
+        remaining_range(fixation(None), "nearer")
+
+
+@pytest.mark.parametrize(
+    ("request_", "kind"),
+    [
+        ({"pixel": {}}, None),
+        ({"pixel": {}, "corrects": "fix-1"}, "click"),
+        ({"rectangle": {}, "corrects": "fix-1"}, "rectangle"),
+        ({"rectangle": {}, "corrects": "fix-1", "correction": "farther"}, "farther"),
+    ],
+)
+def test_kind_of_a_correction_follows_from_its_request(request_: Document, kind: str | None) -> None:
+    assert kind_of(request_) == kind

@@ -1,0 +1,134 @@
+// How a distance is known, in the words that people read: one place for the card, the list, marks and messages.
+
+import { distanceText, ENDS, MISSING, number } from "./format.js";
+
+/**
+ * @typedef {import("./types.js").Alternative} Alternative
+ * @typedef {import("./types.js").Basis} Basis
+ * @typedef {import("./types.js").Bound} Bound
+ * @typedef {import("./types.js").FixationDocument} FixationDocument
+ * @typedef {import("./types.js").TargetDocument} TargetDocument
+ * @typedef {import("./types.js").EyeView} EyeView
+ * @typedef {{distance_m: number | null, distance_sigma_m: number | null, bound?: Bound | null}} Answer
+ * @typedef {{left_view?: EyeView | null, right_view?: EyeView | null}} Views
+ */
+
+/** @type {Readonly<Record<Basis, {words: string, title: string, meaning: string}>>} */
+const BASES = Object.freeze({
+  both_foveae: { words: "both foveae", title: "Measured by both foveae", meaning: "Left against right, confirmed by the wide view." },
+  fovea_and_wide: {
+    words: "one fovea and wide camera", title: "Measured by one fovea and the wide camera",
+    meaning: "The other eye does not see it. Half the baseline: a larger ±.",
+  },
+  surroundings: {
+    words: "from its surroundings", title: "Inferred from its surroundings",
+    meaning: "Nothing on it can be matched. A surface through what was measured around it.",
+  },
+  bound: { words: "limits only", title: "Limits only", meaning: "Nothing tells the distance itself." },
+});
+
+/**
+ * The basis of a fixation; those kept by an earlier version have none, and were measured by both foveae when verged.
+ * @param {FixationDocument} fixation
+ * @returns {Basis | null}
+ */
+export function basisOf(fixation) {
+  const chosen = chosenOf(fixation);
+  if (chosen) return chosen.basis;
+  return fixation.basis ?? (fixation.state === "verged" ? "both_foveae" : null);
+}
+
+/**
+ * The alternative that the operator chose, if any.
+ * @param {FixationDocument} fixation
+ * @returns {Alternative | null}
+ */
+export function chosenOf({ alternatives, chosen_alternative }) {
+  return alternatives?.[chosen_alternative ?? -1] ?? null;
+}
+
+/**
+ * What the fixation says of the distance: what was measured, or what the operator chose of it.
+ * @param {FixationDocument} fixation
+ * @returns {Answer}
+ */
+export function answerOf(fixation) {
+  return chosenOf(fixation) ?? fixation;
+}
+
+/**
+ * How a distance is known, in a few words.
+ * @param {Basis | null | undefined} basis
+ * @param {Views} [views] which eye saw it
+ */
+export function basisWords(basis, views = {}) {
+  if (!basis) return "";
+  const eye = basis === "fovea_and_wide" ? seeingEye(views) : null;
+  return eye ? `${eye} fovea and wide camera` : BASES[basis].words;
+}
+
+/** @param {Basis} basis */
+export function basisMeaning(basis) {
+  return BASES[basis].meaning;
+}
+
+/**
+ * What stands over the distance, and which kind of news it is.
+ * @param {FixationDocument} fixation
+ * @returns {{title: string, tone: "good" | "plain" | "warn" | "bad", hint: string}}
+ */
+export function heading(fixation) {
+  const basis = basisOf(fixation);
+  if (!basis) return ENDS[fixation.state];
+  const eye = basis === "fovea_and_wide" ? seeingEye(fixation) : null;
+  const title = eye ? `Measured by the ${eye} fovea and the wide camera` : BASES[basis].title;
+  return { title, tone: basis === "bound" ? "plain" : "good", hint: "" };
+}
+
+/**
+ * The limits of a distance as a sentence without its full stop.
+ * @param {Bound} bound
+ */
+export function boundText({ nearest_m, farthest_m }) {
+  const nearest = `farther than ${number(nearest_m, 1)} m`;
+  return farthest_m === null ? nearest : `${nearest}, nearer than ${number(farthest_m, 1)} m`;
+}
+
+/**
+ * The same where there is little room.
+ * @param {Bound} bound
+ */
+export function boundShort({ nearest_m, farthest_m }) {
+  return farthest_m === null ? `> ${number(nearest_m, 1)} m` : `${number(nearest_m, 1)} … ${number(farthest_m, 1)} m`;
+}
+
+/**
+ * Distance and error, or limits, in one short line.
+ * @param {Answer} answer
+ */
+export function answerText(answer) {
+  if (answer.distance_m !== null) return distanceText(answer.distance_m, answer.distance_sigma_m);
+  return answer.bound ? boundShort(answer.bound) : MISSING;
+}
+
+/**
+ * The end of a fixation for who cannot see it.
+ * @param {FixationDocument} fixation
+ */
+export function spoken(fixation) {
+  const answer = answerOf(fixation);
+  const known = answer.distance_m === null && answer.bound ? boundText(answer.bound) : answerText(answer);
+  const several = fixation.alternatives?.length && !chosenOf(fixation) ? ` ${fixation.alternatives.length} distances are possible.` : "";
+  return `${heading(fixation).title}. ${known}.${several}`;
+}
+
+/** @param {number} probability */
+export function percent(probability) {
+  return `${number(100 * probability, probability > 0.995 || probability < 0.01 ? 1 : 0)} %`;
+}
+
+/** @param {Views} views */
+function seeingEye({ left_view, right_view }) {
+  if (left_view?.sees_target && !right_view?.sees_target) return "left";
+  return right_view?.sees_target && !left_view?.sees_target ? "right" : null;
+}

@@ -1,0 +1,44 @@
+// Whether a click or a rectangle corrects a target that is there already: it then takes the new answer.
+
+/**
+ * @typedef {import("./types.js").ConsoleState} ConsoleState
+ * @typedef {import("./types.js").FixationRequest} FixationRequest
+ * @typedef {import("./types.js").TargetDocument} TargetDocument
+ */
+
+export const NEAR_CSS_PX = 12; // as far as the diamond of a mark reaches, and half as much again for a finger
+
+/**
+ * The request as it is to be sent: with the fixation that it corrects, if it does.
+ * @param {FixationRequest} request
+ * @param {Pick<ConsoleState, "targets" | "hidden_targets">} state
+ * @param {number} near_px how near to a target a click corrects it, sensor px
+ * @returns {FixationRequest}
+ */
+export function withCorrected(request, { targets, hidden_targets }, near_px) {
+  const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
+  const target = "pixel" in request ? nearest(shown, request.pixel, near_px) : "rectangle" in request ? only(shown, request.rectangle) : null;
+  return target ? { ...request, corrects: target.fixation_id } : request;
+}
+
+/**
+ * @param {TargetDocument[]} targets
+ * @param {{x_px: number, y_px: number}} pixel
+ * @param {number} near_px
+ */
+function nearest(targets, { x_px, y_px }, near_px) {
+  const away = (/** @type {TargetDocument} */ target) => Math.hypot((target.x_px ?? NaN) - x_px, (target.y_px ?? NaN) - y_px);
+  const near = targets.filter((target) => away(target) <= near_px);
+  return near.sort((a, b) => away(a) - away(b))[0] ?? null;
+}
+
+/**
+ * The target inside a rectangle; none where there are several, for nobody knows which is meant.
+ * @param {TargetDocument[]} targets
+ * @param {{x_px: number, y_px: number, width_px: number, height_px: number}} box
+ */
+function only(targets, { x_px, y_px, width_px, height_px }) {
+  const inside = targets.filter(({ x_px: x, y_px: y }) =>
+    x !== null && y !== null && x >= x_px && x <= x_px + width_px && y >= y_px && y <= y_px + height_px);
+  return inside.length === 1 ? (inside[0] ?? null) : null;
+}

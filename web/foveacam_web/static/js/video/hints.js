@@ -1,0 +1,87 @@
+// For whoever sees the wide view for the first time: good targets are marked, and one line says what to do.
+
+import { Problem, request } from "../api.js";
+import { fill, h, s } from "../dom.js";
+import { icon } from "../icons.js";
+import { changeSettings } from "../store.js";
+
+/**
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../types.js").Suggestion} Suggestion
+ * @typedef {import("./pane.js").Pane} Pane
+ */
+
+const RADIUS_PX = 40; // of the wide picture
+const LEAST_RADIUS_CSS_PX = 13;
+const LETTERS_CSS_PX = 14;
+
+/** The hint over one wide pane; the setting `hints` says whether it is wanted. */
+export class Hints {
+  #store;
+  #pane;
+  /** @type {Suggestion[]} */
+  #found = [];
+  #asked = false;
+  #marks = s("svg", { class: "overlay hints", "aria-hidden": "true" });
+  #bar;
+
+  /** @param {{store: Store, pane: Pane}} context */
+  constructor({ store, pane }) {
+    this.#store = store;
+    this.#pane = pane;
+    this.#bar = h("div", { class: "hint-bar", hidden: true, role: "note" },
+      h("span", {}, "New here? ", h("b", { text: "Click one of the marked things" }), ": both foveae look at it, and its distance appears."),
+      h("button", { type: "button", class: "tool", "aria-label": "Hide the hint", title: "Hide; Help shows it again", on: { click: () => this.dismiss() } }, icon("close")));
+    for (const type of ["pointerdown", "pointerup", "click", "dblclick"]) this.#bar.addEventListener(type, (event) => event.stopPropagation());
+    pane.surface.append(this.#marks, this.#bar);
+    store.on(["rig", "shown", "settings", "current"], () => this.#follow());
+  }
+
+  /** Not again in this browser, unless Help asks for it. */
+  dismiss() {
+    changeSettings(this.#store, { hints: false });
+  }
+
+  /** Draw the marks where the picture is now. */
+  draw() {
+    const { viewport } = this.#pane;
+    const r = Math.max(LEAST_RADIUS_CSS_PX, RADIUS_PX * viewport.scale);
+    const lowest = this.#pane.surface.clientHeight - 2.5 * LETTERS_CSS_PX; // below are the legend of the reach and the pane's edge
+    fill(this.#marks, ...this.#found.map(({ x_px, y_px }) => {
+      const { x, y } = viewport.toCss({ x: x_px, y: y_px });
+      const below = y + r + LETTERS_CSS_PX;
+      return s("g", { class: "try" }, s("circle", { class: "under", cx: x, cy: y, r }), s("circle", { cx: x, cy: y, r }),
+        s("text", { x, y: below > lowest ? y - r - 5 : below, "text-anchor": "middle", text: "try here" }));
+    }));
+  }
+
+  #follow() {
+    const { settings, current, rig, shown } = this.#store.state;
+    if (settings.hints && current?.mine && current.state !== "failed") return this.dismiss(); // somebody has clicked
+    const ready = settings.hints && Boolean(rig?.calibration) && (shown.wide?.count ?? 0) > 0;
+    if (!ready) {
+      this.#asked = false;
+      this.#show([]);
+    } else if (!this.#asked) {
+      this.#asked = true;
+      void this.#read();
+    }
+  }
+
+  async #read() {
+    try {
+      const found = /** @type {Suggestion[]} */ (await request("GET", "/suggestions"));
+      if (this.#store.state.settings.hints) this.#show(found);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error; // without suggestions the page is as it always was
+    }
+  }
+
+  /** @param {Suggestion[]} found */
+  #show(found) {
+    if (found.length === 0 && this.#found.length === 0) return;
+    this.#found = found;
+    this.#bar.hidden = found.length === 0;
+    this.draw();
+  }
+}
