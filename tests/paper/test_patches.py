@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.stereo.refine import FLOOR_SIGMA_PX
 from foveacam_pipeline.study.near_far_scenes import CAMERA
 from foveacam_pipeline.study.patches import (
     Size,

@@ -19,8 +19,8 @@ from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 LEAST_LIKENESS = 0.1
-"""Gradients of both windows must correlate by so much about a pixel: below it only noise was compared. Of the
-wrong matches on blank surfaces of the fitting data 90 % lie below it, of the right ones 3 %."""
+"""Gradients of both windows must correlate by so much about a pixel: below it only noise was compared. On
+the rendered fitting data 69 % of the wrong matches on blank surfaces lie below it, 2.7 % of the right ones."""
 
 
 def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
