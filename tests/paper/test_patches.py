@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.stereo.refine import FLOOR_SIGMA_PX
 from foveacam_pipeline.study.near_far_scenes import CAMERA
 from foveacam_pipeline.study.patches import (
     Size,
@@ -91,4 +90,4 @@ def test_a_reduced_pair_keeps_its_disparity(share: float) -> None:
         near_m=5.0,
     )
     found = enlarged(SemiGlobal().disparity_px(view), Size(width=320, height=120))
-    assert np.nanmedian(found) == pytest.approx(20.0, abs=FLOOR_SIGMA_PX * 320 / size.width)
+    assert np.nanmedian(found) == pytest.approx(20.0, abs=0.06 * 320 / size.width)  # sub-pixel steps

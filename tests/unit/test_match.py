@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.stereo.match import MatchSettings, match, search_window
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.search import MatchSettings, search_window
 
 from .stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
 

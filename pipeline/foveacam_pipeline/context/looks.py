@@ -3,9 +3,9 @@
 import numpy as np
 
 from foveacam_hardware.contract import Role, Sighting
-from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, halved, matched, triangulated
+from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, matched, triangulated
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.rectify import halved, rectify
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 
 

@@ -15,8 +15,9 @@ from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import beside_jumps
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
+from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.depth_samples import DepthSamples

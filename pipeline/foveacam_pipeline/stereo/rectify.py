@@ -4,6 +4,7 @@ Each raw image is warped once, by H(ax, ay) of its pose, straight to the scale a
 """
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -46,6 +47,29 @@ def rectify(sighting: Sighting, calibration: Calibration, *, scale: float = 0.5)
         v0_px=v0,
         pose_sigma_px=scale * calibration.pose_sigma_px(z_m),
         t_ns=sighting.left.t_ns,
+    )
+
+
+def halved(pair: RectifiedPair) -> RectifiedPair:
+    """Return the pair at half the size."""
+    height, width = pair.left.shape[:2]
+    size = (width // 2, height // 2)
+
+    def small(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        even = image[: 2 * size[1], : 2 * size[0]]
+        return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    return replace(
+        pair,
+        left=small(pair.left),
+        right=small(pair.right),
+        valid_left=small(255 * pair.valid_left.astype(np.uint8)) == 255,
+        valid_right=small(255 * pair.valid_right.astype(np.uint8)) == 255,
+        f_px=pair.f_px / 2,
+        u0_left_px=pair.u0_left_px / 2 + 0.25,
+        u0_right_px=pair.u0_right_px / 2 + 0.25,
+        v0_px=pair.v0_px / 2 + 0.25,
+        pose_sigma_px=pair.pose_sigma_px / 2,
     )
 
 

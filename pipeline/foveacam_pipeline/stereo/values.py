@@ -48,8 +48,10 @@ class DisparityMap:
 
     residual_px: NDArray[np.float32]
     sigma_px: NDArray[np.float32]
-    """(h, w) matching error, px (1 sigma); NaN where unknown."""
+    """(h, w) matching error, px: the true disparity is within it with probability 0.683; NaN unknown."""
     compute_ms: float
+    occluded: NDArray[np.bool_] | None = None
+    """(h, w), true where only the left eye sees the surface; None where that was not worked out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +63,8 @@ class DepthMap:
     """(h, w) standard error along z from matching alone (Sec. 4.1), metres."""
     pose_sigma_m: NDArray[np.float32]
     """(h, w) standard error along z that all pixels share: the calibration's, metres."""
+    occluded: NDArray[np.bool_] | None = None
+    """(h, w), true where only the left eye sees the surface; None where that was not worked out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.stereo.match import MatchSettings, match
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.study.patches import Disparity
 

@@ -22,8 +22,9 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.match import MatchSettings, match, prepare
+from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
+from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, matcher, search_window, with_margins
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 
 CERTIFICATE = Path(__file__).resolve().parent.parent / "shipped" / "sim-rig120.json"
@@ -58,14 +59,17 @@ def _look(rig: Rig, calibration: Calibration, look: tuple[float, float, float]) 
 
 def _overhead(sighting: Sighting, calibration: Calibration, *, runs: int) -> dict[str, float]:
     """Time ours and OpenCV's in turn."""
-    prepared = prepare(rectify(sighting, calibration))
+    pair = rectify(sighting, calibration)
+    first, count = search_window(pair)
+    images, _ = with_margins((gray(pair.left), gray(pair.right)), first=first, count=count)
+    opencv = matcher(first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px)
 
     def ours() -> DepthMap:
         pair = rectify(sighting, calibration)
         return depth_map(pair, match(pair))
 
     def bare() -> object:
-        return prepared.matcher.compute(prepared.left, prepared.right)
+        return opencv.compute(*images)
 
     ours_ms, bare_ms = [], []
     for _ in range(runs + 1):

@@ -16,8 +16,9 @@ from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import depth_map, edge_mask
-from foveacam_pipeline.stereo.match import MAX_DISPARITIES, MatchSettings, match
-from foveacam_pipeline.stereo.rectify import crossing_z_m, rectify
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.rectify import crossing_z_m, halved, rectify
+from foveacam_pipeline.stereo.search import MAX_DISPARITIES, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 Floats = NDArray[np.float64]
@@ -82,29 +83,6 @@ def pair_cells(sighting: Sighting, calibration: Calibration, chart: Chart, *, ey
     f_b = calibration.fovea_f_px * calibration.baseline_m
     pose_sigma = calibration.pose_sigma_px(max(z_m, NEAREST_M)) / f_b
     return on_cells(chart, samples, pose_sigma=pose_sigma)
-
-
-def halved(pair: RectifiedPair) -> RectifiedPair:
-    """Return the pair at half the size."""
-    height, width = pair.left.shape[:2]
-    size = (width // 2, height // 2)
-
-    def small(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        even = image[: 2 * size[1], : 2 * size[0]]
-        return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-
-    return replace(
-        pair,
-        left=small(pair.left),
-        right=small(pair.right),
-        valid_left=small(255 * pair.valid_left.astype(np.uint8)) == 255,
-        valid_right=small(255 * pair.valid_right.astype(np.uint8)) == 255,
-        f_px=pair.f_px / 2,
-        u0_left_px=pair.u0_left_px / 2 + 0.25,
-        u0_right_px=pair.u0_right_px / 2 + 0.25,
-        v0_px=pair.v0_px / 2 + 0.25,
-        pose_sigma_px=pair.pose_sigma_px / 2,
-    )
 
 
 def matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap] | None:

@@ -18,8 +18,9 @@ from foveacam_pipeline.capture.mosaic.fuse import Cells, FieldDepth, blocks, cut
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
 from foveacam_pipeline.capture.mosaic.views import Floats, Picture, Pictures, View
-from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import EDGE_PX
+from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 NEAREST_M, FARTHEST_M = 0.8, 1e4

@@ -15,7 +15,8 @@ from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill, specks
 from foveacam_pipeline.capture.mosaic.views import Floats, Pictures, View
 from foveacam_pipeline.capture.mosaic.wide import WideView
-from foveacam_pipeline.stereo.match import MatchSettings, gray, match
+from foveacam_pipeline.stereo.match import gray, match
+from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 
 NEAREST_M, FARTHEST_M = 1.4, 1e4

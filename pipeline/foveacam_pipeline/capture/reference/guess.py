@@ -6,21 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.mosaic.pair_depth import (
-    MOST_SIGMA_PX,
-    Samples,
-    halved,
-    matched,
-    triangulated,
-)
+from foveacam_pipeline.capture.mosaic.pair_depth import MOST_SIGMA_PX, Samples, matched, triangulated
 from foveacam_pipeline.capture.mosaic.pairs import partners, together
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import View
 from foveacam_pipeline.capture.reference.sights import Sight
 from foveacam_pipeline.capture.reference.values import Floats, ReferenceSettings
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.match import MAX_DISPARITIES, MatchSettings, match
-from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.rectify import halved, rectify
+from foveacam_pipeline.stereo.search import MAX_DISPARITIES, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SCALE = 0.5

@@ -1,0 +1,192 @@
+"""Which disparities to search: the limits that the caller sets, and within them the span of the scene.
+
+A coarse search at a quarter of the size finds what depths there are; the fine search then looks at that range
+alone, so that a thin range is fast and a wide one complete.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.values import RectifiedPair
+
+STEP = 16
+"""OpenCV counts disparities in sixteens, and stores them in sixteenths."""
+MAX_DISPARITIES = 256
+MAX_SCENE_DISPARITIES = 384
+"""As far as the search follows a scene that spans more than a caller may ask for."""
+FALLBACK_DISPARITIES = 128
+"""Searched about the verged depth where the coarse search finds too little."""
+COARSE_SHRINK = 4
+COARSE_REACH_PX = 256
+"""How far from the verged depth the coarse search looks, either way, px."""
+COARSE_SPECKLE_PX = 8
+LEAST_COARSE_SHARE = 0.02
+"""Share of coarse pixels that must match for their span to be believed."""
+BIN_PX = 8
+LEAST_BIN_SHARE = 0.004
+"""Share of the coarse matches that must lie within `BIN_PX` of disparity to count: stray ones scatter."""
+SPAN_MARGIN_PX = 8.0
+"""Searched beyond the coarse span, px: two coarse px, for what is too thin or too steep for it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchSettings:
+    """How to search; px at the window's scale.
+
+    `near_m`, `far_m`: search this range of depths (along z), as far as 256 disparities reach. `disparities`:
+    search so many, centred on the verged depth. With none of them the scene decides. Beyond infinity nothing
+    is searched.
+    """
+
+    disparities: int | None = None
+    near_m: float | None = None
+    far_m: float | None = None
+    block: int = 5
+    uniqueness_percent: int = 10
+    speckle_px: int = 150
+    max_sigma_px: float = 4.0
+    """A pixel whose own error is larger is called unknown: nothing there to match."""
+    max_wrong: float = 0.55
+    """A pixel whose error exceeds 1 px with a larger probability is called unknown."""
+
+    @property
+    def scene_decides(self) -> bool:
+        """Whether no range is set."""
+        return self.near_m is None and self.far_m is None and self.disparities is None
+
+
+DEFAULT = MatchSettings()
+
+
+def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
+    """Return the first residual disparity of the set range and how many: a multiple of 16, at most 256."""
+    half = (settings.disparities or FALLBACK_DISPARITIES) / 2
+    low, high = -half, half
+    f_b = pair.f_px * pair.baseline_m
+    if settings.near_m is not None:
+        high = f_b / _positive(settings.near_m) - pair.offset_px
+    if settings.far_m is not None:
+        low = f_b / _positive(settings.far_m) - pair.offset_px
+    first = math.floor(max(low, -pair.offset_px))
+    if high <= first:
+        raise InvalidInput(
+            f"stereo search from {settings.near_m} m to {settings.far_m} m holds no disparity: near must be "
+            f"nearer than far and than infinity (verged: {pair.verged_z_m:.2f} m); swap or widen them"
+        )
+    return first, _rounded_count(math.ceil(high) - first)
+
+
+def scene_window(
+    pair: RectifiedPair, grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], settings: MatchSettings = DEFAULT
+) -> tuple[int, int]:
+    """Return the first residual disparity to search and how many, px; `grays`: (h, w) of both windows."""
+    if not settings.scene_decides:
+        return search_window(pair, settings)
+    found = _coarse_px(pair, grays, settings)
+    if len(found) < LEAST_COARSE_SHARE * grays[0].size / COARSE_SHRINK**2:
+        return search_window(pair, settings)
+    low, high = _span_px(found)
+    first = math.floor(max(low - SPAN_MARGIN_PX, -pair.offset_px))
+    return first, _rounded_count(math.ceil(high + SPAN_MARGIN_PX) - first, most=MAX_SCENE_DISPARITIES)
+
+
+def _span_px(found_px: NDArray[np.float32]) -> tuple[float, float]:
+    """Return the least and the largest disparity, px, that enough of the coarse matches (n,) share.
+
+    Of a span that is too wide to search, the part that holds most of them.
+    """
+    bins = np.floor(found_px / BIN_PX).astype(np.intp)
+    lowest = int(bins.min())
+    counts = np.bincount(bins - lowest)
+    counts[counts < LEAST_BIN_SHARE * len(bins)] = 0
+    held = MAX_SCENE_DISPARITIES // BIN_PX - 2
+    sums = np.convolve(counts, np.ones(min(held, len(counts)), dtype=np.intp), mode="valid")
+    start = int(sums.argmax())
+    kept = start + np.flatnonzero(counts[start : start + held])
+    return float((lowest + kept[0]) * BIN_PX), float((lowest + kept[-1] + 1) * BIN_PX)
+
+
+def _coarse_px(
+    pair: RectifiedPair, grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], settings: MatchSettings
+) -> NDArray[np.float32]:
+    """Return (n,) the residual disparities found at a quarter of the size, px at the window's scale."""
+    height, width = grays[0].shape
+    size = (max(1, width // COARSE_SHRINK), max(1, height // COARSE_SHRINK))
+    left, right = (
+        np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8) for image in grays
+    )
+    seen = cv2.resize(pair.valid_left.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    first = math.floor(max(-COARSE_REACH_PX, -pair.offset_px) / COARSE_SHRINK)
+    count = _rounded_count(COARSE_REACH_PX // COARSE_SHRINK - first)
+    whole = semi_global(
+        left, right, first=first, count=count, settings=settings, speckle_px=COARSE_SPECKLE_PX
+    )
+    known = np.isfinite(whole) & np.asarray(seen, dtype=np.bool_)
+    known[:, : max(0, first)] = False
+    return np.asarray(whole[known] * np.float32(width / size[0]), dtype=np.float32)
+
+
+def semi_global(
+    left: NDArray[np.uint8],
+    right: NDArray[np.uint8],
+    *,
+    first: int,
+    count: int,
+    settings: MatchSettings,
+    speckle_px: int,
+) -> NDArray[np.float32]:
+    """Return (h, w) disparities of two grey images, px, NaN where OpenCV's matcher rejects them."""
+    width = left.shape[1]
+    padded, pad_left = with_margins((left, right), first=first, count=count)
+    raw = np.asarray(
+        matcher(first=first, count=count, settings=settings, speckle_px=speckle_px).compute(*padded),
+        dtype=np.int16,
+    )[:, pad_left : pad_left + width]
+    found = raw.astype(np.float32)
+    found *= np.float32(1.0 / STEP)
+    found[raw < first * STEP] = np.nan
+    return found
+
+
+def with_margins(
+    images: tuple[NDArray[np.uint8], NDArray[np.uint8]], *, first: int, count: int
+) -> tuple[tuple[NDArray[np.uint8], NDArray[np.uint8]], int]:
+    """Return the images with repeated borders, so that their rims are searched, and the left margin, px."""
+    pad_left, pad_right = max(0, first + count - 1), max(0, -first)
+    left, right = (
+        np.asarray(cv2.copyMakeBorder(image, 0, 0, pad_left, pad_right, cv2.BORDER_REPLICATE), dtype=np.uint8)
+        for image in images
+    )
+    return (left, right), pad_left
+
+
+def matcher(*, first: int, count: int, settings: MatchSettings, speckle_px: int) -> cv2.StereoSGBM:
+    """Return OpenCV's matcher; `speckle_px`: smallest connected region that is kept, px."""
+    return cv2.StereoSGBM.create(
+        minDisparity=first,
+        numDisparities=count,
+        blockSize=settings.block,
+        P1=8 * settings.block**2,
+        P2=32 * settings.block**2,
+        disp12MaxDiff=1,
+        preFilterCap=31,
+        uniquenessRatio=settings.uniqueness_percent,
+        speckleWindowSize=speckle_px,
+        speckleRange=2,
+        mode=cv2.StereoSGBM_MODE_SGBM_3WAY,
+    )
+
+
+def _rounded_count(count: int, *, most: int = MAX_DISPARITIES) -> int:
+    return min(most, STEP * max(1, math.ceil(count / STEP)))
+
+
+def _positive(depth_m: float) -> float:
+    if not depth_m > 0.0:
+        raise InvalidInput(f"stereo search limit {depth_m} m: a depth in front of the rig (> 0 m) is needed")
+    return depth_m
