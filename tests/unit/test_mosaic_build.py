@@ -10,10 +10,10 @@ import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
-from foveacam_pipeline.capture.mosaic.build import Mosaic, chart_of
+from foveacam_pipeline.capture.mosaic.build import Mosaic, build_mosaic, chart_of
 from foveacam_pipeline.capture.mosaic.chart import CELL
 from foveacam_pipeline.capture.mosaic.fuse import fuse
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import Pictures, views_of
 from foveacam_pipeline.capture.mosaic.wide import wide_of
 from foveacam_pipeline.capture.mosaic.wide_depth import with_wide

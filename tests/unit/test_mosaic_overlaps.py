@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.mosaic import MosaicSettings
 from foveacam_pipeline.capture.mosaic.build import chart_of
 from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
 from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.parallax import overlap_cells, strip_of, with_overlaps
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import Pictures, views_of
 
 from .mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, scan, small_calibration, texture

@@ -16,7 +16,7 @@ from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 LARGEST_BEND_PX = 1.0
-"""Where the interpolated and the nearest disparity differ by more, an edge lies between: the nearest holds."""
+"""Where the interpolated and the nearest disparity differ by more, an edge lies between."""
 
 
 def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:

@@ -39,9 +39,9 @@ class MosaicNeeds:
 def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
     """Return what a mosaic takes in `folder`; raise InvalidInput or NotCalibrated where none can be made."""
     # scipy comes with these: they are loaded when somebody asks
-    from foveacam_pipeline.capture.mosaic import MosaicSettings
     from foveacam_pipeline.capture.mosaic.build import chart_of
     from foveacam_pipeline.capture.mosaic.chart import CELL
+    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_pipeline.capture.mosaic.views import views_of
 
     name = dataset.folder.name

@@ -33,10 +33,10 @@ def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
     """
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.dataset.disk import disk_errors
-    from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
-    from foveacam_pipeline.capture.mosaic.build import chart_of
+    from foveacam_pipeline.capture.mosaic.build import build_mosaic, chart_of
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import recipe_of
+    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_pipeline.capture.mosaic.views import calibration_of, views_of
     from foveacam_web.glb import write_glb
 

@@ -19,7 +19,7 @@ from foveacam_server.dataset_command.commands import (
 )
 
 if TYPE_CHECKING:
-    from foveacam_pipeline.capture.mosaic import MosaicFigures
+    from foveacam_pipeline.capture.mosaic.values import MosaicFigures
 
 _CANCELLED = 130
 """What a shell calls the status of a program that Ctrl-C ended."""
@@ -52,9 +52,10 @@ def mosaic(
 ) -> None:
     """Lay all foveae of a scan side by side: Deep Zoom picture, depth, cloud and mesh. Ctrl-C may end it."""
     from foveacam_pipeline.capture.dataset import Dataset
-    from foveacam_pipeline.capture.mosaic import MosaicSettings, build_mosaic
+    from foveacam_pipeline.capture.mosaic.build import build_mosaic
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import finite
+    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_web.glb import write_glb
 
     if eye not in (Role.LEFT.value, Role.RIGHT.value):

@@ -9,7 +9,7 @@ const URL_OF_EVENTS = "/api/v1/events";
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;
 const KINDS = [
-  "message", "rig.state", "fixation.step", "fixation.done", "cloud.created", "target.created", "target.updated",
+  "message", "rig.state", "fixation.step", "fixation.done", "fixation.updated", "cloud.created", "target.created", "target.updated",
   "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
   "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
   "calibration.progress", "calibration.sample", "calibration.pose", "calibration.fitted", "calibration.health",
@@ -20,7 +20,7 @@ const KINDS = [
   "still.taken", "still.kept", "still.updated", "still.removed",
   "mosaic.begun", "mosaic.ended", "mosaic.shown", "mosaic.hidden", "mosaic.removed",
   "reference.begun", "reference.ended", "reference.removed",
-  "measurement.created", "measurement.updated", "measurement.deleted",
+  "measurement.created", "measurement.updated", "measurement.deleted", "wide_depth.changed",
 ];
 
 /**
