@@ -113,7 +113,7 @@ def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration
     dense = overlap_samples(sighting, calibration)
     overlapping = _overlap(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
     mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
-    context.fuse(_only(dense, overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
+    context.fuse(dense.only(overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
     return coarse
 
 
@@ -171,14 +171,6 @@ def _overlap(apart_per_m: NDArray[np.float64], calibration: Calibration) -> NDAr
     """Return the share of both foveae that sees surfaces whose 1/Z is so far from where the gazes cross."""
     shift_px = np.abs(apart_per_m) * calibration.fovea_f_px * calibration.baseline_m
     return np.asarray(1.0 - shift_px / calibration.fovea_width, dtype=np.float64)
-
-
-def _only(samples: DepthSamples, kept: NDArray[np.bool_]) -> DepthSamples:
-    return DepthSamples(
-        tangents=samples.tangents[kept],
-        inverse_z_per_m=samples.inverse_z_per_m[kept],
-        sigma_per_m=samples.sigma_per_m[kept],
-    )
 
 
 def _spread(low: float, high: float, step: float) -> NDArray[np.float64]:

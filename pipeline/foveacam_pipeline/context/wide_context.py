@@ -73,11 +73,7 @@ class WideContext:
         """
         cell = self._cells(samples.tangents)
         usable = (cell >= 0) & (samples.inverse_z_per_m > 0.0) & np.isfinite(samples.sigma_per_m)
-        measured = DepthSamples(
-            tangents=samples.tangents[usable],
-            inverse_z_per_m=samples.inverse_z_per_m[usable],
-            sigma_per_m=samples.sigma_per_m[usable],
-        )
+        measured = samples.only(usable)
         surfaces = cell_surfaces(measured, cell[usable])
         if len(surfaces) == 0:
             return 0
@@ -118,14 +114,7 @@ class WideContext:
 
     def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
         """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""
-        seen = self.samples()
-        offset = seen.tangents - np.asarray(target, dtype=np.float64)
-        near = np.hypot(offset[:, 0], offset[:, 1]) <= reach_tan
-        return DepthSamples(
-            tangents=seen.tangents[near],
-            inverse_z_per_m=seen.inverse_z_per_m[near],
-            sigma_per_m=seen.sigma_per_m[near],
-        )
+        return self.samples().near(target, reach_tan=reach_tan)
 
     def samples(self) -> DepthSamples:
         """Return every surface that is known and not withheld, errors grown with age."""

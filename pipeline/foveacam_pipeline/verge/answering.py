@@ -101,7 +101,10 @@ class Answering:
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
         beside = _beside(self._calibration, aim, ended)
         target = motion.at(self._looker.next_ns)
-        depth = self._surroundings.estimate(target, self._looker.wide(), loop.looks, beside)
+        template = loop.templates[0] if loop.templates else None
+        depth = self._surroundings.estimate(
+            target, self._looker.wide(), loop.looks, beside, template=template
+        )
         if _open(depth) or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
         return self._inferred(depth, motion)

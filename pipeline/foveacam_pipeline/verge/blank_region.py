@@ -45,13 +45,14 @@ class BlankRegion:
 
     `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
     places on its border where the brightness changes along the row, wide px, nearest first.
-    `touches_rim`: whether it reaches the rim of the image.
+    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px.
     """
 
     mask: NDArray[np.bool_]
     area_share: float
     border_px: NDArray[np.float64]
     touches_rim: bool
+    at_px: NDArray[np.float64]
 
     def holds(self, pixels: NDArray[np.float64], *, margin_px: float = 2.0) -> NDArray[np.bool_]:
         """Return (n,) bool: which wide pixels, (n, 2), lie in the region or within `margin_px` of it."""
@@ -83,6 +84,7 @@ def blank_region(
         mask=mask,
         area_share=float(mask.mean()),
         border_px=_border(mask, slope_x, np.asarray(slope), at_px, gray.shape, places=places),
+        at_px=at_px,
         touches_rim=bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any()),
     )
 

@@ -31,6 +31,27 @@ class DepthSamples:
         """Return samples of nothing."""
         return cls(tangents=np.empty((0, 2)), inverse_z_per_m=np.empty(0), sigma_per_m=np.empty(0))
 
+    def only(self, kept: NDArray[np.bool_] | NDArray[np.intp]) -> "DepthSamples":
+        """Return some of the samples, chosen by a mask (n,) or by their indices."""
+        return DepthSamples(
+            tangents=self.tangents[kept],
+            inverse_z_per_m=self.inverse_z_per_m[kept],
+            sigma_per_m=self.sigma_per_m[kept],
+        )
+
+    def joined(self, other: "DepthSamples") -> "DepthSamples":
+        """Return these samples, then the others."""
+        return DepthSamples(
+            tangents=np.vstack([self.tangents, other.tangents]),
+            inverse_z_per_m=np.append(self.inverse_z_per_m, other.inverse_z_per_m),
+            sigma_per_m=np.append(self.sigma_per_m, other.sigma_per_m),
+        )
+
+    def near(self, target: NDArray[np.float64], *, reach_tan: float) -> "DepthSamples":
+        """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""
+        offset = self.tangents - np.asarray(target, dtype=np.float64)
+        return self.only(np.hypot(offset[:, 0], offset[:, 1]) <= reach_tan)
+
 
 class DepthContext(Protocol):
     """What is known of the depth of the whole wide view."""

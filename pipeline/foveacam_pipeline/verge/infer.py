@@ -26,9 +26,9 @@ times that is a half sphere."""
 UNEVEN_SIGMA = 2.0e-3
 """What keeps real surfaces from being planes, relative to 1/Z."""
 OWN_CHANCE = 0.55
-"""Chance of a sample to be of the target's surface."""
-FRONT_CHANCE = 0.33
-"""Chance of a sample to be of something in front of it; the rest is behind it, by a wrong match."""
+"""Chance of a sample to be of the target's surface, where nothing else is known."""
+FRONT_SHARE = 0.73
+"""So many of the samples that are not of the target's surface are in front of it; the rest are mismatched."""
 SAME_SHARE = 0.02
 """Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
 LEAST_PROBABILITY = 0.08
@@ -56,10 +56,16 @@ class _Division:
     samples: int
 
 
-def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inferred, ...]:
-    """Return what the samples suggest for a direction, (2,) tangents, the most probable first."""
+def infer_depth(
+    samples: DepthSamples, target: NDArray[np.float64], *, own_chance: NDArray[np.float64] | None = None
+) -> tuple[Inferred, ...]:
+    """Return what the samples suggest for a direction, (2,) tangents, the most probable first.
+
+    `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default.
+    """
     if len(samples) == 0:
         return ()
+    chance = np.full(len(samples), OWN_CHANCE) if own_chance is None else own_chance
     offsets = samples.tangents - target
     nearest = np.argsort(np.hypot(*offsets.T))[:MAX_SAMPLES]
     offsets, q = offsets[nearest], samples.inverse_z_per_m[nearest]
@@ -69,6 +75,7 @@ def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inf
         q=q,
         sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
         level=level,
+        own_chance=chance[nearest],
     )
     divisions = [
         _weighed(np.array(own, dtype=np.bool_), measured)
@@ -81,11 +88,12 @@ def infer_depth(samples: DepthSamples, target: NDArray[np.float64]) -> tuple[Inf
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Measured:
-    """The samples about a target: (n, 3) rows (1, x, y), 1/Z and its error (n,), and the middle of 1/Z."""
+    """The samples about a target: (n, 3) rows (1, x, y); 1/Z, its error and chance (n,); middle of 1/Z."""
 
     design: NDArray[np.float64]
     q: NDArray[np.float64]
     sigma: NDArray[np.float64]
+    own_chance: NDArray[np.float64]
     level: float
 
     @property
@@ -129,8 +137,8 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
     others, count = ~own, int(own.sum())
     ahead = measured.q[others] - (measured.level + measured.design[others] @ plane)
     in_front = ahead > -3.0 * measured.sigma[others]
-    chances = np.where(in_front, FRONT_CHANCE, 1.0 - OWN_CHANCE - FRONT_CHANCE)
-    log_weight = count * math.log(OWN_CHANCE) + float(np.sum(np.log(chances)))
+    chances = (1.0 - measured.own_chance[others]) * np.where(in_front, FRONT_SHARE, 1.0 - FRONT_SHARE)
+    log_weight = float(np.sum(np.log(measured.own_chance[own])) + np.sum(np.log(chances)))
     bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
     return _Division(
         log_weight=log_weight + measured.log_plane(own) + measured.log_planes(others),
@@ -143,8 +151,9 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
 def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
     farthest, count = float(measured.q.min()), len(measured.q)
+    chances = FRONT_SHARE * (1.0 - measured.own_chance)
     return _Division(
-        log_weight=count * math.log(FRONT_CHANCE) + measured.log_planes(np.ones(count, dtype=np.bool_)),
+        log_weight=float(np.sum(np.log(chances))) + measured.log_planes(np.ones(count, dtype=np.bool_)),
         inverse_z_per_m=farthest / 2.0,
         variance=farthest**2 / 12.0,
         samples=0,

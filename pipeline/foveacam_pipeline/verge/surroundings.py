@@ -23,10 +23,18 @@ from foveacam_pipeline.verge.border_depth import (
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import Inferred, infer_depth
+from foveacam_pipeline.verge.infer import MAX_SAMPLES, OWN_CHANCE, Inferred, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.neighbours import (
+    REACH_TAN,
+    TEXTURED_SHARE,
+    few_around,
+    own_chances,
+    repeats_in_row,
+    samples_of_looks,
+)
 from foveacam_pipeline.verge.survey import shrink_look
-from foveacam_pipeline.verge.template import survey_f_px
+from foveacam_pipeline.verge.template import Template, survey_f_px
 from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import Phase
 
@@ -43,8 +51,6 @@ ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
 ENOUGH_PROBABILITY = 0.9
-CONTEXT_REACH_TAN = 0.06
-"""How far around a target earlier measurements count, tangents: 3.4 degrees."""
 BESIDE_SIGMA_SHARE = 2.0e-3
 """Error of a match beside the target, relative to 1/Z."""
 
@@ -77,6 +83,7 @@ class SurroundingsEstimator:
         self._context = context
         self._f_px = survey_f_px(calibration.wide)
         step = STEP_PX / (self._f_px * 0.5 * calibration.baseline_m)
+        self._matched = True
         self._grid = np.arange(span_per_m[0], span_per_m[1] + step, step)
 
     def estimate(
@@ -85,11 +92,13 @@ class SurroundingsEstimator:
         frame: Frame,
         earlier: tuple[Seen, ...],
         beside: tuple[NDArray[np.float64], Place] | None,
+        *,
+        template: Template | None,
     ) -> SurroundingDepth:
         """Look at places on the border of the blank region about a target until its depth is sure.
 
         `target`: (2,) tangents. `frame`: a wide frame. `earlier`: looks that were made already. `beside`:
-        tangents and place of a match that spoke for something beside the target.
+        tangents and place of a match that spoke for something beside the target. `template`: its patch.
         """
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
@@ -101,8 +110,8 @@ class SurroundingsEstimator:
             border_patch(image, np.asarray(mask, dtype=np.uint8), wide, place, f_px=self._f_px, rim_px=RIM_PX)
             for place in places
         ]
-        known = _joined(self._known(target, region), _beside(beside))
-        return self._measured(target, region, patches, earlier, known)
+        self._matched = template is None or not repeats_in_row(image, wide, template, target)
+        return self._measured(target, region, patches, earlier, _beside(beside))
 
     def _measured(
         self,
@@ -115,32 +124,51 @@ class SurroundingsEstimator:
         found: dict[int, BorderDepth] = {}
         for seen in earlier:
             self._examine(seen, patches, found)
-        samples = _joined(known, _by_sector(found.values(), target))
-        inferred = infer_depth(samples, target)
+        points = self._around(target).joined(self._points(earlier, target))
+        outcome = self._inferred(target, region, found.values(), points, known)
         try:
-            for seen in self._looks(target, patches, found):
+            for seen in () if _sure(outcome.inferred) else self._looks(target, patches, found):
                 self._examine(seen, patches, found)
-                samples = _joined(known, _by_sector(found.values(), target))
-                inferred = infer_depth(samples, target)
-                if _sure(inferred):
+                points = points.joined(self._points((seen,), target))
+                outcome = self._inferred(target, region, found.values(), points, known)
+                if _sure(outcome.inferred):
                     break
         except Ended:
             pass  # what was measured until then counts
+        return outcome
+
+    def _inferred(
+        self,
+        target: NDArray[np.float64],
+        region: BlankRegion,
+        border: Collection[BorderDepth],
+        points: DepthSamples,
+        known: DepthSamples,
+    ) -> SurroundingDepth:
+        """Return what the border of a region, the points about a target and what is known else suggest."""
+        wide = self._calibration.wide
+        edges = known.joined(_by_sector(border, target))
+        few = few_around(points, target, px_tan=1.0 / wide.fx_px)
+        chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
+        if len(edges) and region.area_share >= TEXTURED_SHARE:
+            kept = (chances > OWN_CHANCE) | (np.arange(len(few)) < MAX_SAMPLES - len(edges))
+            few, chances = few.only(kept), chances[kept]
+        samples = edges.joined(few)
+        chances = np.append(np.full(len(edges), OWN_CHANCE), chances)
+        inferred = infer_depth(samples, target, own_chance=chances)
         return SurroundingDepth(samples=samples, inferred=inferred, region=region)
 
-    def _known(self, target: NDArray[np.float64], region: BlankRegion) -> DepthSamples:
-        """Return earlier measurements within the region."""
-        if self._context is None:
+    def _points(self, looks: tuple[Seen, ...], target: NDArray[np.float64]) -> DepthSamples:
+        """Return the points about a target that looks show; none where the wide view repeats itself."""
+        if not self._matched:
             return DepthSamples.none()
-        known = self._context.around(target, reach_tan=CONTEXT_REACH_TAN)
-        if len(known) == 0:
-            return known
-        inside = region.holds(self._calibration.wide.pixels(np.arctan(known.tangents)))
-        return DepthSamples(
-            tangents=known.tangents[inside],
-            inverse_z_per_m=known.inverse_z_per_m[inside],
-            sigma_per_m=known.sigma_per_m[inside],
-        )
+        return samples_of_looks(looks, self._calibration, target)
+
+    def _around(self, target: NDArray[np.float64]) -> DepthSamples:
+        """Return what was measured about a target before."""
+        if self._context is None or not self._matched:
+            return DepthSamples.none()
+        return self._context.around(target, reach_tan=REACH_TAN)
 
     def _looks(
         self, target: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
@@ -232,14 +260,6 @@ def _beside(beside: tuple[NDArray[np.float64], Place] | None) -> DepthSamples:
         tangents=tangents[None],
         inverse_z_per_m=np.array([inverse_z]),
         sigma_per_m=np.array([BESIDE_SIGMA_SHARE * inverse_z]),
-    )
-
-
-def _joined(one: DepthSamples, other: DepthSamples) -> DepthSamples:
-    return DepthSamples(
-        tangents=np.vstack([one.tangents, other.tangents]),
-        inverse_z_per_m=np.append(one.inverse_z_per_m, other.inverse_z_per_m),
-        sigma_per_m=np.append(one.sigma_per_m, other.sigma_per_m),
     )
 
 
