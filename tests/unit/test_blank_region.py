@@ -34,7 +34,7 @@ def test_the_region_is_the_card_and_its_border_places_lie_on_its_edges() -> None
 def test_pixels_of_the_region_are_held_and_others_not() -> None:
     region = blank_region(_scene(), np.array([350.0, 260.0]), noise=NOISE, places=4)
 
-    held = region.holds(np.array([[350.0, 260.0], [600.0, 100.0]]))
+    held = region.depth_px(np.array([[350.0, 260.0], [600.0, 100.0]])) > 0.0
 
     assert held.tolist() == [True, False]
 

@@ -33,8 +33,10 @@ SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
-OPEN_SAMPLES = 3
-"""A blank region that reaches the rim of the image may be the sky: as many samples must agree."""
+PLAUSIBLE_SIGMAS, PLAUSIBLE_SHARE = 5.0, 0.015
+"""What one eye shows must be as deep as a surface found next to it, within errors and this share of 1/Z."""
+VAGUE_SHARE = 0.35
+"""A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,9 +107,24 @@ class Answering:
         depth = self._surroundings.estimate(
             target, self._looker.wide(), loop.looks, beside, template=template
         )
-        if _open(depth) or not depth.inferred:
+        if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
-        return self._inferred(depth, motion)
+        verged = self._closed_in(depth, loop)
+        return both_foveae(verged) if verged is not None else self._inferred(depth, motion, ended)
+
+    def _closed_in(self, depth: SurroundingDepth, loop: ClosedLoop) -> Verged | None:
+        """Verge on a target with texture whose neighbours tell its depth; None where that fails."""
+        best = depth.inferred[0]
+        textured = loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px
+        if not textured or best.probability < SURE_PROBABILITY:
+            return None
+        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        verged = loop.close_at(best.inverse_z_per_m)
+        if verged is None or abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m) > _slack_per_m(
+            best
+        ):
+            return None
+        return verged
 
     def _in_reach(self, motion: Motion) -> bool:
         """Return whether any eye can look at the target, at whatever distance."""
@@ -126,12 +143,18 @@ class Answering:
                 verged = loop.close_at(_weighted(sound)[0])
                 if verged is not None:
                     return both_foveae(verged)
-            hidden = [one for one in sound if not one.at_edge]
+            near = self._near(loop, motion)
+            hidden = [one for one in sound if not one.at_edge and _plausible(one, near)]
             if hidden:
                 return self._one_eyed(hidden, motion)
-            return self._behind_edge(sound, motion)
+            return self._behind_edge([one for one in sound if one.at_edge], motion)
         except Ended:
             return None
+
+    def _near(self, loop: ClosedLoop, motion: Motion) -> tuple[Inferred, ...]:
+        """Return the depths that are found next to a target."""
+        frame = self._looker.wide()
+        return self._surroundings.peek(motion.at(frame.t_ns), frame, loop.looks, loop.templates[0])
 
     def _behind_edge(self, edges: list[EyeSighting], motion: Motion) -> Answer | None:
         """Return the answer for a point beside the edge of something nearer."""
@@ -186,10 +209,12 @@ class Answering:
             for one, weight in ranked
         )
 
-    def _inferred(self, depth: SurroundingDepth, motion: Motion) -> Answer:
+    def _inferred(self, depth: SurroundingDepth, motion: Motion, ended: Ended) -> Answer:
         """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
         best = depth.inferred[0]
         sigma = best.sigma_per_m if best.probability >= SURE_PROBABILITY else _spread(depth.inferred)
+        if sigma > VAGUE_SHARE * best.inverse_z_per_m:
+            return self._bounded(depth.samples, motion, ended)
         place = self._look(best.inverse_z_per_m, sigma, motion)
         target = motion.at(self._looker.next_ns)
         total = sum(one.probability for one in depth.inferred)
@@ -279,12 +304,18 @@ def _beside(
     return aim.tangents + offset, ended.verged.place
 
 
-def _open(depth: SurroundingDepth) -> bool:
-    """Return whether a region may be the sky: it reaches the rim, and too little agrees on a surface."""
-    if not depth.region.touches_rim or not depth.inferred:
-        return False
-    best = depth.inferred[0]
-    return best.probability < SURE_PROBABILITY or best.samples < OPEN_SAMPLES
+def _plausible(one: EyeSighting, near: tuple[Inferred, ...]) -> bool:
+    """Return whether what one eye shows is as deep as something found next to the target, if anything is."""
+    return not near or any(
+        abs(one.match.inverse_z_per_m - other.inverse_z_per_m)
+        <= max(_slack_per_m(other), PLAUSIBLE_SIGMAS * one.match.sigma_per_m)
+        for other in near
+    )
+
+
+def _slack_per_m(inferred: Inferred) -> float:
+    """Return by how much a match may differ from an inference that it confirms."""
+    return max(PLAUSIBLE_SIGMAS * inferred.sigma_per_m, PLAUSIBLE_SHARE * inferred.inverse_z_per_m)
 
 
 def _agree(one: EyeMatch, other: EyeMatch) -> bool:

@@ -54,13 +54,14 @@ class BlankRegion:
     touches_rim: bool
     at_px: NDArray[np.float64]
 
-    def holds(self, pixels: NDArray[np.float64], *, margin_px: float = 2.0) -> NDArray[np.bool_]:
-        """Return (n,) bool: which wide pixels, (n, 2), lie in the region or within `margin_px` of it."""
-        size = 2 * round(margin_px / REDUCED) + 1
-        wider = cv2.dilate(self.mask.astype(np.uint8), np.ones((size, size), dtype=np.uint8))
+    def depth_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (n,) how deep wide pixels, (n, 2), lie within the region; negative outside, wide px."""
+        inside = self.mask.astype(np.uint8)
+        inward, outward = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (inside, 1 - inside))
         cells = np.rint(pixels / REDUCED).astype(int)
         cells = np.clip(cells, 0, np.array(self.mask.shape[::-1]) - 1)
-        return np.asarray(wider[cells[:, 1], cells[:, 0]] > 0)
+        depth = np.asarray(inward - outward, dtype=np.float64)
+        return np.asarray(REDUCED * depth[cells[:, 1], cells[:, 0]])
 
 
 def blank_region(

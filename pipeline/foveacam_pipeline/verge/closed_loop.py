@@ -230,10 +230,18 @@ class ClosedLoop:
         apart_px = abs(now.fine.residual_x_px)
         if now.fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
             apart_px = max(apart_px, abs(now.fine.residual_y_px))
-        centred_px = self._limits.centred_moving_wide_px if moving else self._limits.centred_wide_px
+        centred_px = self._centred_wide_px(moving=moving)
         off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
         converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
         return apart_px <= converged_px and off_wide_px <= centred_px
+
+    def _centred_wide_px(self, *, moving: bool) -> float:
+        """Return how far from the centres the target of this look may lie, wide px."""
+        if not moving:
+            return self._limits.centred_wide_px
+        if len(self._looker.steps) < self._limits.moving_looks:
+            return self._limits.centred_moving_wide_px
+        return self._limits.centred_at_last_wide_px
 
     def _sigma_px(self, fine: FineMatch) -> float:
         """Return the error of disparity at the point: the match's, and of not being quite at the point."""

@@ -1,8 +1,8 @@
 """The depth of a point without texture, inferred from measured points around it.
 
-A plane is linear in inverse depth over the tangents. Every sample is either of the target's surface or of
-something in front of it; each division of the samples is a hypothesis with a probability (Bayesian linear
-regression), and hypotheses that agree are put together. That all of them are in front is one more.
+A plane is linear in inverse depth over the tangents. Every sample is of the target's surface or of another
+one, mostly in front of it; each division of the samples is a hypothesis with a probability (Bayesian linear
+regression), and hypotheses that agree are put together. That all samples are in front is one more.
 """
 
 import math
@@ -29,6 +29,10 @@ OWN_CHANCE = 0.55
 """Chance of a sample to be of the target's surface, where nothing else is known."""
 FRONT_SHARE = 0.73
 """So many of the samples that are not of the target's surface are in front of it; the rest are mismatched."""
+ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.85, 4
+"""Chance of a surface that surrounds the target with so many samples to be its own."""
+NOTHING_CHANCE = 0.2
+"""Chance that nothing that was measured about a target is of its surface."""
 SAME_SHARE = 0.02
 """Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
 LEAST_PROBABILITY = 0.08
@@ -76,6 +80,7 @@ def infer_depth(
         sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
         level=level,
         own_chance=chance[nearest],
+        known={},
     )
     divisions = [
         _weighed(np.array(own, dtype=np.bool_), measured)
@@ -95,6 +100,8 @@ class _Measured:
     sigma: NDArray[np.float64]
     own_chance: NDArray[np.float64]
     level: float
+    known: dict[bytes, float]
+    """Likelihoods that were worked out already."""
 
     @property
     def prior(self) -> NDArray[np.float64]:
@@ -103,21 +110,36 @@ class _Measured:
 
     def log_plane(self, own: NDArray[np.bool_]) -> float:
         """Return the log marginal likelihood of some samples as points of one plane."""
+        key = own.tobytes()
+        if key not in self.known:
+            self.known[key] = self._log_plane(own)
+        return self.known[key]
+
+    def _log_plane(self, own: NDArray[np.bool_]) -> float:
         covariance = self._covariance(own)
         residual = self.q[own] - self.level
         _, log_det = np.linalg.slogdet(covariance)
         squares = float(residual @ np.linalg.solve(covariance, residual))
         return -0.5 * (squares + float(log_det) + int(own.sum()) * math.log(2.0 * math.pi))
 
-    def log_planes(self, others: NDArray[np.bool_]) -> float:
-        """Return the log likelihood of samples as points of other surfaces, sorted by depth into a few."""
-        total, left = 0.0, others.copy()
+    def surfaces(self, others: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+        """Sort samples by depth into surfaces."""
+        found, left = [], others.copy()
         while left.any():
             nearest = float(self.q[left].min())
             same = left & (self.q <= nearest * (1.0 + SAME_SHARE) + 3.0 * self.sigma)
-            total += self.log_plane(same)
+            found.append(same)
             left &= ~same
-        return total
+        return found
+
+    def own_log_chance(self, own: NDArray[np.bool_]) -> float:
+        """Return the log chance that a surface is the target's; one that encloses it has a large one."""
+        chance = float(np.mean(np.log(self.own_chance[own])))
+        return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[own, 1:]) else chance
+
+    def other_log_chance(self, surface: NDArray[np.bool_], share: float) -> float:
+        """Return the log chance that one surface is not the target's. `share`: of those on its side of it."""
+        return float(np.mean(np.log(1.0 - self.own_chance[surface]))) + math.log(share)
 
     def plane(self, own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], float]:
         """Return the plane through some samples, (3,) about `level`, and its variance at the target."""
@@ -131,29 +153,41 @@ class _Measured:
         return np.asarray(mine @ self.prior @ mine.T + np.diag(self.sigma[own] ** 2), dtype=np.float64)
 
 
+def encloses(offsets: NDArray[np.float64]) -> bool:
+    """Return whether points at (n, 2) offsets from a target lie about it with no gap of half a turn."""
+    if len(offsets) < ENCLOSING_SAMPLES:
+        return False
+    turns = np.sort(np.arctan2(offsets[:, 1], offsets[:, 0]))
+    return float(np.diff(np.append(turns, turns[0] + 2.0 * np.pi)).max()) < np.pi
+
+
 def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
     """Return the weight of one division of the samples, and what its own ones say of the target."""
     plane, variance = measured.plane(own)
-    others, count = ~own, int(own.sum())
-    ahead = measured.q[others] - (measured.level + measured.design[others] @ plane)
-    in_front = ahead > -3.0 * measured.sigma[others]
-    chances = (1.0 - measured.own_chance[others]) * np.where(in_front, FRONT_SHARE, 1.0 - FRONT_SHARE)
-    log_weight = float(np.sum(np.log(measured.own_chance[own])) + np.sum(np.log(chances)))
+    log_weight = measured.own_log_chance(own) + measured.log_plane(own)
+    for surface in measured.surfaces(~own):
+        ahead = measured.q[surface] - (measured.level + measured.design[surface] @ plane)
+        in_front = float(np.median(ahead + 3.0 * measured.sigma[surface])) > 0.0
+        share = FRONT_SHARE if in_front else 1.0 - FRONT_SHARE
+        log_weight += measured.other_log_chance(surface, share) + measured.log_plane(surface)
     bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
     return _Division(
-        log_weight=log_weight + measured.log_plane(own) + measured.log_planes(others),
+        log_weight=log_weight,
         inverse_z_per_m=measured.level + float(plane[0]),
         variance=variance + bulge**2,
-        samples=count,
+        samples=int(own.sum()),
     )
 
 
 def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
-    farthest, count = float(measured.q.min()), len(measured.q)
-    chances = FRONT_SHARE * (1.0 - measured.own_chance)
+    farthest = float(measured.q.min())
+    log_weight = sum(
+        measured.other_log_chance(surface, FRONT_SHARE) + measured.log_plane(surface)
+        for surface in measured.surfaces(np.ones(len(measured.q), dtype=np.bool_))
+    )
     return _Division(
-        log_weight=float(np.sum(np.log(chances))) + measured.log_planes(np.ones(count, dtype=np.bool_)),
+        log_weight=log_weight + math.log(NOTHING_CHANCE),
         inverse_z_per_m=farthest / 2.0,
         variance=farthest**2 / 12.0,
         samples=0,

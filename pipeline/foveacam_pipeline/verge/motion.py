@@ -4,6 +4,8 @@ Wide frames and foveae are exposed at different times, and looks take time: a wa
 a second. A target that was never seen to move stays where it is.
 """
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,8 @@ STILL_TAN = 4.0e-4
 """Smaller changes between two sights are noise of the registration: 1.3 wide px."""
 SHORTEST_S = 0.005
 """Sights closer in time than this say nothing of speed."""
+SIGHTS = 5
+"""So many sights of a moving target make its track: longer ones bend."""
 
 
 class Motion:
@@ -26,6 +30,7 @@ class Motion:
         self._target = target
         self._t_ns = t_ns
         self._speed = np.zeros(2)
+        self._sights = deque([(t_ns, target)], maxlen=SIGHTS)
 
     @property
     def moves(self) -> bool:
@@ -37,18 +42,15 @@ class Motion:
         return self._target + self._speed * ((t_ns - self._t_ns) / 1e9)
 
     def sees(self, target: NDArray[np.float64], t_ns: int) -> None:
-        """Take its direction at `t_ns`: (2,) tangents."""
-        elapsed_s = (t_ns - self._t_ns) / 1e9
-        if elapsed_s < SHORTEST_S:
+        """Take its direction at `t_ns`, (2,) tangents; the track is the line through the last few."""
+        if t_ns - self._sights[-1][0] < 1e9 * SHORTEST_S:
             return
-        change = target - self._target
-        if self.moves:
-            self._speed = (self._speed + change / elapsed_s) / 2.0
-        elif float(np.abs(change).max()) > STILL_TAN:
-            self._speed = change / elapsed_s
-        else:
+        if not self.moves and float(np.abs(target - self._target).max()) <= STILL_TAN:
             return  # it stands still: the first place stays the best known
-        self._target, self._t_ns = target, t_ns
+        self._sights.append((t_ns, target))
+        times_s = np.array([(t - t_ns) / 1e9 for t, _ in self._sights])
+        line = np.polynomial.polynomial.polyfit(times_s, np.array([seen for _, seen in self._sights]), 1)
+        self._target, self._speed, self._t_ns = line[0], line[1], t_ns
 
 
 class Watch:

@@ -18,41 +18,41 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.blank_region import BlankRegion
 from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.infer import OWN_CHANCE, SAME_SHARE
 from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.template import Template, cut_view
 
-REACH_TAN = 0.02
-"""So far about a target points count: 1.1 degrees."""
+REACH_TAN = 0.06
+"""So far about a target earlier measurements count: 3.4 degrees."""
 SECTORS = 8
 BAND_PX = 4.0
 """Points of one direction that lie farther than the nearest by so much count with it, wide px."""
-INSIDE_CHANCE = 0.9
-"""Chance of a point within the target's blank region to be of its surface."""
-BEYOND_CHANCE = 0.4
-"""The same of a point beyond the border of that region."""
+INSIDE_CHANCE, BORDER_CHANCE, BEYOND_CHANCE = 0.9, 0.4, 0.25
+"""Chance of a point being of the surface of a blank region: well within it, near its border, beyond."""
+BORDER_PX = 8.0
+"""A nearer surface reaches so far into a blank one by the matcher's windows, wide px."""
 NEAR_CHANCE, FAR_CHANCE = 0.93, 0.55
 """The same of a point about a target with texture: at the target, and far from it."""
 NEAR_PX = 5.0
 """How fast the chance falls with the distance, wide px."""
+OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.95, 0.4
+"""Chance of an edge to be of the region that it borders: with what lies beyond farther than it, and not."""
+BEYOND_COUNT, BEYOND_REACH_PX = 5, 28.0
+"""So many points within so many wide px of an edge tell what lies beyond it."""
 REPEAT_REACH_PX, REPEAT_ROWS_PX = 90, 2
 """A patch is looked for in its own row so far to either side, survey px."""
-REPEAT_GUARD_PX = 10
-"""So near it is the patch itself, survey px."""
-REPEAT_SCORE = 0.9
+REPEAT_SCORE, REPEAT_DIP = 0.9, 0.75
+"""It fits elsewhere as well, and worse in between."""
 TEXTURED_SHARE = 1e-4
 """A region that is a smaller share of the wide image is none: the target has texture."""
 
 
-def samples_of_looks(
-    looks: Iterable[Seen], calibration: Calibration, target: NDArray[np.float64]
-) -> DepthSamples:
-    """Return the points about a target, (2,) tangents, that either fovea shows in some looks."""
+def samples_of_looks(looks: Iterable[Seen], calibration: Calibration) -> DepthSamples:
+    """Return all points that either fovea shows in some looks."""
     found = DepthSamples.none()
     for seen in looks:
         for role in EYES:
-            found = found.joined(
-                eye_matches(seen.sighting, calibration, role).near(target, reach_tan=REACH_TAN)
-            )
+            found = found.joined(eye_matches(seen.sighting, calibration, role))
     return found
 
 
@@ -61,14 +61,18 @@ def repeats_in_row(
 ) -> bool:
     """Return whether the patch of a target fits its own row elsewhere as well: then no match can be trusted.
 
-    `gray`: (h, w) wide image. `target`: (2,) tangents.
+    A patch that fits all the way, as an edge along the row does, does not repeat. `gray`: (h, w) wide image.
+    `target`: (2,) tangents.
     """
     half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
     half = (half_x + REPEAT_REACH_PX, half_y + REPEAT_ROWS_PX)
     view = cut_view(gray, wide, target, f_px=template.f_px, half=half)
     scores = np.nan_to_num(cv2.matchTemplate(view, template.patch, cv2.TM_CCOEFF_NORMED)).max(axis=0)
-    scores[REPEAT_REACH_PX - REPEAT_GUARD_PX : REPEAT_REACH_PX + REPEAT_GUARD_PX + 1] = -1.0
-    return float(scores.max()) >= REPEAT_SCORE
+    for outward in (scores[REPEAT_REACH_PX:], scores[REPEAT_REACH_PX::-1]):
+        apart = np.flatnonzero(outward < REPEAT_DIP)
+        if len(apart) and float(outward[apart[0] :].max()) >= REPEAT_SCORE:
+            return True
+    return False
 
 
 def few_around(samples: DepthSamples, target: NDArray[np.float64], *, px_tan: float) -> DepthSamples:
@@ -97,8 +101,40 @@ def few_around(samples: DepthSamples, target: NDArray[np.float64], *, px_tan: fl
 def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.float64]:
     """Return (n,) the chance of points at wide pixels, (n, 2), to be of the surface of a region's target."""
     if region.area_share >= TEXTURED_SHARE:
-        return np.where(region.holds(pixels), INSIDE_CHANCE, BEYOND_CHANCE)
-    distance_px = np.hypot(*(pixels - region.at_px).T)
-    return np.asarray(
-        FAR_CHANCE + (NEAR_CHANCE - FAR_CHANCE) * np.exp(-distance_px / NEAR_PX), dtype=np.float64
-    )
+        depth_px = region.depth_px(pixels)
+        return np.where(
+            depth_px >= BORDER_PX,
+            INSIDE_CHANCE,
+            np.where(depth_px >= -BORDER_PX, BORDER_CHANCE, BEYOND_CHANCE),
+        )
+    return textured_chances(np.hypot(*(pixels - region.at_px).T))
+
+
+def edge_owners(
+    edges: DepthSamples, points: DepthSamples, region: BlankRegion, wide: Intrinsics
+) -> NDArray[np.float64]:
+    """Return (n,) the chance of edges on a region's border to be of the region's surface.
+
+    An edge moves with the nearer of the two surfaces that meet there: where what lies beyond it is farther
+    away than the edge, it is the region's own.
+    """
+    chances = np.full(len(edges), OWN_CHANCE)
+    pixels = wide.pixels(np.arctan(points.tangents)) if len(points) else np.empty((0, 2))
+    beyond = region.depth_px(pixels) <= -BORDER_PX
+    pixels, q = pixels[beyond], points.inverse_z_per_m[beyond]
+    for k, (place, depth) in enumerate(zip(edges.tangents, edges.inverse_z_per_m, strict=True)):
+        off_px = np.hypot(*(pixels - wide.pixels(np.arctan(place)[None])[0]).T)
+        near = np.argsort(off_px)[:BEYOND_COUNT]
+        near = near[off_px[near] <= BEYOND_REACH_PX]
+        if len(near) == 0:
+            continue
+        behind = 1.0 - float(np.median(q[near])) / depth
+        slack = max(SAME_SHARE, 4.0 * float(edges.sigma_per_m[k]) / depth)
+        chances[k] = OWN_EDGE_CHANCE if behind > slack else SHARED_EDGE_CHANCE
+    return chances
+
+
+def textured_chances(off_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n,) the chance of points so many wide px from a target with texture to be of its surface."""
+    near = np.exp(-off_px / NEAR_PX)
+    return np.asarray(FAR_CHANCE + (NEAR_CHANCE - FAR_CHANCE) * near, dtype=np.float64)

@@ -23,15 +23,18 @@ from foveacam_pipeline.verge.border_depth import (
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import MAX_SAMPLES, OWN_CHANCE, Inferred, infer_depth
+from foveacam_pipeline.verge.infer import Inferred, encloses, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.neighbours import (
+    INSIDE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
+    edge_owners,
     few_around,
     own_chances,
     repeats_in_row,
     samples_of_looks,
+    textured_chances,
 )
 from foveacam_pipeline.verge.survey import shrink_look
 from foveacam_pipeline.verge.template import Template, survey_f_px
@@ -51,6 +54,9 @@ ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
 ENOUGH_PROBABILITY = 0.9
+NEIGHBOUR_PX = 12.0
+LEAST_NEIGHBOURS = 3
+"""So many surfaces within so many wide px of a target say what it may be."""
 BESIDE_SIGMA_SHARE = 2.0e-3
 """Error of a match beside the target, relative to 1/Z."""
 
@@ -60,11 +66,13 @@ class SurroundingDepth:
     """What the surroundings of a point say of its depth.
 
     `samples`: what was measured. `inferred`: most probable first. `region`: the blank region about the point.
+    `open`: whether that reaches the rim of the image with nothing measured on one side, as the sky does.
     """
 
     samples: DepthSamples
     inferred: tuple[Inferred, ...]
     region: BlankRegion
+    open: bool
 
 
 class SurroundingsEstimator:
@@ -127,11 +135,11 @@ class SurroundingsEstimator:
         points = self._around(target).joined(self._points(earlier, target))
         outcome = self._inferred(target, region, found.values(), points, known)
         try:
-            for seen in () if _sure(outcome.inferred) else self._looks(target, patches, found):
+            for seen in () if _sure(outcome, target) else self._looks(target, patches, found):
                 self._examine(seen, patches, found)
                 points = points.joined(self._points((seen,), target))
                 outcome = self._inferred(target, region, found.values(), points, known)
-                if _sure(outcome.inferred):
+                if _sure(outcome, target):
                     break
         except Ended:
             pass  # what was measured until then counts
@@ -148,21 +156,43 @@ class SurroundingsEstimator:
         """Return what the border of a region, the points about a target and what is known else suggest."""
         wide = self._calibration.wide
         edges = known.joined(_by_sector(border, target))
+        edge_chances = edge_owners(edges, points, region, wide)
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
         if len(edges) and region.area_share >= TEXTURED_SHARE:
-            kept = (chances > OWN_CHANCE) | (np.arange(len(few)) < MAX_SAMPLES - len(edges))
-            few, chances = few.only(kept), chances[kept]
+            inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
+            few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
-        chances = np.append(np.full(len(edges), OWN_CHANCE), chances)
-        inferred = infer_depth(samples, target, own_chance=chances)
-        return SurroundingDepth(samples=samples, inferred=inferred, region=region)
+        chances = np.append(edge_chances, chances)
+        return SurroundingDepth(
+            samples=samples,
+            inferred=infer_depth(samples, target, own_chance=chances),
+            region=region,
+            open=region.touches_rim and not encloses(samples.tangents - target),
+        )
+
+    def peek(
+        self, target: NDArray[np.float64], frame: Frame, looks: tuple[Seen, ...], template: Template
+    ) -> tuple[Inferred, ...]:
+        """Return what looks that were made already tell of a target with texture; nothing of a blank one."""
+        wide = self._calibration.wide
+        image = gray(to_uint8(frame))
+        if repeats_in_row(image, wide, template, target):
+            return ()
+        points = self._around(target).joined(samples_of_looks(looks, self._calibration))
+        few = few_around(points, target, px_tan=1.0 / wide.fx_px)
+        at_px = wide.pixels(np.arctan(target)[None])[0]
+        off_px = np.hypot(*(wide.pixels(np.arctan(few.tangents)) - at_px).T)
+        few, off_px = few.only(off_px <= NEIGHBOUR_PX), off_px[off_px <= NEIGHBOUR_PX]
+        if len(few) < LEAST_NEIGHBOURS:
+            return ()
+        return infer_depth(few, target, own_chance=textured_chances(off_px))
 
     def _points(self, looks: tuple[Seen, ...], target: NDArray[np.float64]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""
         if not self._matched:
             return DepthSamples.none()
-        return samples_of_looks(looks, self._calibration, target)
+        return samples_of_looks(looks, self._calibration)
 
     def _around(self, target: NDArray[np.float64]) -> DepthSamples:
         """Return what was measured about a target before."""
@@ -263,8 +293,9 @@ def _beside(beside: tuple[NDArray[np.float64], Place] | None) -> DepthSamples:
     )
 
 
-def _sure(inferred: tuple[Inferred, ...]) -> bool:
-    if not inferred or inferred[0].probability < ENOUGH_PROBABILITY:
+def _sure(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
+    if not depth.inferred or depth.inferred[0].probability < ENOUGH_PROBABILITY:
         return False
-    best = inferred[0]
-    return best.samples >= ENOUGH_SAMPLES and best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m
+    best = depth.inferred[0]
+    enough = best.samples >= ENOUGH_SAMPLES and best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m
+    return enough and encloses(depth.samples.tangents - target)

@@ -103,7 +103,8 @@ def judge(rig: Rig, calibration: Calibration, scene: str, pixel: NDArray[np.floa
     """Fixate one click and compare with the truth."""
     truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
     x_px, y_px = pixel.tolist()
-    click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())
+    shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
+    click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock)
     wall_ms = 1e3 * (time.perf_counter() - began_s)
