@@ -17,22 +17,33 @@ from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place, place_on_ray
 from foveacam_pipeline.verge.infer import Inferred
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured
+from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim
 from foveacam_pipeline.verge.single_eye import EyeMatch
 from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
 from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
-from foveacam_pipeline.verge.values import Alternative, Basis, DepthRange, DistanceBound, EyeView, Phase
+from foveacam_pipeline.verge.values import (
+    Alternative,
+    Basis,
+    DepthRange,
+    DistanceBound,
+    EyeView,
+    FixationState,
+    Phase,
+)
 
 LOOKS, SECONDS = 24, 4.0
 """Allowed to the search by single foveae, and to the last looks at an answer."""
 AGREE_SIGMAS = 4.0
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
+LEAST_SAMPLES = 3
+"""An inference from fewer points is doubtful too."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
+PLAUSIBLE_PROBABILITY = 0.35
 PLAUSIBLE_SIGMAS, PLAUSIBLE_SHARE = 5.0, 0.015
 """What one eye shows must be as deep as a surface found next to it, within errors and this share of 1/Z."""
 VAGUE_SHARE = 0.35
@@ -96,6 +107,19 @@ class Answering:
             return Answer(basis=None, reason=ended.reason, left_view=out, right_view=out)
         if ended.astray is not None:  # whatever the eyes show, its distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
+        if self._gone(loop):
+            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
+        answer = self._answered(aim, loop, ended, motion)
+        if answer.verged is None and self._gone(loop):
+            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
+        return answer
+
+    def _gone(self, loop: ClosedLoop) -> bool:
+        """Return whether the last look's wide view shows that a target has moved away."""
+        last = self._looker.last
+        return last is not None and loop.gone(last.sighting.wide)
+
+    def _answered(self, aim: Aim, loop: ClosedLoop, ended: Ended, motion: Motion) -> Answer:
         if loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px:
             found = self._from_single_eyes(loop, motion)
             if found is not None:
@@ -105,11 +129,12 @@ class Answering:
         target = motion.at(self._looker.next_ns)
         template = loop.templates[0] if loop.templates else None
         depth = self._surroundings.estimate(
-            target, self._looker.wide(), loop.looks, beside, template=template
+            target, self._looker.wide(), self._looks(loop), beside, template=template
         )
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
-        verged = self._closed_in(depth, loop)
+        timed_out = ended.state is FixationState.TIMED_OUT
+        verged = None if timed_out else self._closed_in(depth, loop)
         return both_foveae(verged) if verged is not None else self._inferred(depth, motion, ended)
 
     def _closed_in(self, depth: SurroundingDepth, loop: ClosedLoop) -> Verged | None:
@@ -154,7 +179,11 @@ class Answering:
     def _near(self, loop: ClosedLoop, motion: Motion) -> tuple[Inferred, ...]:
         """Return the depths that are found next to a target."""
         frame = self._looker.wide()
-        return self._surroundings.peek(motion.at(frame.t_ns), frame, loop.looks, loop.templates[0])
+        return self._surroundings.peek(motion.at(frame.t_ns), frame, self._looks(loop), loop.templates[0])
+
+    def _looks(self, loop: ClosedLoop) -> tuple[Seen, ...]:
+        """Return the looks that were made until now."""
+        return self._single.looks or loop.looks
 
     def _behind_edge(self, edges: list[EyeSighting], motion: Motion) -> Answer | None:
         """Return the answer for a point beside the edge of something nearer."""
@@ -212,7 +241,8 @@ class Answering:
     def _inferred(self, depth: SurroundingDepth, motion: Motion, ended: Ended) -> Answer:
         """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
         best = depth.inferred[0]
-        sigma = best.sigma_per_m if best.probability >= SURE_PROBABILITY else _spread(depth.inferred)
+        sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
+        sigma = best.sigma_per_m if sure else _spread(depth.inferred)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
             return self._bounded(depth.samples, motion, ended)
         place = self._look(best.inverse_z_per_m, sigma, motion)
@@ -310,6 +340,7 @@ def _plausible(one: EyeSighting, near: tuple[Inferred, ...]) -> bool:
         abs(one.match.inverse_z_per_m - other.inverse_z_per_m)
         <= max(_slack_per_m(other), PLAUSIBLE_SIGMAS * one.match.sigma_per_m)
         for other in near
+        if other.probability >= PLAUSIBLE_PROBABILITY
     )
 
 

@@ -27,13 +27,17 @@ from foveacam_pipeline.verge.search import Found, Search
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim, patches_for
 from foveacam_pipeline.verge.support import FOVEA_SCALE, Support, SupportReport, support_of
-from foveacam_pipeline.verge.template import Template
+from foveacam_pipeline.verge.template import Template, fit_at
 from foveacam_pipeline.verge.values import FixationState, Phase
 from foveacam_pipeline.verge.way_back import ways_back
 
 LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
 """A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
+GONE_SCORE = 0.3
+"""A patch that correlates less with the wide view at its place has gone."""
+PLAIN_SIGMA_PX = 0.15
+"""A patch whose error by noise is larger, wide px, is not sure to be found again where it still is."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger error is nothing to steer by, fovea px."""
 SUPPORT_HALF_PX = 64
@@ -105,7 +109,18 @@ class ClosedLoop:
         except Ended as end:
             if not self._crossed(end, templates[0], frame):
                 raise
-        return self._attempt(templates, self._looker.wide())
+        later = self._looker.wide()
+        if self.gone(later):
+            raise verdict.moved_away()
+        return self._attempt(templates, later)
+
+    def gone(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows a target with texture neither where it was nor on its track."""
+        if self._watch is None or self.templates[0].sigma_px > PLAIN_SIGMA_PX:
+            return False
+        expected = self._watch.motion.at(frame.t_ns)
+        image, wide = gray(to_uint8(frame)), self._calibration.wide
+        return fit_at(self.templates[0], image, wide, expected) < GONE_SCORE
 
     def close_at(self, inverse_z_per_m: float) -> Verged | None:
         """Verge on the target of `run` from a depth that is known otherwise; None when that fails."""
@@ -237,11 +252,10 @@ class ClosedLoop:
 
     def _centred_wide_px(self, *, moving: bool) -> float:
         """Return how far from the centres the target of this look may lie, wide px."""
-        if not moving:
-            return self._limits.centred_wide_px
-        if len(self._looker.steps) < self._limits.moving_looks:
-            return self._limits.centred_moving_wide_px
-        return self._limits.centred_at_last_wide_px
+        limits = self._limits
+        if len(self._looker.steps) < (limits.centring_moving_looks if moving else limits.centring_looks):
+            return limits.centred_soon_wide_px
+        return limits.centred_moving_wide_px if moving else limits.centred_wide_px
 
     def _sigma_px(self, fine: FineMatch) -> float:
         """Return the error of disparity at the point: the match's, and of not being quite at the point."""

@@ -28,10 +28,10 @@ UNEVEN_SIGMA = 2.0e-3
 OWN_CHANCE = 0.55
 """Chance of a sample to be of the target's surface, where nothing else is known."""
 FRONT_SHARE = 0.73
-"""So many of the samples that are not of the target's surface are in front of it; the rest are mismatched."""
-ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.85, 4
+"""So many of the samples about a blank region that are not of its surface are in front of it."""
+ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 """Chance of a surface that surrounds the target with so many samples to be its own."""
-NOTHING_CHANCE = 0.2
+NOTHING_CHANCE = 0.08
 """Chance that nothing that was measured about a target is of its surface."""
 SAME_SHARE = 0.02
 """Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
@@ -61,11 +61,16 @@ class _Division:
 
 
 def infer_depth(
-    samples: DepthSamples, target: NDArray[np.float64], *, own_chance: NDArray[np.float64] | None = None
+    samples: DepthSamples,
+    target: NDArray[np.float64],
+    *,
+    own_chance: NDArray[np.float64] | None = None,
+    front_share: float = FRONT_SHARE,
 ) -> tuple[Inferred, ...]:
     """Return what the samples suggest for a direction, (2,) tangents, the most probable first.
 
     `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default.
+    `front_share`: so many of the others are in front of it.
     """
     if len(samples) == 0:
         return ()
@@ -80,6 +85,7 @@ def infer_depth(
         sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
         level=level,
         own_chance=chance[nearest],
+        front_share=front_share,
         known={},
     )
     divisions = [
@@ -100,6 +106,7 @@ class _Measured:
     sigma: NDArray[np.float64]
     own_chance: NDArray[np.float64]
     level: float
+    front_share: float
     known: dict[bytes, float]
     """Likelihoods that were worked out already."""
 
@@ -168,7 +175,7 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
     for surface in measured.surfaces(~own):
         ahead = measured.q[surface] - (measured.level + measured.design[surface] @ plane)
         in_front = float(np.median(ahead + 3.0 * measured.sigma[surface])) > 0.0
-        share = FRONT_SHARE if in_front else 1.0 - FRONT_SHARE
+        share = measured.front_share if in_front else 1.0 - measured.front_share
         log_weight += measured.other_log_chance(surface, share) + measured.log_plane(surface)
     bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
     return _Division(
@@ -183,7 +190,7 @@ def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
     farthest = float(measured.q.min())
     log_weight = sum(
-        measured.other_log_chance(surface, FRONT_SHARE) + measured.log_plane(surface)
+        measured.other_log_chance(surface, measured.front_share) + measured.log_plane(surface)
         for surface in measured.surfaces(np.ones(len(measured.q), dtype=np.bool_))
     )
     return _Division(

@@ -16,12 +16,14 @@ class VergeSettings:
     """The same for a target that moves: its picture is blurred, and the residual counts for the distance."""
     centred_wide_px: float = 1.0
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
-    centred_moving_wide_px: float = 0.5
-    """The same for a target that moves, in the first looks: its track is known better with each."""
-    centred_at_last_wide_px: float = 5.0
-    """The same once so many looks were made that a moving target's track gets no better."""
-    moving_looks: int = 7
-    """So many looks are made at most to centre a moving target."""
+    centred_soon_wide_px: float = 0.6
+    """The same in the first looks, of a target that moves as well: its track is known better with each."""
+    centred_moving_wide_px: float = 5.0
+    """The same for a target that moves, later."""
+    centring_looks: int = 4
+    """So many looks are made at most to centre a target better."""
+    centring_moving_looks: int = 7
+    """The same for a target that moves."""
     placed_sigma_wide_px: float = 0.35
     """How well a place of the wide image is found again in the foveae, each axis (rendered pairs)."""
     nearest_m: float = 1.3

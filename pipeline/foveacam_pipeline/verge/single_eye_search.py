@@ -93,6 +93,11 @@ class SingleEyeSearch:
         self._limits = limits
         self._looks: list[Seen] = []
 
+    @property
+    def looks(self) -> tuple[Seen, ...]:
+        """The looks of the last search, and those that it was given."""
+        return tuple(self._looks)
+
     def matches(
         self,
         templates: tuple[Template, ...],

@@ -23,10 +23,11 @@ from foveacam_pipeline.verge.border_depth import (
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import Inferred, encloses, infer_depth
+from foveacam_pipeline.verge.infer import FRONT_SHARE, Inferred, encloses, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
+    OWN_EDGE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
     edge_owners,
@@ -54,7 +55,11 @@ ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
 ENOUGH_PROBABILITY = 0.9
-NEIGHBOUR_PX = 12.0
+OPEN_EDGES = 3
+"""A region that reaches the rim of the image is a surface when it hides things at so many places."""
+EVEN_SHARE = 0.5
+"""What lies about a point with texture is as often in front of it as behind it."""
+NEIGHBOUR_PX = 20.0
 LEAST_NEIGHBOURS = 3
 """So many surfaces within so many wide px of a target say what it may be."""
 BESIDE_SIGMA_SHARE = 2.0e-3
@@ -66,7 +71,7 @@ class SurroundingDepth:
     """What the surroundings of a point say of its depth.
 
     `samples`: what was measured. `inferred`: most probable first. `region`: the blank region about the point.
-    `open`: whether that reaches the rim of the image with nothing measured on one side, as the sky does.
+    `open`: whether that reaches the rim of the image and hides nothing along its border, as the sky does.
     """
 
     samples: DepthSamples
@@ -155,20 +160,23 @@ class SurroundingsEstimator:
     ) -> SurroundingDepth:
         """Return what the border of a region, the points about a target and what is known else suggest."""
         wide = self._calibration.wide
-        edges = known.joined(_by_sector(border, target))
+        blank = region.area_share >= TEXTURED_SHARE
+        edges = known.joined(_by_sector(border, target)) if blank else DepthSamples.none()
         edge_chances = edge_owners(edges, points, region, wide)
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
-        if len(edges) and region.area_share >= TEXTURED_SHARE:
+        if len(edges):
             inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
             few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
         chances = np.append(edge_chances, chances)
         return SurroundingDepth(
             samples=samples,
-            inferred=infer_depth(samples, target, own_chance=chances),
+            inferred=infer_depth(
+                samples, target, own_chance=chances, front_share=FRONT_SHARE if blank else EVEN_SHARE
+            ),
             region=region,
-            open=region.touches_rim and not encloses(samples.tangents - target),
+            open=region.touches_rim and int((chances >= OWN_EDGE_CHANCE).sum()) < OPEN_EDGES,
         )
 
     def peek(
@@ -186,7 +194,7 @@ class SurroundingsEstimator:
         few, off_px = few.only(off_px <= NEIGHBOUR_PX), off_px[off_px <= NEIGHBOUR_PX]
         if len(few) < LEAST_NEIGHBOURS:
             return ()
-        return infer_depth(few, target, own_chance=textured_chances(off_px))
+        return infer_depth(few, target, own_chance=textured_chances(off_px), front_share=EVEN_SHARE)
 
     def _points(self, looks: tuple[Seen, ...], target: NDArray[np.float64]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""

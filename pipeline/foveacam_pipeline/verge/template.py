@@ -1,7 +1,7 @@
 """The patch of the wide image that is looked for: undistorted, enlarged a little, slow shading taken out."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -32,6 +32,7 @@ TRACK_SCORE = 0.5
 MOVED_SCORE = 0.75
 """A patch found elsewhere must fit so well: walkers reach 0.8 from frame to frame, look-alikes beside a
 target that got hidden up to 0.7."""
+FIT_REACH_PX = 4
 TRACK_LEAD = 0.1
 """By how much another place must fit better than the old one."""
 
@@ -109,6 +110,13 @@ def follow(
     if best < MOVED_SCORE:
         return None
     return template.target + np.array([x - reach, y - reach]) / template.f_px
+
+
+def fit_at(
+    template: Template, gray: NDArray[np.uint8], wide: Intrinsics, target: NDArray[np.float64]
+) -> float:
+    """Return how well a patch fits a wide image at a direction, (2,) tangents: correlation, -1 to 1."""
+    return float(_fits(replace(template, target=target), gray, wide, reach_px=FIT_REACH_PX).max())
 
 
 def _fits(

@@ -58,6 +58,14 @@ def bounded(bound: DistanceBound, ended: Ended) -> str:
     return f"Farther than {bound.nearest_m:.1f} m{far}. {ended.reason}"
 
 
+def moved_away() -> Ended:
+    """Return the end at a target that is no longer where it was, nor where its track leads."""
+    return Ended(
+        FixationState.LOST,
+        "What was clicked moved away, or something came before it, while it was looked at; click it again.",
+    )
+
+
 def blank_patch() -> Ended:
     """Return the end at a patch of the wide image that shows nothing but noise."""
     return Ended(
