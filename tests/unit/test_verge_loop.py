@@ -1,13 +1,16 @@
 """The vergence loop on a plane that faces the rig: how it ends, what it says, what it costs."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.loop import Knowledge, fixate
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import (
     Basis,
@@ -206,6 +209,48 @@ def test_a_moving_target_is_followed() -> None:
     moved_rad = (last.left_ax_rad + last.right_ax_rad) / 2.0 - fixation.target_ax_rad
     elapsed_s = fixation.duration_ms / 1e3
     assert moved_rad == pytest.approx(0.06 * elapsed_s, abs=2e-3)  # 0.6 m/s at 10 m, five wide px
+
+
+def test_a_target_that_moves_away_while_it_is_looked_for_has_no_distance() -> None:
+    def jump(t_ns: int) -> tuple[float, float]:
+        return (5.0, 0.0) if t_ns > 50_000_000 else (0.0, 0.0)  # to a part of the plane that looks otherwise
+
+    both_blind = frozenset({Role.LEFT, Role.RIGHT})  # what the eyes show is nothing of the wide view
+    fixation = fix(PlaneHead(z_m=6.0, texture=NOISE, shift_m=jump, blind=both_blind))
+    assert fixation.basis is Basis.BOUND, fixation.reason
+    assert fixation.distance_m is None
+    assert "moved away" in fixation.reason
+
+
+@dataclass(frozen=True)
+class Known:
+    """A context that knows one depth in every direction."""
+
+    inverse_z_per_m: float
+
+    def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
+        return DepthSamples(
+            tangents=target[None],
+            inverse_z_per_m=np.array([self.inverse_z_per_m]),
+            sigma_per_m=np.array([min(reach_tan, 1e-3)]),
+        )
+
+
+def test_where_the_depth_is_known_the_first_look_verges_on_it() -> None:
+    head = PlaneHead(z_m=1.6, texture=NOISE)
+    known = Knowledge(context=Known(inverse_z_per_m=1.0 / 1.61))
+    fixation = fixate(head, head.calibration, CLICK, clock=head.clock, known=known)
+    assert fixation.state is FixationState.VERGED, fixation.reason
+    assert len(fixation.steps) <= 2  # found at once, then centred
+    assert len(fixation.steps) < len(fix(PlaneHead(z_m=1.6, texture=NOISE)).steps)
+
+
+def test_what_is_known_wrongly_misleads_nobody() -> None:
+    head = PlaneHead(z_m=5.0, texture=NOISE)
+    known = Knowledge(context=Known(inverse_z_per_m=1.0 / 2.0))
+    fixation = fixate(head, head.calibration, CLICK, clock=head.clock, known=known)
+    assert fixation.distance_m is not None and fixation.distance_sigma_m is not None
+    assert abs(fixation.distance_m - true_distance_m(fixation, 5.0)) <= 3.0 * fixation.distance_sigma_m
 
 
 def test_a_direction_that_no_eye_can_reach_is_refused_before_anything_moves() -> None:

@@ -33,6 +33,8 @@ LEAST_SIGMA_PX = 0.15
 """Standard error of a match however good the texture: the two cameras blur differently, wide px."""
 STEP_PX = 2
 AGREE_SIGMAS = 4.0
+KNOT_PX = 8
+"""Places of the wide image are worked out so far apart, px of the window."""
 BLOCK_PX = 8
 """Left and right eye are compared by blocks of this size, wide px."""
 
@@ -143,14 +145,29 @@ def _wide_view(
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return the wide image, (h, w) float32, where the window's directions lie at 1/Z = `q_ref`."""
     x_m = float(calibration.reference_rig_m(role)[0])
-    q = np.full(window.hx_px.size, q_ref)
-    tangents = _directions(look, window.hx_px.ravel(), window.hy_px.ravel(), q, calibration, x_m)
-    pixels = calibration.wide.pixels(np.arctan(tangents)).reshape(*window.hx_px.shape, 2)
-    x, y = pixels[..., 0].astype(np.float32), pixels[..., 1].astype(np.float32)
+    rows, columns = (_knots(size) for size in window.hx_px.shape)
+    hx, hy = (grid[np.ix_(rows, columns)] for grid in (window.hx_px, window.hy_px))
+    tangents = _directions(look, hx.ravel(), hy.ravel(), np.full(hx.size, q_ref), calibration, x_m)
+    knots = calibration.wide.pixels(np.arctan(tangents)).reshape(*hx.shape, 2).astype(np.float32)
+    x, y = (_between(knots[..., k], window.hx_px.shape) for k in (0, 1))
     height, width = image.shape
     view = cv2.remap(image, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     valid = (x > 1) & (x < width - 2) & (y > 1) & (y < height - 2)
     return np.asarray(view, dtype=np.float32), np.asarray(valid, dtype=np.bool_)
+
+
+def _knots(size: int) -> NDArray[np.intp]:
+    """Return evenly spaced whole places about `KNOT_PX` apart; the last lies at or beyond the end."""
+    return np.minimum(np.arange(0, size - 1 + KNOT_PX, KNOT_PX), size - 1)
+
+
+def _between(knots: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return values (h, w) between knots, linear: distortion bends them by less than 0.01 px."""
+    rows, columns = (_knots(size) for size in shape)
+    down = np.interp(np.arange(shape[0]), rows, np.arange(len(rows))).astype(np.float32)
+    right = np.interp(np.arange(shape[1]), columns, np.arange(len(columns))).astype(np.float32)
+    map_x, map_y = np.meshgrid(right, down)
+    return np.asarray(cv2.remap(knots, map_x, map_y, cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def _directions(

@@ -17,6 +17,9 @@ from foveacam_pipeline.verge.values import DepthRange, Fixation, FixationState, 
 
 DEFAULT = VergeSettings()
 
+EXPECTED_REACH_PX = 8.0
+"""So near to a target an earlier measurement says where to look first, wide px."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Knowledge:
@@ -43,7 +46,9 @@ def fixate(
     """
     aim = resolve(target, calibration.wide, limits)
     looker = Looker(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
-    loop = ClosedLoop(looker, calibration, limits)
+    loop = ClosedLoop(
+        looker, calibration, limits, expected_per_m=_expected_per_m(known.context, aim, calibration)
+    )
     ended: Ended | None = None
     try:
         answer = both_foveae(_within(loop.run(aim), known.within))
@@ -52,6 +57,18 @@ def fixate(
         answering = Answering(looker, calibration, limits, context=known.context, within=known.within)
         answer = answering.answer(aim, loop, end)
     return _fixation(aim, looker, answer, ended)
+
+
+def _expected_per_m(context: DepthContext | None, aim: Aim, calibration: Calibration) -> float | None:
+    """Return 1/Z of what was measured nearest to a target before, None where nothing was near."""
+    if context is None:
+        return None
+    px_tan = 1.0 / calibration.wide.fx_px
+    near = context.around(aim.tangents, reach_tan=EXPECTED_REACH_PX * px_tan)
+    if len(near) == 0:
+        return None
+    nearest = int(np.argmin(np.hypot(*(near.tangents - aim.tangents).T)))
+    return float(near.inverse_z_per_m[nearest])
 
 
 def _within(verged: Verged, span: DepthRange | None) -> Verged:

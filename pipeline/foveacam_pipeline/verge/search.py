@@ -214,17 +214,16 @@ class Search:
     def _depths(self, template: Template, expected_per_m: float | None) -> Iterator[float]:
         """Yield 1/Z, 1/m, of the looks of a search, from parallel (Sec. 3.4) to as near as both eyes turn in.
 
-        What is expected comes first.
-
-        Where an eye cannot look parallel the first look is the farthest that both can.
+        What is expected comes first. Where an eye cannot look parallel, the farthest that both can counts
+        as parallel.
         """
         wanted = list(epipolar_looks(self._calibration, template, self._limits.nearest_m))
         span = reach_span(self._calibration, template.target, nearest=wanted[-1])
         if span is None:
             yield 0.0  # refused there, by name of the eye
             return
-        if expected_per_m is not None and span[0] <= expected_per_m <= span[1]:
-            yield expected_per_m
+        if expected_per_m is not None:
+            yield min(max(expected_per_m, span[0]), span[1])
         last = -math.inf
         for inverse_z in wanted:
             inverse_z = min(max(inverse_z, span[0]), span[1])
