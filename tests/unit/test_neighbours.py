@@ -13,6 +13,7 @@ from foveacam_pipeline.verge.neighbours import (
     SHARED_EDGE_CHANCE,
     edge_owners,
     few_around,
+    is_open,
     own_chances,
     repeats_in_row,
     textured_chances,
@@ -77,6 +78,18 @@ def test_an_edge_before_something_farther_is_the_regions_own_and_one_level_with_
         SHARED_EDGE_CHANCE,
         OWN_CHANCE,
     ]  # nothing is known beyond the third
+
+
+def test_what_reaches_the_rim_of_the_image_is_open_like_the_sky_unless_its_edges_hide_something() -> None:
+    sky = np.full((WIDE.height, WIDE.width), 200, dtype=np.uint8)
+    sky[700:] = np.random.default_rng(2).integers(30, 120, (WIDE.height - 700, WIDE.width))
+    above = blank_region(sky, np.array([720.0, 200.0]), noise=1.0, places=6)
+    card = blank_region(_card(), MIDDLE_PX, noise=1.0, places=6)
+    level, hiding = np.full(5, SHARED_EDGE_CHANCE), np.full(5, OWN_EDGE_CHANCE)
+
+    assert is_open(above, level)
+    assert not is_open(above, hiding)
+    assert not is_open(card, level)
 
 
 def test_points_well_within_a_blank_region_are_of_it_and_those_by_its_border_may_not_be() -> None:

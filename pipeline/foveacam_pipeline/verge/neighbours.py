@@ -37,6 +37,8 @@ NEAR_PX = 5.0
 """How fast the chance falls with the distance, wide px."""
 OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.95, 0.4
 """Chance of an edge to be of the region that it borders: with what lies beyond farther than it, and not."""
+OPEN_EDGES = 3
+"""A region that reaches the rim of the image is a surface when so many of its edges hide what is behind."""
 BEYOND_COUNT, BEYOND_REACH_PX = 5, 28.0
 """So many points within so many wide px of an edge tell what lies beyond it."""
 REPEAT_REACH_PX, REPEAT_ROWS_PX = 90, 2
@@ -132,6 +134,14 @@ def edge_owners(
         slack = max(SAME_SHARE, 4.0 * float(edges.sigma_per_m[k]) / depth)
         chances[k] = OWN_EDGE_CHANCE if behind > slack else SHARED_EDGE_CHANCE
     return chances
+
+
+def is_open(region: BlankRegion, chances: NDArray[np.float64]) -> bool:
+    """Return whether a region may be the sky: it reaches the rim of the image and hides hardly anything.
+
+    `chances`: (n,) of the measured points to be of its surface.
+    """
+    return region.touches_rim and int((chances >= OWN_EDGE_CHANCE).sum()) < OPEN_EDGES
 
 
 def textured_chances(off_px: NDArray[np.float64]) -> NDArray[np.float64]:

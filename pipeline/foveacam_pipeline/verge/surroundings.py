@@ -27,11 +27,11 @@ from foveacam_pipeline.verge.infer import FRONT_SHARE, Inferred, encloses, infer
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
-    OWN_EDGE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
     edge_owners,
     few_around,
+    is_open,
     own_chances,
     repeats_in_row,
     samples_of_looks,
@@ -55,8 +55,6 @@ ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
 ENOUGH_PROBABILITY = 0.9
-OPEN_EDGES = 3
-"""A region that reaches the rim of the image is a surface when it hides things at so many places."""
 EVEN_SHARE = 0.5
 """What lies about a point with texture is as often in front of it as behind it."""
 NEIGHBOUR_PX = 20.0
@@ -176,7 +174,7 @@ class SurroundingsEstimator:
                 samples, target, own_chance=chances, front_share=FRONT_SHARE if blank else EVEN_SHARE
             ),
             region=region,
-            open=region.touches_rim and int((chances >= OWN_EDGE_CHANCE).sum()) < OPEN_EDGES,
+            open=is_open(region, chances),
         )
 
     def peek(
