@@ -5,7 +5,6 @@ surface inferred from what surrounds the target; limits of its distance. The fov
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
+from foveacam_pipeline.verge.answer import Answer, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place, place_on_ray
@@ -21,7 +21,6 @@ from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim
-from foveacam_pipeline.verge.single_eye import EyeMatch
 from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
 from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
 from foveacam_pipeline.verge.values import (
@@ -33,49 +32,18 @@ from foveacam_pipeline.verge.values import (
     FixationState,
     Phase,
 )
+from foveacam_pipeline.verge.weighing import agree, plausible, slack_per_m, spread_per_m, weighted
 
 LOOKS, SECONDS = 24, 4.0
 """Allowed to the search by single foveae, and to the last looks at an answer."""
-AGREE_SIGMAS = 4.0
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
 LEAST_SAMPLES = 3
 """An inference from fewer points is doubtful too."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
-PLAUSIBLE_PROBABILITY = 0.35
-PLAUSIBLE_SIGMAS, PLAUSIBLE_SHARE = 5.0, 0.015
-"""What one eye shows must be as deep as a surface found next to it, within errors and this share of 1/Z."""
 VAGUE_SHARE = 0.35
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
-    """How a distance is known, and the distance or its limits; `basis` None: no eye can look there."""
-
-    basis: Basis | None
-    reason: str
-    left_view: EyeView
-    right_view: EyeView
-    place: Place | None = None
-    bound: DistanceBound | None = None
-    alternatives: tuple[Alternative, ...] = ()
-    score: float | None = None
-    verged: Verged | None = None
-
-
-def both_foveae(verged: Verged) -> Answer:
-    """Return the answer of a loop that verged."""
-    return Answer(
-        basis=Basis.BOTH_FOVEAE,
-        reason=verdict.verged(verged.place, verged.fine),
-        left_view=EyeView(sees_target=True),
-        right_view=EyeView(sees_target=True),
-        place=verged.place,
-        score=verged.fine.score,
-        verged=verged,
-    )
 
 
 class Answering:
@@ -145,11 +113,10 @@ class Answering:
             return None
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
         verged = loop.close_at(best.inverse_z_per_m)
-        if verged is None or abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m) > _slack_per_m(
-            best
-        ):
+        if verged is None:
             return None
-        return verged
+        apart = abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m)
+        return verged if apart <= slack_per_m(best) else None
 
     def _in_reach(self, motion: Motion) -> bool:
         """Return whether any eye can look at the target, at whatever distance."""
@@ -164,12 +131,12 @@ class Answering:
             matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
             sighted = [self._single.look_at(match, motion, f_px) for match in matches]
             sound = [one for one in sighted if one is not None and one.supported]
-            if len(sound) == 2 and _agree(sound[0].match, sound[1].match):
-                verged = loop.close_at(_weighted(sound)[0])
+            if len(sound) == 2 and agree(sound[0].match, sound[1].match):
+                verged = loop.close_at(weighted([one.match for one in sound])[0])
                 if verged is not None:
                     return both_foveae(verged)
             near = self._near(loop, motion)
-            hidden = [one for one in sound if not one.at_edge and _plausible(one, near)]
+            hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
                 return self._one_eyed(hidden, motion)
             return self._behind_edge([one for one in sound if one.at_edge], motion)
@@ -208,8 +175,8 @@ class Answering:
     def _one_eyed(self, sighted: list[EyeSighting], motion: Motion) -> Answer:
         """Return the answer of one fovea and the wide camera; of two that agree, their mean."""
         best = max(sighted, key=lambda one: one.match.score)
-        both = len(sighted) == 2 and _agree(sighted[0].match, sighted[1].match)
-        inverse_z, sigma = _weighted(sighted if both else [best])
+        both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
+        inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
         place = self._look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -242,7 +209,7 @@ class Answering:
         """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
         best = depth.inferred[0]
         sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
-        sigma = best.sigma_per_m if sure else _spread(depth.inferred)
+        sigma = best.sigma_per_m if sure else spread_per_m(depth.inferred)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
             return self._bounded(depth.samples, motion, ended)
         place = self._look(best.inverse_z_per_m, sigma, motion)
@@ -332,42 +299,6 @@ def _beside(
         return None
     offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px
     return aim.tangents + offset, ended.verged.place
-
-
-def _plausible(one: EyeSighting, near: tuple[Inferred, ...]) -> bool:
-    """Return whether what one eye shows is as deep as something found next to the target, if anything is."""
-    return not near or any(
-        abs(one.match.inverse_z_per_m - other.inverse_z_per_m)
-        <= max(_slack_per_m(other), PLAUSIBLE_SIGMAS * one.match.sigma_per_m)
-        for other in near
-        if other.probability >= PLAUSIBLE_PROBABILITY
-    )
-
-
-def _slack_per_m(inferred: Inferred) -> float:
-    """Return by how much a match may differ from an inference that it confirms."""
-    return max(PLAUSIBLE_SIGMAS * inferred.sigma_per_m, PLAUSIBLE_SHARE * inferred.inverse_z_per_m)
-
-
-def _agree(one: EyeMatch, other: EyeMatch) -> bool:
-    apart = abs(one.inverse_z_per_m - other.inverse_z_per_m)
-    return apart <= AGREE_SIGMAS * math.hypot(one.sigma_per_m, other.sigma_per_m)
-
-
-def _weighted(sighted: list[EyeSighting]) -> tuple[float, float]:
-    """Return the mean 1/Z of matches weighted by their errors, and its error."""
-    weights = np.array([one.match.sigma_per_m**-2 for one in sighted])
-    values = np.array([one.match.inverse_z_per_m for one in sighted])
-    return float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
-
-
-def _spread(inferred: tuple[Inferred, ...]) -> float:
-    """Return the root mean square distance of all depths from the most probable, errors included."""
-    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
-    variance = sum(
-        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
-    )
-    return math.sqrt(variance)
 
 
 def _alternative(basis: Basis, place: Place, probability: float) -> Alternative:

@@ -7,7 +7,8 @@ import numpy as np
 
 from foveacam_hardware.contract import Clock, Head
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.answering import Answer, Answering, both_foveae
+from foveacam_pipeline.verge.answer import Answer, both_foveae
+from foveacam_pipeline.verge.answering import Answering
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
 from foveacam_pipeline.verge.depth_samples import DepthContext
 from foveacam_pipeline.verge.looking import Ended, Looker

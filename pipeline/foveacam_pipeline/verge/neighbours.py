@@ -49,13 +49,26 @@ TEXTURED_SHARE = 1e-4
 """A region that is a smaller share of the wide image is none: the target has texture."""
 
 
-def samples_of_looks(looks: Iterable[Seen], calibration: Calibration) -> DepthSamples:
-    """Return all points that either fovea shows in some looks."""
-    found = DepthSamples.none()
-    for seen in looks:
-        for role in EYES:
-            found = found.joined(eye_matches(seen.sighting, calibration, role))
-    return found
+class LookPoints:
+    """The points that either fovea shows in each look, worked out once."""
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._calibration = calibration
+        self._shown: dict[int, DepthSamples] = {}
+
+    def of(self, looks: Iterable[Seen]) -> DepthSamples:
+        """Return all points of some looks."""
+        found = DepthSamples.none()
+        for seen in looks:
+            found = found.joined(self._of_one(seen))
+        return found
+
+    def _of_one(self, seen: Seen) -> DepthSamples:
+        key = seen.sighting.left.t_ns
+        if key not in self._shown:
+            left, right = (eye_matches(seen.sighting, self._calibration, role) for role in EYES)
+            self._shown[key] = left.joined(right)
+        return self._shown[key]
 
 
 def repeats_in_row(

@@ -29,12 +29,12 @@ from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
+    LookPoints,
     edge_owners,
     few_around,
     is_open,
     own_chances,
     repeats_in_row,
-    samples_of_looks,
     textured_chances,
 )
 from foveacam_pipeline.verge.survey import shrink_look
@@ -95,6 +95,7 @@ class SurroundingsEstimator:
         self._f_px = survey_f_px(calibration.wide)
         step = STEP_PX / (self._f_px * 0.5 * calibration.baseline_m)
         self._matched = True
+        self._points = LookPoints(calibration)
         self._grid = np.arange(span_per_m[0], span_per_m[1] + step, step)
 
     def estimate(
@@ -135,12 +136,12 @@ class SurroundingsEstimator:
         found: dict[int, BorderDepth] = {}
         for seen in earlier:
             self._examine(seen, patches, found)
-        points = self._around(target).joined(self._points(earlier, target))
+        points = self._around(target).joined(self._shown(earlier))
         outcome = self._inferred(target, region, found.values(), points, known)
         try:
             for seen in () if _sure(outcome, target) else self._looks(target, patches, found):
                 self._examine(seen, patches, found)
-                points = points.joined(self._points((seen,), target))
+                points = points.joined(self._shown((seen,)))
                 outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
                     break
@@ -185,7 +186,7 @@ class SurroundingsEstimator:
         image = gray(to_uint8(frame))
         if repeats_in_row(image, wide, template, target):
             return ()
-        points = self._around(target).joined(samples_of_looks(looks, self._calibration))
+        points = self._around(target).joined(self._points.of(looks))
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         at_px = wide.pixels(np.arctan(target)[None])[0]
         off_px = np.hypot(*(wide.pixels(np.arctan(few.tangents)) - at_px).T)
@@ -194,11 +195,11 @@ class SurroundingsEstimator:
             return ()
         return infer_depth(few, target, own_chance=textured_chances(off_px), front_share=EVEN_SHARE)
 
-    def _points(self, looks: tuple[Seen, ...], target: NDArray[np.float64]) -> DepthSamples:
+    def _shown(self, looks: tuple[Seen, ...]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""
         if not self._matched:
             return DepthSamples.none()
-        return samples_of_looks(looks, self._calibration)
+        return self._points.of(looks)
 
     def _around(self, target: NDArray[np.float64]) -> DepthSamples:
         """Return what was measured about a target before."""

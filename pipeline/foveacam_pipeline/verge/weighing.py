@@ -1,0 +1,50 @@
+"""How measurements of one target are weighed against each other; pure functions."""
+
+import math
+
+import numpy as np
+
+from foveacam_pipeline.verge.infer import Inferred
+from foveacam_pipeline.verge.single_eye import EyeMatch
+
+AGREE_SIGMAS = 4.0
+PLAUSIBLE_PROBABILITY = 0.35
+PLAUSIBLE_SIGMAS, PLAUSIBLE_SHARE = 5.0, 0.015
+"""What one eye shows must be as deep as a surface found next to it, within errors and this share of 1/Z."""
+
+
+def agree(one: EyeMatch, other: EyeMatch) -> bool:
+    """Return whether two eyes find a target at the same depth."""
+    apart = abs(one.inverse_z_per_m - other.inverse_z_per_m)
+    return apart <= AGREE_SIGMAS * math.hypot(one.sigma_per_m, other.sigma_per_m)
+
+
+def weighted(matches: list[EyeMatch]) -> tuple[float, float]:
+    """Return the mean 1/Z of matches weighted by their errors, and its error."""
+    weights = np.array([match.sigma_per_m**-2 for match in matches])
+    values = np.array([match.inverse_z_per_m for match in matches])
+    return float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
+
+
+def plausible(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
+    """Return whether what one eye shows is as deep as something found next to the target, if anything is."""
+    return not near or any(
+        abs(match.inverse_z_per_m - other.inverse_z_per_m)
+        <= max(slack_per_m(other), PLAUSIBLE_SIGMAS * match.sigma_per_m)
+        for other in near
+        if other.probability >= PLAUSIBLE_PROBABILITY
+    )
+
+
+def slack_per_m(inferred: Inferred) -> float:
+    """Return by how much a match may differ from an inference that it confirms."""
+    return max(PLAUSIBLE_SIGMAS * inferred.sigma_per_m, PLAUSIBLE_SHARE * inferred.inverse_z_per_m)
+
+
+def spread_per_m(inferred: tuple[Inferred, ...]) -> float:
+    """Return the root mean square distance of all depths from the most probable, errors included."""
+    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
+    variance = sum(
+        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
+    )
+    return math.sqrt(variance)
