@@ -85,11 +85,14 @@ def test_what_reaches_the_rim_of_the_image_is_open_like_the_sky_unless_its_edges
     sky[700:] = np.random.default_rng(2).integers(30, 120, (WIDE.height - 700, WIDE.width))
     above = blank_region(sky, np.array([720.0, 200.0]), noise=1.0, places=6)
     card = blank_region(_card(), MIDDLE_PX, noise=1.0, places=6)
+    places = [(200.0 + 200.0 * k, 690.0) for k in range(5)]
+    skyline, room = (_samples(places, 5 * [1.0 / z_m]) for z_m in (35.0, 8.0))
     level, hiding = np.full(5, SHARED_EDGE_CHANCE), np.full(5, OWN_EDGE_CHANCE)
 
-    assert is_open(above, level)
-    assert not is_open(above, hiding)
-    assert not is_open(card, level)
+    assert is_open(above, skyline, level)
+    assert not is_open(above, skyline, hiding)
+    assert not is_open(above, room, level)
+    assert not is_open(card, skyline, level)
 
 
 def test_points_well_within_a_blank_region_are_of_it_and_those_by_its_border_may_not_be() -> None:

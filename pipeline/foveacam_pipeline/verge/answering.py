@@ -22,6 +22,7 @@ from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim
 from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
+from foveacam_pipeline.verge.support import Support
 from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
 from foveacam_pipeline.verge.values import (
     Alternative,
@@ -101,19 +102,18 @@ class Answering:
         )
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
-        timed_out = ended.state is FixationState.TIMED_OUT
-        verged = None if timed_out else self._closed_in(depth, loop)
+        verged = self._closed_in(depth, loop, ended)
         return both_foveae(verged) if verged is not None else self._inferred(depth, motion, ended)
 
-    def _closed_in(self, depth: SurroundingDepth, loop: ClosedLoop) -> Verged | None:
+    def _closed_in(self, depth: SurroundingDepth, loop: ClosedLoop, ended: Ended) -> Verged | None:
         """Verge on a target with texture whose neighbours tell its depth; None where that fails."""
         best = depth.inferred[0]
-        textured = loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px
-        if not textured or best.probability < SURE_PROBABILITY:
+        hopeless = ended.state is FixationState.TIMED_OUT or isinstance(ended, Unsupported)
+        if hopeless or not loop.textured or best.probability < SURE_PROBABILITY:
             return None
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
         verged = loop.close_at(best.inverse_z_per_m)
-        if verged is None:
+        if verged is None or verged.support.support is not Support.MATCHED:
             return None
         apart = abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m)
         return verged if apart <= slack_per_m(best) else None

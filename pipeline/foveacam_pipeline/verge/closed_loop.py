@@ -36,8 +36,6 @@ LAG_MAX_PX = 1.5
 """A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
 GONE_SCORE = 0.3
 """A patch that correlates less with the wide view at its place has gone."""
-PLAIN_SIGMA_PX = 0.15
-"""A patch whose error by noise is larger, wide px, is not sure to be found again where it still is."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger error is nothing to steer by, fovea px."""
 SUPPORT_HALF_PX = 64
@@ -114,9 +112,16 @@ class ClosedLoop:
             raise verdict.moved_away()
         return self._attempt(templates, later)
 
+    @property
+    def textured(self) -> bool:
+        """Whether the target itself has texture: a patch about a blank one had to grow until it held some."""
+        if not self.templates or max(self.templates[0].half_px) > self._limits.template_half_px:
+            return False
+        return self.templates[0].sigma_px <= self._limits.template_texture_sigma_px
+
     def gone(self, frame: Frame) -> bool:
         """Return whether a wide frame shows a target with texture neither where it was nor on its track."""
-        if self._watch is None or self.templates[0].sigma_px > PLAIN_SIGMA_PX:
+        if self._watch is None or not self.textured:
             return False
         expected = self._watch.motion.at(frame.t_ns)
         image, wide = gray(to_uint8(frame)), self._calibration.wide

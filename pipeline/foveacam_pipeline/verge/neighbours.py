@@ -37,6 +37,8 @@ NEAR_PX = 5.0
 """How fast the chance falls with the distance, wide px."""
 OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.95, 0.4
 """Chance of an edge to be of the region that it borders: with what lies beyond farther than it, and not."""
+SKYLINE_M = 15.0
+"""What the sky is seen above is farther away; the walls and ceilings of a room are nearer."""
 OPEN_EDGES = 3
 """A region that reaches the rim of the image is a surface when so many of its edges hide what is behind."""
 BEYOND_COUNT, BEYOND_REACH_PX = 5, 28.0
@@ -149,12 +151,14 @@ def edge_owners(
     return chances
 
 
-def is_open(region: BlankRegion, chances: NDArray[np.float64]) -> bool:
-    """Return whether a region may be the sky: it reaches the rim of the image and hides hardly anything.
+def is_open(region: BlankRegion, samples: DepthSamples, chances: NDArray[np.float64]) -> bool:
+    """Return whether a region may be the sky: it reaches the rim, hides hardly anything, and ends far away.
 
-    `chances`: (n,) of the measured points to be of its surface.
+    `samples`: what was measured on its border. `chances`: (n,) of these to be of its surface.
     """
-    return region.touches_rim and int((chances >= OWN_EDGE_CHANCE).sum()) < OPEN_EDGES
+    if not region.touches_rim or int((chances >= OWN_EDGE_CHANCE).sum()) >= OPEN_EDGES:
+        return False
+    return len(samples) < OPEN_EDGES or float(np.median(samples.inverse_z_per_m)) < 1.0 / SKYLINE_M
 
 
 def textured_chances(off_px: NDArray[np.float64]) -> NDArray[np.float64]:

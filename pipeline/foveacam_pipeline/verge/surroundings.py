@@ -175,7 +175,7 @@ class SurroundingsEstimator:
                 samples, target, own_chance=chances, front_share=FRONT_SHARE if blank else EVEN_SHARE
             ),
             region=region,
-            open=is_open(region, chances),
+            open=is_open(region, samples, chances),
         )
 
     def peek(
