@@ -93,7 +93,7 @@ class Console:
         raise AssertionError(f"the eyes never looked at {ax_deg}, {ay_deg}: {mirrors}")
 
     def overflow_px(self) -> float:
-        """Return by how much the page is wider than its window, whose `innerWidth` a phone lets grow with it."""
+        """Return by how much the page is wider than its window; a phone lets `innerWidth` grow with it."""
         root = "document.documentElement"
         return float(self.page.evaluate(f"{root}.scrollWidth - {root}.clientWidth"))
 
