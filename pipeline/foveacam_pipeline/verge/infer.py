@@ -27,8 +27,9 @@ UNEVEN_SIGMA = 2.0e-3
 """What keeps real surfaces from being planes, relative to 1/Z."""
 OWN_CHANCE = 0.55
 """Chance of a sample to be of the target's surface, where nothing else is known."""
-FRONT_SHARE = 0.73
-"""So many of the samples about a blank region that are not of its surface are in front of it."""
+FRONT_SHARE = 0.93
+"""So many of the edges about a blank region that are not its own are in front of it: an edge moves with the
+nearer surface, so one behind it is a mismatch."""
 ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 """Chance of a surface that surrounds the target with so many samples to be its own."""
 NOTHING_CHANCE = 0.08

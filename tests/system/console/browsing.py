@@ -93,8 +93,9 @@ class Console:
         raise AssertionError(f"the eyes never looked at {ax_deg}, {ay_deg}: {mirrors}")
 
     def overflow_px(self) -> float:
-        """Return by how much the page is wider than its window."""
-        return float(self.page.evaluate("document.documentElement.scrollWidth - innerWidth"))
+        """Return by how much the page is wider than its window; a phone lets `innerWidth` grow with it."""
+        root = "document.documentElement"
+        return float(self.page.evaluate(f"{root}.scrollWidth - {root}.clientWidth"))
 
 
 OpenConsole = Callable[..., Console]

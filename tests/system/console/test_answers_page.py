@@ -66,6 +66,28 @@ def test_limits_are_told_in_words_and_the_click_can_be_corrected(server: StandIn
     assert server.orders("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
 
 
+def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> None:
+    reason = "farther than 1.3 m, nearer than 8.0 m. Out of reach: choose a point nearer to the middle."
+    page = answered(**BOUND, reason=reason).page
+    expect(page.locator("#fixation .outcome .lead:visible")).to_have_text(
+        "Out of reach: choose a point nearer to the middle."
+    )
+
+
+def test_button_that_is_being_pressed_stays_while_the_shape_comes(
+    server: StandIn, answered: Answered
+) -> None:
+    page = answered(**ONE_EYE).page
+    server.until_heard()
+    nearer = page.get_by_role("button", name="Nearer")
+    nearer.hover()
+    page.mouse.down()
+    server.tell("cloud.created", {"id": "cld-1", "fixation_id": "fix-1"})
+    expect(page.locator(".outcome .downloads")).to_be_visible()
+    with page.expect_request("**/corrections"):
+        page.mouse.up()
+
+
 def test_one_of_two_distances_is_chosen_with_a_click(server: StandIn, answered: Answered) -> None:
     several = {**{key: NEAR[key] for key in NEAR if key != "probability"}, "alternatives": [NEAR, FAR]}
     page = answered(**several).page

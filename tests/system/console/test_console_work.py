@@ -49,11 +49,14 @@ def test_click_ends_with_a_distance_and_its_error(console: Console, server: Serv
     assert console.page.locator(".stepplot circle.along").count() == len(kept["steps"])
 
 
-def test_patch_without_texture_is_told_in_words(console: Console) -> None:
+def test_patch_without_texture_is_told_in_words(console: Console, server: Server) -> None:
     console.fixate(*BARE_PX)
-    expect(console.page.locator("#fixation .state.warn")).to_have_text("No texture here")
-    assert len(console.page.locator("#fixation .lead").inner_text()) > 20
-    assert console.page.locator("[data-role=distance]").count() == 0
+    expect(console.page.locator("#fixation .state.plain")).to_have_text("Inferred from its surroundings")
+    expect(console.page.locator("#fixation .lead").last).to_contain_text("nothing that could be matched")
+    kept = server.send("GET", "/fixations?limit=1").json()[0]
+    assert (kept["state"], kept["basis"]) == ("no_texture", "surroundings")
+    shown = console.page.locator("[data-role=distance]").inner_text()
+    assert float(shown.split()[0]) == pytest.approx(kept["distance_m"], abs=kept["distance_sigma_m"])
 
 
 def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server) -> None:

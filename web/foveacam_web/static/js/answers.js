@@ -82,7 +82,7 @@ export function heading(fixation) {
   if (!basis) return ENDS[fixation.state];
   const eye = basis === "fovea_and_wide" ? seeingEye(fixation) : null;
   const title = eye ? `Measured by the ${eye} fovea and the wide camera` : BASES[basis].title;
-  return { title, tone: basis === "bound" ? "plain" : "good", hint: "" };
+  return { title, tone: basis === "bound" || basis === "surroundings" ? "plain" : "good", hint: "" };
 }
 
 /**

@@ -25,6 +25,7 @@ export function mountMeasurements(place, { store, orders, exports }) {
   const links = ["csv", "json"].map((kind) => h("a", {
     class: "aside", href: `/api/v1/measurements.${kind}`, download: `measurements.${kind}`, text: kind.toUpperCase(), title: `Save all as ${kind.toUpperCase()}`,
   }));
+  fill(exports, links);
   tabs.onChoose((index) => (exports.hidden = index !== 1));
   let chosen = "";
   store.on(["measuring", "selected_measurement"], ({ measuring, selected_measurement }) => {
@@ -48,7 +49,7 @@ export function mountMeasurements(place, { store, orders, exports }) {
       if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
     });
     empty.hidden = shown.length > 0;
-    fill(exports, shown.length > 0 && links);
+    links.forEach((link) => (link.hidden = shown.length === 0));
     say(empty, state.measurements === null ? "Loading …" : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.");
   });
 }

@@ -73,7 +73,7 @@ export class MeasureTool {
   #equip(view) {
     const pane = this.#views.pane(view);
     const button = h("button", {
-      class: "tool", type: "button", "aria-pressed": "false", "aria-label": `Measure in the view ${pane.title.textContent}`,
+      class: "tool measure-button", type: "button", "aria-pressed": "false", "aria-label": `Measure in the view ${pane.title.textContent}`,
       title: "Measure (M)", on: { click: () => this.toggle(view) },
     }, icon("ruler"));
     pane.tools.prepend(button);

@@ -1,7 +1,7 @@
 // The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
 
 import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
-import { fill, h, say } from "../dom.js";
+import { changing, fill, h, say } from "../dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
@@ -28,11 +28,12 @@ export function mountFixation(place, announcer, { store, commands }) {
   const head = h("div", { class: "outcome" });
   const plot = h("div", { class: "plot" });
   fill(place, head, plot);
+  const showOutcome = outcomes(head, commands);
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
     place.dataset["fixation"] = current?.fixation?.id ?? "";
-    fill(head, ...outcome(current, commands));
+    showOutcome(current);
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
   });
@@ -50,33 +51,49 @@ function redrawSteps(plot, current) {
 }
 
 /**
- * @param {CurrentFixation | null} current
+ * Show how a fixation stands, part by part: a button that is about to be pressed stays while another part changes.
+ * @param {HTMLElement} head
  * @param {Commands} commands
+ * @returns {(current: CurrentFixation | null) => void}
  */
-function outcome(current, commands) {
-  if (!current) {
-    return [h("p", { class: "big quiet", text: MISSING }), h("p", { class: "lead", text: "Click on something in the wide view: both foveae look at it, and its distance appears here." })];
-  }
-  if (current.fixation) return ended(current.fixation, commands);
-  if (current.state === "failed") return failed(current);
-  if (current.state === "cancelled") return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
-  return running(current, commands);
+function outcomes(head, commands) {
+  const run = running(commands);
+  const [end, files] = [h("div", { class: "part" }), h("div", { class: "part" })];
+  const showEnd = changing(end, (/** @type {CurrentFixation | null} */ current) => (current?.fixation ? ended(current.fixation, commands) : otherwise(current)));
+  const showFiles = changing(files, (/** @type {string | null} */ cloud_id) => [cloud_id && downloads(cloud_id)]);
+  fill(head, run.element, end, files);
+  return (current) => {
+    const fixation = current?.fixation ?? null;
+    const runs = current !== null && !fixation && current.state !== "failed" && current.state !== "cancelled";
+    run.element.hidden = !runs;
+    end.hidden = runs;
+    if (runs) run.show(current);
+    else showEnd(current && { ...current, fixation: fixation && { ...fixation, cloud_id: null } }); // the files come later
+    showFiles(fixation?.cloud_id ?? null);
+  };
 }
 
-/**
- * @param {CurrentFixation} current
- * @param {Commands} commands
- */
-function running(current, commands) {
-  const last = current.steps.at(-1);
-  const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
-  const note = [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ");
-  return [
-    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), RUNNING[current.state] ?? current.state),
-    h("p", { class: "lead number", text: note || asked(current.request) }),
-    h("button", { type: "button", class: "plain", on: { click: () => void commands.cancel() }, disabled: current.state === "cancelling" || !current.job_id },
-      "Cancel ", h("kbd", { text: "Esc" })),
-  ];
+/** @param {CurrentFixation | null} current */
+function otherwise(current) {
+  if (current?.state === "failed") return failed(current);
+  if (current) return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
+  return [h("p", { class: "big quiet", text: MISSING }), h("p", { class: "lead", text: "Click on something in the wide view: both foveae look at it, and its distance appears here." })];
+}
+
+/** @param {Commands} commands */
+function running(commands) {
+  const state = h("span", {});
+  const note = h("p", { class: "lead number" });
+  const cancel = h("button", { type: "button", class: "plain", on: { click: () => void commands.cancel() } }, "Cancel ", h("kbd", { text: "Esc" }));
+  const element = h("div", { class: "part" },
+    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), state), note, cancel);
+  return { element, show: (/** @type {CurrentFixation} */ current) => {
+    const last = current.steps.at(-1);
+    const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
+    say(state, RUNNING[current.state] ?? current.state);
+    say(note, [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") || asked(current.request));
+    cancel.disabled = current.state === "cancelling" || !current.job_id;
+  } };
 }
 
 /** @param {CurrentFixation} current */
@@ -98,16 +115,26 @@ function ended(fixation, commands) {
   const answer = answerOf(fixation);
   const basis = basisOf(fixation);
   const chosen = chosenOf(fixation) !== null;
+  const why = reasonBeside(fixation);
   return [
     title(end.tone, end.title, basis ? basisMeaning(basis) : ""),
     answer.distance_m !== null ? far(answer) : answer.bound ? h("p", { class: "big limits", data: { role: "bound" }, text: boundText(answer.bound) }) : null,
     alternatives(fixation, commands),
-    fixation.reason && !chosen ? h("p", { class: "lead", text: sentence(fixation.reason) }) : null,
+    why && !chosen ? h("p", { class: "lead", text: why }) : null,
     basis || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
     nearerOrFarther(fixation, commands),
     numbers(fixation),
-    fixation.cloud_id ? downloads(fixation.cloud_id) : null,
   ];
+}
+
+/**
+ * The reason without the limits that stand above it already.
+ * @param {FixationDocument} fixation
+ */
+function reasonBeside({ reason, bound }) {
+  const limits = bound ? `${sentence(boundText(bound))}` : "";
+  const whole = sentence(reason);
+  return limits && whole.startsWith(limits) ? whole.slice(limits.length).trim() : whole;
 }
 
 /** @param {import("../answers.js").Answer} answer */

@@ -36,7 +36,7 @@ export function drawSteps(place, steps) {
     s("text", { class: "goal-name", x: WIDTH - PAD.right, y: y(GOAL_PX) - 3, "text-anchor": "end", text: "0.5 px" }),
     ticks(steps, x, last),
     steps.every((step) => step.residual_x_px === null)
-      ? s("text", { class: "nothing", x: WIDTH / 2, y: HEIGHT / 2 - 8, "text-anchor": "middle", text: "No step found a match" }) : null,
+      ? s("text", { class: "nothing", x: WIDTH / 2, y: HEIGHT / 2 + 16, "text-anchor": "middle", text: "No step found a match" }) : null,
     series(steps, "vertical", (step) => step.residual_y_px, x, y),
     series(steps, "along", (step) => step.residual_x_px, x, y)),
   legend(), table(steps));
