@@ -22,7 +22,7 @@ def bench_names() -> list[str]:
 
 
 def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None) -> dict[str, object]:
-    """Run one bench; unless `silent`, a spinner shows that it works. `data`: folder of its pictures, if any."""
+    """Run one bench; unless `silent`, a spinner shows that it works. `data`: folder of pictures, if any."""
     names = bench_names()
     if name not in names:
         raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(names)}")

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role
+from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -42,6 +43,9 @@ Moment = Annotated[
     float, Query(ge=0.0, le=1e6, allow_inf_nan=False, description="seconds from the recording's begin")
 ]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half")]
+BackendQuery = Annotated[
+    DepthBackend, Query(description="sgbm: at full size; live: several times faster, coarser")
+]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
 """A recording never changes; what a page has shown it need not fetch again."""
@@ -227,10 +231,12 @@ def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0
     response_model=RecordedDepthDocument,
     responses=problems(404, 409),
 )
-def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Document:
+def depth(
+    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, backend: BackendQuery = "sgbm"
+) -> Document:
     """Match both foveae by their recorded poses and calibration; refused in words where these are missing."""
     path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s)
+    found = services.recordings.depth.at(path, t_s=t_s, backend=backend)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
     return {
@@ -240,7 +246,8 @@ def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -
         "verged_z_m": _rounded(found.verged_z_m),
         "known": round(found.known, 4),
         "apart_ms": round(found.apart_ms, 3),
-        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}",
+        "backend": backend,
+        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}",
     }
 
 
@@ -250,9 +257,12 @@ def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -
     response_class=Response,
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
-def depth_picture(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Response:
+def depth_picture(
+    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, backend: BackendQuery = "sgbm"
+) -> Response:
     """Return depth as colours, with a scale in metres."""
-    return _jpeg(services.recordings.depth.at(_path(services, recording_id), t_s=t_s).picture)
+    found = services.recordings.depth.at(_path(services, recording_id), t_s=t_s, backend=backend)
+    return _jpeg(found.picture)
 
 
 @router.post(

@@ -23,7 +23,7 @@ from foveacam_server.bench.verge_truth import Kind, look_up
 
 NEAREST_M, FARTHEST_M = 7.0, 13.0
 HIDDEN_PX = 1.0
-"""What the right eye sees in a pixel's place is nearer by more disparity where the pixel is hidden from it."""
+"""A pixel is hidden from the right eye where that sees something nearer by more disparity in its place."""
 SEED = 20_31
 
 
@@ -31,13 +31,13 @@ SEED = 20_31
 class TrueLook:
     """A rectified look and its truth; `truth_px`: (h, w) residual disparity, NaN where no surface is seen.
 
-    `both`: (h, w), true where both eyes see the surface.
+    `judged`: (h, w), true where both eyes see the surface and it is 7 to 13 m away.
     """
 
     scene: str
     pair: RectifiedPair
     truth_px: NDArray[np.float64]
-    both: NDArray[np.bool_]
+    judged: NDArray[np.bool_]
 
 
 def true_looks(count: int, *, seed: int = SEED) -> Iterator[TrueLook]:
@@ -71,8 +71,10 @@ def _look(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generat
     pair = rectify(sighting, calibration)
     truth_px, seen = true_residual_px(rig, calibration, sighting, pair)
     truth_px[~seen] = np.nan
+    true_z_m = pair.f_px * pair.baseline_m / (truth_px + pair.offset_px)
+    distant = (true_z_m >= NEAREST_M) & (true_z_m <= FARTHEST_M)
     both = seen & _seen_by_right(truth, pair, truth_px, t_ns=sighting.right.t_ns)
-    return TrueLook(scene=scene, pair=pair, truth_px=truth_px, both=both)
+    return TrueLook(scene=scene, pair=pair, truth_px=truth_px, judged=both & distant)
 
 
 def _seen_by_right(

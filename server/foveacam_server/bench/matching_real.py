@@ -93,6 +93,7 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
 
 
 def real_pairs(data: Path | None) -> Iterator[RealPair]:
+    """Yield the Motorcycle pair, and those of the folder `data`: aloe/ and tsukuba/."""
     pair, truth_px = motorcycle()
     grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (pair.left, pair.right)]
     yield _pair("motorcycle", grey[0], grey[1], truth_px.astype(np.float32), 0.0)

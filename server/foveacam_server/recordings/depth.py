@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import DepthMap
@@ -49,19 +49,19 @@ class DepthDesk:
     def __init__(self, opened: OpenRecordings) -> None:
         self._opened = opened
         self._lock = threading.Lock()
-        self._kept: OrderedDict[tuple[Path, int, int], RecordedDepth] = OrderedDict()
+        self._kept: OrderedDict[tuple[Path, int, int, DepthBackend], RecordedDepth] = OrderedDict()
 
-    def at(self, path: Path, *, t_s: float) -> RecordedDepth:
+    def at(self, path: Path, *, t_s: float, backend: DepthBackend = "sgbm") -> RecordedDepth:
         """Return the depth at a moment; raise NotCalibrated or InvalidInput, in words, where it cannot be."""
         with self._opened.reading(path) as recording:
             pair = pair_at(recording, t_s)
             sighting, calibration = sighting_of(recording, pair)
-        key = path, pair[0].t_ns, pair[1].t_ns
+        key = path, pair[0].t_ns, pair[1].t_ns, backend
         with self._lock:
             found = self._kept.get(key)
             if found is None:
                 rectified = rectify(sighting, calibration, scale=0.5)
-                depth = depth_map(rectified, match(rectified))
+                depth = depth_map(rectified, BACKENDS[backend].estimate(rectified))
                 z_m, sigma_m = centre_of(depth)
                 verged_z_m = rectified.verged_z_m
                 found = RecordedDepth(
