@@ -1,4 +1,4 @@
-"""How far one small picture is moved against another, with its error: phase correlation, then `match_point`."""
+"""How far a small picture is moved against another, with its error: phase correlation, then `match_point`."""
 
 from dataclasses import dataclass
 
