@@ -144,7 +144,7 @@ class RecordedDepthDocument(Told):
     """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures. `backend`: what estimated it.
+    exposures. `backend`: what estimated it. `looks`: how many were fused.
     """
 
     t_s: float
@@ -154,6 +154,7 @@ class RecordedDepthDocument(Told):
     known: float
     apart_ms: float
     backend: DepthBackend
+    looks: int
     picture_url: str
 
 

@@ -46,6 +46,9 @@ ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half"
 BackendQuery = Annotated[
     DepthBackend, Query(description="sgbm: at full size; live: several times faster, coarser")
 ]
+LooksQuery = Annotated[
+    int, Query(ge=1, le=16, description="looks fused from this moment on, as long as the mirrors stand still")
+]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
 """A recording never changes; what a page has shown it need not fetch again."""
@@ -232,11 +235,15 @@ def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0
     responses=problems(404, 409),
 )
 def depth(
-    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, backend: BackendQuery = "sgbm"
+    recording_id: RecordingId,
+    services: ServicesDep,
+    t_s: Moment = 0.0,
+    backend: BackendQuery = "sgbm",
+    looks: LooksQuery = 1,
 ) -> Document:
     """Match both foveae by their recorded poses and calibration; refused in words where these are missing."""
     path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s, backend=backend)
+    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
     return {
@@ -247,7 +254,8 @@ def depth(
         "known": round(found.known, 4),
         "apart_ms": round(found.apart_ms, 3),
         "backend": backend,
-        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}",
+        "looks": found.looks,
+        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}",
     }
 
 
@@ -258,10 +266,15 @@ def depth(
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
 def depth_picture(
-    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, backend: BackendQuery = "sgbm"
+    recording_id: RecordingId,
+    services: ServicesDep,
+    t_s: Moment = 0.0,
+    backend: BackendQuery = "sgbm",
+    looks: LooksQuery = 1,
 ) -> Response:
     """Return depth as colours, with a scale in metres."""
-    found = services.recordings.depth.at(_path(services, recording_id), t_s=t_s, backend=backend)
+    path = _path(services, recording_id)
+    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
     return _jpeg(found.picture)
 
 
