@@ -21,16 +21,16 @@ def bench_names() -> list[str]:
     )
 
 
-def run_bench(name: str, *, quick: bool, silent: bool) -> dict[str, object]:
-    """Run one bench; unless `silent`, a spinner shows that it works."""
+def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None) -> dict[str, object]:
+    """Run one bench; unless `silent`, a spinner shows that it works. `data`: folder of pictures, if any."""
     names = bench_names()
     if name not in names:
         raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(names)}")
     module = import_module(f"foveacam_server.bench.{name}")
     if silent:
-        return _figures(module, quick=quick)
+        return _figures(module, quick=quick, data=data)
     with Console(stderr=True).status(f"measuring: {name} ..."):
-        return _figures(module, quick=quick)
+        return _figures(module, quick=quick, data=data)
 
 
 def bench_table(name: str, figures: Mapping[str, object]) -> Table:
@@ -43,10 +43,12 @@ def bench_table(name: str, figures: Mapping[str, object]) -> Table:
     return table
 
 
-def _figures(module: ModuleType, *, quick: bool) -> dict[str, object]:
-    run = module.run
-    found = run(quick=quick) if "quick" in inspect.signature(run).parameters else run()
-    return dict(found)
+def _figures(module: ModuleType, *, quick: bool, data: Path | None) -> dict[str, object]:
+    takes = inspect.signature(module.run).parameters
+    if data is not None and "data" not in takes:
+        raise InvalidInput(f"bench {module.__name__.rpartition('.')[2]} reads no pictures; leave --data out")
+    options: dict[str, object] = {"quick": quick, "data": data}
+    return dict(module.run(**{name: value for name, value in options.items() if name in takes}))
 
 
 def _shown(value: object) -> str:

@@ -110,6 +110,10 @@ def bench(
     name: Annotated[str | None, typer.Argument(help="which figures; without a name they are listed")] = None,
     as_json: JsonOption = False,
     quick: Annotated[bool, typer.Option("--quick", help="fewer repetitions")] = False,
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", help="folder of real pairs (aloe/, tsukuba/), where a bench has them"),
+    ] = None,
 ) -> None:
     """Measure and print the project's figures."""
     from foveacam_server.benches import bench_names, bench_table, run_bench
@@ -118,7 +122,7 @@ def bench(
     if name is None:
         typer.echo("foveacam bench NAME [--json] [--quick], where NAME is one of: " + ", ".join(names))
         return
-    figures = run_bench(name, quick=quick, silent=as_json)
+    figures = run_bench(name, quick=quick, silent=as_json, data=data)
     if as_json:
         typer.echo(json.dumps(figures, allow_nan=False))
     else:

@@ -125,7 +125,7 @@ def test_bench_prints_one_json_object_and_nothing_else(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(
-        benches, "run_bench", lambda name, *, quick, silent: {"rtt_p50_ms": 0.5, "quick": quick}
+        benches, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.5, "quick": quick}
     )
     assert run(monkeypatch, "bench", "stream", "--json", "--quick") == 0
     captured = capsys.readouterr()
@@ -136,7 +136,7 @@ def test_bench_prints_one_json_object_and_nothing_else(
 def test_bench_prints_a_table_for_people(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(benches, "run_bench", lambda name, *, quick, silent: {"rtt_p50_ms": 0.51234})
+    monkeypatch.setattr(benches, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.51234})
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
 

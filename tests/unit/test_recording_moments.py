@@ -76,6 +76,24 @@ def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
     assert desk.at(seen, t_s=0.02) is found
 
 
+def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: DepthDesk, seen: Path) -> None:
+    full, live = (desk.at(seen, t_s=0.0, backend=backend) for backend in ("sgbm", "live"))
+
+    assert full is not live
+    assert full.z_m is not None and live.z_m == pytest.approx(full.z_m, rel=1e-3)
+
+
+def test_looks_of_mirrors_that_stand_still_are_fused_and_state_no_larger_error(
+    desk: DepthDesk, seen: Path
+) -> None:
+    one, fused = (desk.at(seen, t_s=0.0, looks=looks) for looks in (1, 8))
+
+    assert (one.looks, fused.looks) == (1, 2)  # the recording has no more
+    assert one.sigma_m is not None and fused.sigma_m is not None
+    assert fused.sigma_m <= one.sigma_m
+    assert fused.z_m == pytest.approx(Z_M, rel=2e-3)
+
+
 def test_foveae_are_laid_over_each_other_rectified_where_their_poses_are_known(seen: Path) -> None:
     with Recording(seen) as recording:
         pair = pair_at(recording, 0.0)

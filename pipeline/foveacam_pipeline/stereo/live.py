@@ -18,6 +18,9 @@ from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 LARGEST_BEND_PX = 1.0
 """Where the interpolated and the nearest disparity differ by more, an edge lies between."""
 
+LARGEST_FIRST_STEP_PX = 1.5
+"""A px of the half size is two: so much may be missing at first."""
+
 
 def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
@@ -49,7 +52,9 @@ def refined_half_match(
     )
     enlarged = _enlarged(found, (width, height))
     enlarged[~pair.valid_left] = np.nan
-    refinement = refine(left, right, np.nan_to_num(enlarged), pair.valid_right)
+    refinement = refine(
+        left, right, np.nan_to_num(enlarged), pair.valid_right, largest_step_px=LARGEST_FIRST_STEP_PX
+    )
     refinement = refine(left, right, refinement.residual_px, pair.valid_right)
     return enlarged, refinement
 

@@ -22,6 +22,9 @@ LEAST_LIKENESS = 0.1
 """Gradients of both windows must correlate by so much about a pixel: below it only noise was compared. Of the
 rendered fitting data, 69 % of the wrong matches on blank surfaces lie below it, 2.7 % of the right ones."""
 
+CLEAR_LIKENESS, LEAST_LOCAL_LIKENESS = 0.25, 0.4
+"""Where gradients correlate by less than the first about a pixel, they must by the second right at it."""
+
 
 def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
@@ -51,6 +54,9 @@ def judged(
     errors = match_errors(found_px, refinement, model)
     known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
     known &= refinement.wide_likeness >= np.float32(LEAST_LIKENESS)
+    known &= (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS)) | (
+        refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS)
+    )
     known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
     residual, sigma = refinement.residual_px, errors.sigma_px
     residual[~known] = np.nan

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.capture_models import Text
 from foveacam_server.api.models import Asked, Told
 
@@ -143,7 +144,7 @@ class RecordedDepthDocument(Told):
     """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures.
+    exposures. `backend`: what estimated it. `looks`: how many were fused.
     """
 
     t_s: float
@@ -152,6 +153,8 @@ class RecordedDepthDocument(Told):
     verged_z_m: float | None
     known: float
     apart_ms: float
+    backend: DepthBackend
+    looks: int
     picture_url: str
 
 

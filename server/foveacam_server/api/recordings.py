@@ -8,6 +8,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role
+from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -42,6 +43,12 @@ Moment = Annotated[
     float, Query(ge=0.0, le=1e6, allow_inf_nan=False, description="seconds from the recording's begin")
 ]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half")]
+BackendQuery = Annotated[
+    DepthBackend, Query(description="sgbm: at full size; live: several times faster, coarser")
+]
+LooksQuery = Annotated[
+    int, Query(ge=1, le=16, description="looks fused from this moment on, as long as the mirrors stand still")
+]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
 """A recording never changes; what a page has shown it need not fetch again."""
@@ -227,10 +234,16 @@ def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0
     response_model=RecordedDepthDocument,
     responses=problems(404, 409),
 )
-def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Document:
+def depth(
+    recording_id: RecordingId,
+    services: ServicesDep,
+    t_s: Moment = 0.0,
+    backend: BackendQuery = "sgbm",
+    looks: LooksQuery = 1,
+) -> Document:
     """Match both foveae by their recorded poses and calibration; refused in words where these are missing."""
     path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s)
+    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
     return {
@@ -240,7 +253,9 @@ def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -
         "verged_z_m": _rounded(found.verged_z_m),
         "known": round(found.known, 4),
         "apart_ms": round(found.apart_ms, 3),
-        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}",
+        "backend": backend,
+        "looks": found.looks,
+        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}",
     }
 
 
@@ -250,9 +265,17 @@ def depth(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -
     response_class=Response,
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
-def depth_picture(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Response:
+def depth_picture(
+    recording_id: RecordingId,
+    services: ServicesDep,
+    t_s: Moment = 0.0,
+    backend: BackendQuery = "sgbm",
+    looks: LooksQuery = 1,
+) -> Response:
     """Return depth as colours, with a scale in metres."""
-    return _jpeg(services.recordings.depth.at(_path(services, recording_id), t_s=t_s).picture)
+    path = _path(services, recording_id)
+    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
+    return _jpeg(found.picture)
 
 
 @router.post(

@@ -43,11 +43,13 @@ NOISELESS = Exposure(
 )
 MEAN, CONTRAST = 0.4, 0.1
 SEED = 41
+SCENES, QUICK_SCENES = 6, 2
+PAIRS, QUICK_PAIRS = 200, 40
 
 
 def run(*, quick: bool = False, curve: Path | None = None, data: Path | None = None) -> dict[str, object]:
     """Return the figures; write the bias curve to `curve`. `data`: folder of aloe/ and tsukuba/, if any."""
-    scenes = 2 if quick else 6
+    scenes = QUICK_SCENES if quick else SCENES
     noise_bias, optics_bias = (bias_curve(rendered, scenes=scenes) for rendered in (False, True))
     if curve is not None:
         write_curve(curve, PHASES, {"band-limited noise": noise_bias, "simulated optics": optics_bias})
@@ -61,9 +63,14 @@ def run(*, quick: bool = False, curve: Path | None = None, data: Path | None = N
             str(phase): [float(one), float(two)]
             for phase, one, two in zip(PHASES, noise_bias, optics_bias, strict=True)
         },
-        **against_bound(pairs=40 if quick else 200),
+        **against_bound(pairs=QUICK_PAIRS if quick else PAIRS),
         **real_figures(data, points=150 if quick else 900),
     }
+
+
+def worst_bias_px(*, scenes: int) -> float:
+    """Return the largest error at any phase, of band-limited noise as it is and through the optics, px."""
+    return max(float(np.abs(bias_curve(optics, scenes=scenes)).max()) for optics in (False, True))
 
 
 def _cubic_bias_px() -> float:

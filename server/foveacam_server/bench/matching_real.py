@@ -45,7 +45,7 @@ class RealPair:
 def real_figures(data: Path | None, *, points: int) -> dict[str, float]:
     """Return the figures of each pair at hand; `data`: folder with aloe/ and tsukuba/."""
     figures: dict[str, float] = {}
-    for pair in _pairs(data):
+    for pair in real_pairs(data):
         figures |= {f"{pair.name}_{name}": value for name, value in judge(pair, points=points).items()}
     return figures
 
@@ -92,7 +92,8 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
         yield one, math.nan if one is None else -one.x_px - float(pair.truth_px[y, x])
 
 
-def _pairs(data: Path | None) -> Iterator[RealPair]:
+def real_pairs(data: Path | None) -> Iterator[RealPair]:
+    """Yield the Motorcycle pair, and those of the folder `data`: aloe/ and tsukuba/."""
     pair, truth_px = motorcycle()
     grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (pair.left, pair.right)]
     yield _pair("motorcycle", grey[0], grey[1], truth_px.astype(np.float32), 0.0)

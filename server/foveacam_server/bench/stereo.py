@@ -146,7 +146,7 @@ def _rendered(rig: Rig, calibration: Calibration, sightings: list[Sighting]) -> 
     for sighting in sightings:
         pair = rectify(sighting, calibration)
         disparity = match(pair)
-        residual_px, seen = _true_residual_px(rig, calibration, sighting, pair)
+        residual_px, seen = true_residual_px(rig, calibration, sighting, pair)
         within = seen & (np.abs(residual_px) < 48.0)
         known = within & np.isfinite(disparity.residual_px)
         offset_px = np.median(
@@ -164,7 +164,7 @@ def _rendered(rig: Rig, calibration: Calibration, sightings: list[Sighting]) -> 
     }
 
 
-def _true_residual_px(
+def true_residual_px(
     rig: Rig, calibration: Calibration, sighting: Sighting, pair: RectifiedPair
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return each left pixel's true residual disparity, (h, w), and where the left eye sees a surface."""

@@ -7,8 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.values import RecordedFrame
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.accumulate import DisparityStack
 from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import DepthMap
@@ -30,7 +35,7 @@ class RecordedDepth:
     """Depth along the rig's z at the middle of the left fovea, with its standard error, m; None: unknown.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures. `picture`: JPEG.
+    exposures. `looks`: how many were fused. `picture`: JPEG.
     """
 
     left_index: int
@@ -40,6 +45,7 @@ class RecordedDepth:
     verged_z_m: float | None
     known: float
     apart_ms: float
+    looks: int
     picture: bytes
 
 
@@ -49,19 +55,27 @@ class DepthDesk:
     def __init__(self, opened: OpenRecordings) -> None:
         self._opened = opened
         self._lock = threading.Lock()
-        self._kept: OrderedDict[tuple[Path, int, int], RecordedDepth] = OrderedDict()
+        self._kept: OrderedDict[tuple[Path, int, int, DepthBackend, int], RecordedDepth] = OrderedDict()
 
-    def at(self, path: Path, *, t_s: float) -> RecordedDepth:
-        """Return the depth at a moment; raise NotCalibrated or InvalidInput, in words, where it cannot be."""
+    def at(self, path: Path, *, t_s: float, backend: DepthBackend = "sgbm", looks: int = 1) -> RecordedDepth:
+        """Return the depth at a moment; raise NotCalibrated or InvalidInput, in words, where it cannot be.
+
+        `looks`: so many looks from that moment on are fused, as long as the mirrors stand still.
+        """
         with self._opened.reading(path) as recording:
             pair = pair_at(recording, t_s)
-            sighting, calibration = sighting_of(recording, pair)
-        key = path, pair[0].t_ns, pair[1].t_ns
+            sightings, calibration = _still_sightings(recording, pair, looks)
+        key = path, pair[0].t_ns, pair[1].t_ns, backend, looks
         with self._lock:
             found = self._kept.get(key)
             if found is None:
-                rectified = rectify(sighting, calibration, scale=0.5)
-                depth = depth_map(rectified, match(rectified))
+                rectified = rectify(sightings[0], calibration, scale=0.5)
+                stack = DisparityStack()
+                for sighting in sightings:
+                    each = rectify(sighting, calibration, scale=0.5)
+                    stack = stack.with_map(BACKENDS[backend].estimate(each))
+                fused = stack.fused() if len(sightings) > 1 else stack.maps[0]
+                depth = depth_map(rectified, fused)
                 z_m, sigma_m = centre_of(depth)
                 verged_z_m = rectified.verged_z_m
                 found = RecordedDepth(
@@ -72,6 +86,7 @@ class DepthDesk:
                     verged_z_m=verged_z_m if np.isfinite(verged_z_m) else None,
                     known=float(np.isfinite(depth.z_m).mean()),
                     apart_ms=abs(pair[1].t_ns - pair[0].t_ns) / 1e6,
+                    looks=len(sightings),
                     picture=encode_jpeg(depth_picture(depth), quality=QUALITY),
                 )
                 self._kept[key] = found
@@ -79,6 +94,23 @@ class DepthDesk:
             while len(self._kept) > KEPT:
                 self._kept.popitem(last=False)
         return found
+
+
+def _still_sightings(
+    recording: Recording, pair: tuple[RecordedFrame, RecordedFrame], looks: int
+) -> tuple[list[Sighting], Calibration]:
+    """Return at most `looks` looks from a pair on, while the mirrors stand as they did in it."""
+    sighting, calibration = sighting_of(recording, pair)
+    sightings = [sighting]
+    left, right = (recording.stream(frame.stream) for frame in pair)
+    for index in range(pair[0].index + 1, min(pair[0].index + looks, len(left))):
+        following = recording.frame(left.name, index)
+        partner = recording.nearest(right.name, following.t_ns)
+        drives = following.pose.volts, partner.pose.volts
+        if drives != (sighting.volts.left, sighting.volts.right):
+            break
+        sightings.append(sighting_of(recording, (following, partner))[0])
+    return sightings, calibration
 
 
 def centre_of(depth: DepthMap) -> tuple[float | None, float | None]:

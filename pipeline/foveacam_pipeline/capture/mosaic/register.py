@@ -1,4 +1,4 @@
-"""How far one small picture is moved against another, with its error: phase correlation, Gauss-Newton."""
+"""How far a small picture is moved against another, with its error: phase correlation, then `match_point`."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.picture import Picture, Placement
+from foveacam_pipeline.matching.point import Prior, match_point
+from foveacam_pipeline.matching.windows import Window
+
 REACH_PX = 16
 """Margin of the pictures, and the farthest that is found."""
 SIGMA_PX = 1.0
 """Both are smoothed by this: the optics pass nothing finer, noise loses four fifths."""
-ROUNDS = 8
-STOP_PX = 0.005
+EVEN_PX = 1e4
+"""Standard deviation of the weights: all px of the window count alike."""
 LEAST_SCORE = 0.7
 LEAST_CONTRAST = 1.5
 """Standard deviation, grey levels: less is noise."""
-CORRELATION = 12.0
-"""The optics' blur and ours tie neighbouring px together: so many hold one independent sample (deduced)."""
 FLOOR_SIGMA_PX = 0.03
 WORST_SIGMA_PX = 0.5
 
@@ -42,8 +44,9 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
     window = cv2.createHanningWindow((a.shape[1], a.shape[0]), cv2.CV_32F)
     start, _ = cv2.phaseCorrelate(a - a.mean(), b - b.mean(), window)
     best: Registered | None = None
+    pictures, half_px = (Picture.of(a), Picture.of(b)), (a.shape[0] - 1) // 2 - m
     for shift in (np.array(start), np.zeros(2)):
-        found = _refined(reference, b, shift)
+        found = _refined(*pictures, shift, half_px)
         if found is not None and (best is None or found.score > best.score):
             best = found
         if best is not None and best.score > 0.95:
@@ -51,50 +54,20 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
     return best
 
 
-def _refined(
-    reference: NDArray[np.float32], b: NDArray[np.float32], start: NDArray[np.float64]
-) -> Registered | None:
-    shift = start.copy()
-    target = _normalised(reference)
-    for _ in range(ROUNDS):
-        if float(np.abs(shift).max()) > REACH_PX - 2:
-            return None
-        moved = _normalised(_moved(b, shift, reference.shape))
-        slopes = _slopes((target + moved) / 2.0)
-        normal = slopes @ slopes.T
-        if not np.linalg.cond(normal) < 1e4:
-            return None
-        step = np.linalg.solve(normal, slopes @ (target - moved).ravel())
-        shift = shift + step
-        if float(np.abs(step).max()) < STOP_PX:
-            break
-    moved = _normalised(_moved(b, shift, reference.shape))
-    score = float(np.mean(target * moved))
-    energy = _slopes(target) @ _slopes(moved).T
-    information = (energy + energy.T) / 2.0
-    if score < LEAST_SCORE or not np.linalg.eigvalsh(information).min() > 0.0:
+def _refined(first: Picture, second: Picture, start: NDArray[np.float64], half_px: int) -> Registered | None:
+    if float(np.abs(start).max()) > REACH_PX - 2:
         return None
-    noise = CORRELATION * max(2.0 * (1.0 - score), 1e-6) / 2.0
-    covariance = noise * np.linalg.inv(information) + FLOOR_SIGMA_PX**2 * np.eye(2)
-    if float(np.linalg.eigvalsh(covariance).max()) > WORST_SIGMA_PX**2:
+    x_px, y_px = start.tolist()
+    found = match_point(
+        first,
+        second,
+        Placement(x_px=x_px, y_px=y_px),
+        window=Window(half_px=half_px, weight_sigma_px=EVEN_PX),
+        prior=Prior(slopes=0),
+    )
+    if found is None or found.score < LEAST_SCORE or float(np.abs(found.place_px).max()) > REACH_PX - 2:
         return None
-    return Registered(shift_px=shift, covariance=covariance, score=score)
-
-
-def _moved(
-    image: NDArray[np.float32], shift: NDArray[np.float64], shape: tuple[int, ...]
-) -> NDArray[np.float32]:
-    to_image = np.array([[1.0, 0.0, REACH_PX + shift[0]], [0.0, 1.0, REACH_PX + shift[1]]])
-    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpAffine(image, to_image, (shape[1], shape[0]), flags=flags), dtype=np.float32)
-
-
-def _normalised(image: NDArray[np.float32]) -> NDArray[np.float64]:
-    deviation = max(float(image.std()), 1e-6)
-    return np.asarray((image - image.mean()) / deviation, dtype=np.float64)
-
-
-def _slopes(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2, n) derivatives along x and y."""
-    down, right = np.gradient(image)
-    return np.stack([right.ravel(), down.ravel()])
+    covariance = found.covariance + FLOOR_SIGMA_PX**2 * np.eye(2)
+    if not np.isfinite(covariance).all() or float(np.linalg.eigvalsh(covariance).max()) > WORST_SIGMA_PX**2:
+        return None
+    return Registered(shift_px=found.place_px, covariance=covariance, score=found.score)

@@ -70,6 +70,8 @@ export type RecordedDepth = {
   verged_z_m: number | null;
   known: number;
   apart_ms: number;
+  backend: "sgbm" | "live";
+  looks: number;
   picture_url: string;
 };
 

@@ -46,7 +46,7 @@ export class RecordingOrders {
    */
   async depth(id, t_s) {
     try {
-      return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}`), { patience_ms: DEPTH_MS });
+      return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}&backend=live`), { patience_ms: DEPTH_MS });
     } catch (error) {
       if (error instanceof Problem) return error;
       throw error;
