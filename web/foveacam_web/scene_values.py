@@ -75,7 +75,7 @@ class FixationDrawing:
     @property
     def text(self) -> str:
         """The label as shown: name, distance and its standard error, to the digits that mean something."""
-        digits = 1 if self.distance_sigma_m >= 0.1 else 2 if self.distance_sigma_m >= 0.01 else 3
+        digits = next((k for k in (1, 2, 3) if self.distance_sigma_m >= 10.0**-k), 4)
         known = f"  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"
         words = BASIS_WORDS.get(self.basis)
         return short(self.label) + known + (f" ({words})" if words else "")

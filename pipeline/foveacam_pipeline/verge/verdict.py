@@ -23,6 +23,8 @@ def verged(place: Place, fine: FineMatch) -> str:
     )
 
 
+COARSE_SIGMA_M = 0.1
+"""Larger errors are told in metres."""
 CANNOT_TURN = "This eye cannot turn that far; it looks as near as it can."
 HIDDEN = "Something nearer hides the target from this eye."
 UNSUPPORTED = (
@@ -32,7 +34,7 @@ UNSUPPORTED = (
 
 def one_eyed(place: Place, roles: set[Role], *, blocked: set[Role]) -> str:
     """Return the sentence of an answer by one fovea and the wide camera."""
-    found = f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
+    found = _told(place)
     if len(roles) == 2:
         return (
             f"{found} by each fovea against the wide view; left and right do not match at the point itself."
@@ -47,9 +49,16 @@ def inferred(place: Place, *, samples: int, alternatives: int) -> str:
     """Return the sentence of an answer by what surrounds the point."""
     also = f"; {alternatives} distances are possible: choose one" if alternatives else ""
     return (
-        f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm, inferred from {samples} measured "
-        f"points around it: the point itself shows nothing that could be matched{also}."
+        f"{_told(place)}, inferred from {samples} measured points around it: the point itself shows nothing "
+        f"that could be matched{also}."
     )
+
+
+def _told(place: Place) -> str:
+    """Return a distance and its error, in units that suit the error."""
+    if place.distance_sigma_m >= COARSE_SIGMA_M:
+        return f"{place.distance_m:.1f} m ± {place.distance_sigma_m:.1f} m"
+    return f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
 
 
 def bounded(bound: DistanceBound, ended: Ended) -> str:

@@ -194,7 +194,10 @@ class FixationService:
         }
 
     def keep_target(self, target: Document) -> None:
-        """Write a target down, new or changed, and tell."""
+        """Write a target down, new or changed, and tell; the look that it had before leaves the 3D pane."""
+        earlier = self.targets.find(target["id"])
+        if earlier is not None and earlier["fixation_id"] != target["fixation_id"]:
+            self._tools.shapes.forget(earlier["fixation_id"])
         created = self.targets.put(target)
         kind = "target.created" if created else "target.updated"
         self._tools.events.emit(kind, f"{target['label']} {told_distance(target)}", data=target)

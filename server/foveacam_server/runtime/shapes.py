@@ -112,6 +112,11 @@ class ShapeWorker:
             self.dropped += 1
         self._waiting.put(seen)
 
+    def forget(self, fixation_id: str) -> None:
+        """Take an earlier look at a target out of the 3D pane."""
+        if self._viewer is not None:
+            self._viewer.remove_fixation(fixation_id)
+
     def _drop_one(self) -> bool:
         try:
             self._waiting.get_nowait()
