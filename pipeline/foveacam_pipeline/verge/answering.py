@@ -43,7 +43,7 @@ LEAST_SAMPLES = 3
 """An inference from fewer points is doubtful too."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
-VAGUE_SHARE = 0.35
+VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
 

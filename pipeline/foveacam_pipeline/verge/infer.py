@@ -27,7 +27,7 @@ UNEVEN_SIGMA = 2.0e-3
 """What keeps real surfaces from being planes, relative to 1/Z."""
 OWN_CHANCE = 0.55
 """Chance of a sample to be of the target's surface, where nothing else is known."""
-FRONT_SHARE = 0.93
+FRONT_SHARE = 0.87
 """So many of the edges about a blank region that are not its own are in front of it: an edge moves with the
 nearer surface, so one behind it is a mismatch."""
 ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4

@@ -35,13 +35,13 @@ NEAR_CHANCE, FAR_CHANCE = 0.93, 0.55
 """The same of a point about a target with texture: at the target, and far from it."""
 NEAR_PX = 5.0
 """How fast the chance falls with the distance, wide px."""
-OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.95, 0.4
+OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.98, 0.4
 """Chance of an edge to be of the region that it borders: with what lies beyond farther than it, and not."""
 SKYLINE_M = 15.0
 """What the sky is seen above is farther away; the walls and ceilings of a room are nearer."""
 OPEN_EDGES = 3
 """A region that reaches the rim of the image is a surface when so many of its edges hide what is behind."""
-BEYOND_COUNT, BEYOND_REACH_PX = 5, 28.0
+BEYOND_COUNT, BEYOND_REACH_PX = 8, 28.0
 """So many points within so many wide px of an edge tell what lies beyond it."""
 REPEAT_REACH_PX, REPEAT_ROWS_PX = 90, 2
 """A patch is looked for in its own row so far to either side, survey px."""
@@ -145,7 +145,7 @@ def edge_owners(
         near = near[off_px[near] <= BEYOND_REACH_PX]
         if len(near) == 0:
             continue
-        behind = 1.0 - float(np.median(q[near])) / depth
+        behind = 1.0 - float(q[near].max()) / depth  # beyond a thin thing in front lies the background again
         slack = max(SAME_SHARE, 4.0 * float(edges.sigma_per_m[k]) / depth)
         chances[k] = OWN_EDGE_CHANCE if behind > slack else SHARED_EDGE_CHANCE
     return chances
