@@ -33,7 +33,7 @@ from foveacam_pipeline.verge.values import (
     FixationState,
     Phase,
 )
-from foveacam_pipeline.verge.weighing import agree, plausible, slack_per_m, spread_per_m, weighted
+from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, slack_per_m, spread_per_m, weighted
 
 LOOKS, SECONDS = 24, 4.0
 """Allowed to the search by single foveae, and to the last looks at an answer."""
@@ -43,6 +43,9 @@ LEAST_SAMPLES = 3
 """An inference from fewer points is doubtful too."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
+DOUBT_SHARE = 0.3
+"""Least error, as a share of 1/Z, of what is known from one side alone: so looks the edge of something nearer.
+"""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
@@ -138,7 +141,8 @@ class Answering:
             near = self._near(loop, motion)
             hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
-                return self._one_eyed(hidden, motion)
+                held = all(confirmed(one.match, near) for one in hidden)
+                return self._one_eyed(hidden, motion, held=held)
             return self._behind_edge([one for one in sound if one.at_edge], motion)
         except Ended:
             return None
@@ -172,11 +176,15 @@ class Answering:
             score=behind.score,
         )
 
-    def _one_eyed(self, sighted: list[EyeSighting], motion: Motion) -> Answer:
-        """Return the answer of one fovea and the wide camera; of two that agree, their mean."""
+    def _one_eyed(self, sighted: list[EyeSighting], motion: Motion, *, held: bool) -> Answer:
+        """Return the answer of one fovea and the wide camera; of two that agree, their mean.
+
+        `held`: whether what lies about the target says the same; else it may be the edge of something nearer.
+        """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
+        sigma = sigma if held else max(sigma, DOUBT_SHARE * inverse_z)
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
         place = self._look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -210,6 +218,7 @@ class Answering:
         best = depth.inferred[0]
         sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
         sigma = best.sigma_per_m if sure else spread_per_m(depth.inferred)
+        sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
             return self._bounded(depth.samples, motion, ended)
         place = self._look(best.inverse_z_per_m, sigma, motion)

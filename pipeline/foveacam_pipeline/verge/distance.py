@@ -10,6 +10,9 @@ from foveacam_pipeline.geometry.triangulate import closest_approach, depth_sigma
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes
 
+LEAST_SHARE = 0.25
+"""The far side of an error of 1/Z is at least such a share of it: distances end somewhere."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
@@ -49,12 +52,16 @@ def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> 
 
 
 def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> Place:
-    """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`."""
+    """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`.
+
+    Of the two errors of the distance that an error of 1/Z makes, the larger one is stated: to the far side.
+    """
     way = np.append(target, 1.0)
     x_m, y_m, z_m = (way / inverse_z_per_m).tolist()
     length = float(np.linalg.norm(way))
+    farthest = max(inverse_z_per_m - sigma_per_m, LEAST_SHARE * inverse_z_per_m)
     return Place(
         point_rig_m=(x_m, y_m, z_m),
         distance_m=length / inverse_z_per_m,
-        distance_sigma_m=length * sigma_per_m / inverse_z_per_m**2,
+        distance_sigma_m=length * sigma_per_m / (inverse_z_per_m * farthest),
     )

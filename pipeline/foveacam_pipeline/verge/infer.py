@@ -32,6 +32,10 @@ FRONT_SHARE = 0.87
 nearer surface, so one behind it is a mismatch."""
 ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 """Chance of a surface that surrounds the target with so many samples to be its own."""
+NEXT_TAN = 1.0e-3
+"""A point so near to the target is next to it: three wide px."""
+SURE_CHANCE = 0.9
+"""A point of such a chance is sure to be of the target's surface."""
 NOTHING_CHANCE = 0.08
 """Chance that nothing that was measured about a target is of its surface."""
 SAME_SHARE = 0.02
@@ -44,13 +48,15 @@ LEAST_PROBABILITY = 0.08
 class Inferred:
     """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
 
-    `samples`: so many of the measured points lie on the target's surface.
+    `samples`: so many of the measured points lie on the target's surface. `held`: whether these surround the
+    target, or one of them is next to it or sure to be of its surface.
     """
 
     inverse_z_per_m: float
     sigma_per_m: float
     probability: float
     samples: int
+    held: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +65,7 @@ class _Division:
     inverse_z_per_m: float
     variance: float
     samples: int
+    held: bool
 
 
 def infer_depth(
@@ -145,6 +152,12 @@ class _Measured:
         chance = float(np.mean(np.log(self.own_chance[own])))
         return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[own, 1:]) else chance
 
+    def holds(self, own: NDArray[np.bool_]) -> bool:
+        """Return whether samples surround the target, or one is next to it or sure to be of its surface."""
+        offsets = self.design[own, 1:]
+        next_to = float(np.hypot(*offsets.T).min()) <= NEXT_TAN
+        return next_to or float(self.own_chance[own].max()) >= SURE_CHANCE or encloses(offsets)
+
     def other_log_chance(self, surface: NDArray[np.bool_], share: float) -> float:
         """Return the log chance that one surface is not the target's. `share`: of those on its side of it."""
         return float(np.mean(np.log(1.0 - self.own_chance[surface]))) + math.log(share)
@@ -184,6 +197,7 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
         inverse_z_per_m=measured.level + float(plane[0]),
         variance=variance + bulge**2,
         samples=int(own.sum()),
+        held=measured.holds(own),
     )
 
 
@@ -199,6 +213,7 @@ def _all_in_front(measured: _Measured) -> _Division:
         inverse_z_per_m=farthest / 2.0,
         variance=farthest**2 / 12.0,
         samples=0,
+        held=False,
     )
 
 
@@ -226,6 +241,7 @@ def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
                 sigma_per_m=math.sqrt(variance),
                 probability=probability,
                 samples=head.samples,
+                held=head.held,
             )
         )
     return tuple(sorted((f for f in found if f.inverse_z_per_m > 0.0), key=lambda f: -f.probability))

@@ -29,10 +29,17 @@ def weighted(matches: list[EyeMatch]) -> tuple[float, float]:
 def plausible(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
     """Return whether what one eye shows is as deep as something found next to the target, if anything is."""
     return not near or any(
-        abs(match.inverse_z_per_m - other.inverse_z_per_m)
-        <= max(slack_per_m(other), PLAUSIBLE_SIGMAS * match.sigma_per_m)
+        abs(match.inverse_z_per_m - other.inverse_z_per_m) <= _slack(match, other)
         for other in near
         if other.probability >= PLAUSIBLE_PROBABILITY
+    )
+
+
+def confirmed(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
+    """Return whether a surface about the target, or next to it, is as deep as a match, if there is any."""
+    return not near or any(
+        other.held and abs(match.inverse_z_per_m - other.inverse_z_per_m) <= _slack(match, other)
+        for other in near
     )
 
 
@@ -48,3 +55,7 @@ def spread_per_m(inferred: tuple[Inferred, ...]) -> float:
         one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
     )
     return math.sqrt(variance)
+
+
+def _slack(match: EyeMatch, other: Inferred) -> float:
+    return max(slack_per_m(other), PLAUSIBLE_SIGMAS * match.sigma_per_m)
