@@ -44,8 +44,7 @@ LEAST_SAMPLES = 3
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
 DOUBT_SHARE = 0.3
-"""Least error, as a share of 1/Z, of what is known from one side alone: so looks the edge of something nearer.
-"""
+"""Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 

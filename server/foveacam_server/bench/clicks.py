@@ -150,6 +150,7 @@ def figures(results: list[JudgedClick]) -> dict[str, object]:
     found: dict[str, object] = {
         "clicks": len(results),
         "answered_fraction": len(answered) / len(results),
+        "answered_of_surfaces_fraction": _of_surfaces(results),
         "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
         "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
         "wrong": sum(r.wrong for r in results),
@@ -177,6 +178,12 @@ def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
             (r.fixation.distance_sigma_m or math.nan) / (r.fixation.distance_m or math.nan) for r in results
         )
     return found
+
+
+def _of_surfaces(results: list[JudgedClick]) -> float:
+    """Return the share with a distance of the clicks that hit a surface: the sky has none."""
+    surfaces = [r for r in results if math.isfinite(r.range_m)]
+    return sum(r.fixation.distance_m is not None for r in surfaces) / len(surfaces) if surfaces else math.nan
 
 
 def _share(results: list[JudgedClick], basis: Basis) -> float:
