@@ -1,0 +1,63 @@
+"""How measurements of one target are weighed against each other."""
+
+import numpy as np
+import pytest
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.verge.distance import place_on_ray
+from foveacam_pipeline.verge.infer import Inferred
+from foveacam_pipeline.verge.single_eye import EyeMatch
+from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, spread_per_m, weighted
+
+
+def _match(inverse_z_per_m: float, *, role: Role = Role.LEFT, sigma_per_m: float = 1.0e-3) -> EyeMatch:
+    return EyeMatch(
+        role=role, inverse_z_per_m=inverse_z_per_m, sigma_per_m=sigma_per_m, score=0.95, row_px=0.0
+    )
+
+
+def _inferred(inverse_z_per_m: float, *, probability: float, held: bool = True) -> Inferred:
+    return Inferred(
+        inverse_z_per_m=inverse_z_per_m, sigma_per_m=1.0e-3, probability=probability, samples=4, held=held
+    )
+
+
+def test_a_match_is_plausible_where_a_likely_surface_lies_as_deep_or_nothing_is_known() -> None:
+    near = (_inferred(0.5, probability=0.7), _inferred(0.3, probability=0.1))
+
+    assert plausible(_match(0.501), near)
+    assert plausible(_match(0.2), ())
+    assert not plausible(_match(0.4), near)
+    assert not plausible(_match(0.3), near)  # as deep as an unlikely one
+
+
+def test_only_a_surface_about_the_target_confirms_a_match() -> None:
+    one_sided = (_inferred(0.5, probability=0.9, held=False),)
+
+    assert confirmed(_match(0.5), (_inferred(0.5, probability=0.9),))
+    assert not confirmed(_match(0.5), one_sided)
+    assert confirmed(_match(0.5), ())
+
+
+def test_two_eyes_agree_within_their_errors_and_the_better_one_counts_more() -> None:
+    left, right = _match(0.500, sigma_per_m=1.0e-3), _match(0.504, role=Role.RIGHT, sigma_per_m=2.0e-3)
+
+    mean, sigma = weighted([left, right])
+
+    assert agree(left, right)
+    assert not agree(left, _match(0.52, role=Role.RIGHT))
+    assert mean == pytest.approx(0.5008)  # weights 4 and 1
+    assert sigma == pytest.approx(1.0e-3 / np.sqrt(1.25))
+
+
+def test_the_spread_of_alternatives_reaches_from_the_best_to_the_others() -> None:
+    spread = spread_per_m((_inferred(0.5, probability=0.5), _inferred(0.3, probability=0.5)))
+
+    assert spread == pytest.approx(0.2 * np.sqrt(0.5), rel=1e-3)
+
+
+def test_a_large_error_of_depth_is_stated_as_that_to_the_far_side() -> None:
+    place = place_on_ray(np.zeros(2), 0.5, 0.1)
+
+    assert place.distance_m == pytest.approx(2.0)
+    assert place.distance_sigma_m == pytest.approx(1.0 / 0.4 - 2.0)
