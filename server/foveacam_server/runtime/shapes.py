@@ -152,9 +152,9 @@ class ShapeWorker:
         self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
         depth = depth_map(pair, match(pair))
         shape = self._shape(seen, pair, depth)
+        document = self._shelf.put(shape)  # first: what is shown can be measured in
         self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
-        document = self._shelf.put(shape)
         seen.on_cloud(seen.fixation_id, document)
 
     def _show(self, seen: Seen, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:

@@ -27,15 +27,19 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
 
     page.locator(".pane-depth").get_by_role("button", name="Measure in the view").click()
     picture = page.locator(".pane-depth .picture")
-    box = picture.bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"])
+
+    def click_at(x_share: float, y_share: float) -> None:
+        box = picture.bounding_box()
+        assert box is not None
+        picture.click(position={"x": x_share * box["width"], "y": y_share * box["height"]}, force=True)
+
+    click_at(0.4, 0.4)
     rows = page.locator(".measurements li")
     expect(rows).to_have_count(1)
     page.keyboard.press("2")
-    page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + 0.6 * box["height"])
+    click_at(0.3, 0.6)
     expect(page.locator(".pane-depth .measure-bar .hint")).to_contain_text("second point")
-    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
+    click_at(0.6, 0.3)
     expect(rows).to_have_count(2)
 
     length, point = server.send("GET", "/measurements").json()
@@ -47,8 +51,8 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     expect(page.locator(".pane-wide .measured.selected .value")).to_have_text(shown)
     assert page.locator(".pane-depth .measured").count() == 2
 
-    page.mouse.click(box["x"] + 0.96 * box["width"], box["y"] + 0.5 * box["height"])
-    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    click_at(0.96, 0.5)
+    click_at(0.5, 0.5)
     expect(page.locator(".toast")).to_contain_text("the scale stands there")
     page.keyboard.press("Escape")
     expect(page.locator(".pane-depth .measure-bar")).to_be_hidden()

@@ -8,18 +8,18 @@ from foveacam_pipeline.measure.profile import Profile
 from foveacam_server.resources.measurements.places import Placed
 from foveacam_server.resources.measurements.schema import (
     LengthDocument,
+    MeasuredPointDocument,
     PlaneDocument,
-    PointDocument,
     ProfileDocument,
     SampleDocument,
     Triple,
 )
 
 
-def point_document(placed: Placed) -> PointDocument:
+def point_document(placed: Placed) -> MeasuredPointDocument:
     """Return a measured point."""
     point = placed.point
-    return PointDocument(
+    return MeasuredPointDocument(
         view=placed.request.view,
         x_px=round(placed.used_px[0], 2),
         y_px=round(placed.used_px[1], 2),

@@ -39,7 +39,7 @@ class MeasurementPatch(Asked):
     label: Label
 
 
-class PointDocument(Told):
+class MeasuredPointDocument(Told):
     """A measured point, rig frame.
 
     `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
@@ -136,7 +136,7 @@ class MeasurementDocument(Told):
     label: str
     created_utc: str
     fixation_ids: list[str]
-    points: list[PointDocument]
+    points: list[MeasuredPointDocument]
     length: LengthDocument | None = None
     plane: PlaneDocument | None = None
     profile: ProfileDocument | None = None

@@ -12,9 +12,15 @@ from foveacam_server.api.answers import problems
 from foveacam_server.resources.reach.schema import ReachDocument
 from foveacam_server.runtime.services import ServicesDep
 
+NEAREST_M, FARTHEST_M = 0.5, 1e6
+"""Nearer than the baseline is long nothing can be verged on."""
+
 router = APIRouter(tags=["reach"])
 
-Distance = Annotated[float | None, Query(gt=0.0, description="where, m from the rig; without it: infinity")]
+Distance = Annotated[
+    float | None,
+    Query(ge=NEAREST_M, le=FARTHEST_M, description="from the rig, m; without it: infinity"),
+]
 
 
 @router.get("/reach", summary="Where each eye can look", responses=problems(409))
@@ -30,6 +36,6 @@ def reach(services: ServicesDep, distance_m: Distance = None) -> ReachDocument:
     )
 
 
-def _corners(calibration: Calibration, role: Role, distance_m: float) -> list[tuple[float, float]]:
+def _corners(calibration: Calibration, role: Role, distance_m: float) -> list[list[float]]:
     outline_px = reach_outline_px(calibration, role, distance_m=distance_m)
-    return [(round(x_px, 2), round(y_px, 2)) for x_px, y_px in outline_px.tolist()]
+    return [[round(x_px, 2), round(y_px, 2)] for x_px, y_px in outline_px.tolist()]

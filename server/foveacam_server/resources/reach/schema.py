@@ -1,6 +1,13 @@
 """The shape of the answer about where each eye can look."""
 
+from typing import Annotated, TypeAlias
+
+from pydantic import Field
+
 from foveacam_server.api.models import Told
+
+Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
+"""(x, y), wide px."""
 
 
 class ReachDocument(Told):
@@ -11,5 +18,5 @@ class ReachDocument(Told):
 
     calibration_id: str
     distance_m: float | None
-    left_px: list[tuple[float, float]]
-    right_px: list[tuple[float, float]]
+    left_px: list[Corner]
+    right_px: list[Corner]
