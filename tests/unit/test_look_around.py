@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.context.look_around import field_directions, fuse_look, look_around
-from foveacam_pipeline.context.looks import overlap_samples
+from foveacam_pipeline.context.look_around import field_directions, look_around
+from foveacam_pipeline.context.looks import fuse_look, overlap_samples
 from foveacam_pipeline.context.values import Source
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import contradicted, eye_matches, wide_matches

@@ -11,14 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Cancelled, Clock, Head, OutOfRange, Sighting
-from foveacam_pipeline.context.looks import overlap_samples
-from foveacam_pipeline.context.values import Source
+from foveacam_hardware.contract import Cancelled, Clock, Head, OutOfRange
+from foveacam_pipeline.context.looks import fuse_look, overlap_share
 from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import BLOCK_PX, NEAREST_M, contradicted, wide_matches
+from foveacam_pipeline.context.wide_matches import NEAREST_M
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
 from foveacam_pipeline.verge.aim import aim_at, reach_span, volts_for
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 
@@ -31,8 +28,6 @@ AGAIN_OVERLAP = 0.75
 LEAST_SHARE = 0.2
 """Share of a look's samples that must lie at another depth for that."""
 LOOKS_EACH = 3
-LEAST_OVERLAP = 0.5
-"""Where the foveae overlap less, their dense depth is not taken: too little speaks against a mismatch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,22 +96,6 @@ def look_around(
     )
 
 
-def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration) -> DepthSamples:
-    """Fuse what one look tells; return its coarse depth, which covers both foveae's whole fields.
-
-    The coarse depth comes from other images than the dense one: what it contradicts is a mismatch.
-    """
-    wide = gray(to_uint8(sighting.wide))
-    coarse = wide_matches(sighting, calibration)
-    context.fuse(coarse, source=Source.WIDE_MATCH, gray=wide)
-    q_ref = 1.0 / crossing_z_m(calibration, sighting.volts)
-    dense = overlap_samples(sighting, calibration)
-    overlapping = _overlap(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
-    mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
-    context.fuse(dense.only(overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
-    return coarse
-
-
 class _Surveyor:
     """Takes the looks of one direction after the other."""
 
@@ -161,16 +140,10 @@ class _Surveyor:
         """
         q = coarse.inverse_z_per_m
         apart = np.min([np.abs(q - known) for known in seen], axis=0)
-        missed = (_overlap(apart, self._calibration) < AGAIN_OVERLAP) & (q >= span[0]) & (q <= span[1])
+        missed = (overlap_share(apart, self._calibration) < AGAIN_OVERLAP) & (q >= span[0]) & (q <= span[1])
         if len(q) == 0 or np.count_nonzero(missed) < LEAST_SHARE * len(q):
             return None
         return float(np.median(q[missed]))
-
-
-def _overlap(apart_per_m: NDArray[np.float64], calibration: Calibration) -> NDArray[np.float64]:
-    """Return the share of both foveae that sees surfaces whose 1/Z is so far from where the gazes cross."""
-    shift_px = np.abs(apart_per_m) * calibration.fovea_f_px * calibration.baseline_m
-    return np.asarray(1.0 - shift_px / calibration.fovea_width, dtype=np.float64)
 
 
 def _spread(low: float, high: float, step: float) -> NDArray[np.float64]:

@@ -1,12 +1,23 @@
-"""What one look of both foveae tells of depth: dense where they overlap, as samples of the rig frame."""
+"""What one look of both foveae tells of depth, as samples of the rig frame, and fusing it."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, matched, triangulated
+from foveacam_pipeline.context.values import Source
+from foveacam_pipeline.context.wide_context import WideContext
+from foveacam_pipeline.context.wide_matches import BLOCK_PX, contradicted, wide_matches
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.rectify import halved, rectify
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import crossing_z_m, halved, rectify, to_uint8
 from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.values import Basis, Fixation
+
+LEAST_OVERLAP = 0.5
+"""Where the foveae overlap less, their dense depth is not taken: too little speaks against a mismatch."""
+MEASURED = (Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE)
+"""Distances that are fused; inferred ones would only echo what the context said."""
 
 
 def overlap_samples(sighting: Sighting, calibration: Calibration) -> DepthSamples:
@@ -27,3 +38,42 @@ def overlap_samples(sighting: Sighting, calibration: Calibration) -> DepthSample
     return DepthSamples(
         tangents=tangents, inverse_z_per_m=q, sigma_per_m=np.hypot(seen.sigma[kept], pose_sigma)
     )
+
+
+def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration) -> DepthSamples:
+    """Fuse what one look tells; return its coarse depth, which covers both foveae's whole fields.
+
+    The coarse depth comes from other images than the dense one: what it contradicts is a mismatch.
+    """
+    wide = gray(to_uint8(sighting.wide))
+    coarse = wide_matches(sighting, calibration)
+    context.fuse(coarse, source=Source.WIDE_MATCH, gray=wide)
+    q_ref = 1.0 / crossing_z_m(calibration, sighting.volts)
+    dense = overlap_samples(sighting, calibration)
+    overlapping = overlap_share(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
+    mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
+    context.fuse(dense.only(overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
+    return coarse
+
+
+def fuse_fixation(context: WideContext, fixation: Fixation, calibration: Calibration) -> None:
+    """Fuse what the last look of a fixation tells, and its distance where that was measured."""
+    if fixation.sighting is None:
+        return
+    fuse_look(context, fixation.sighting, calibration)
+    point, distance_m, sigma_m = fixation.point_rig_m, fixation.distance_m, fixation.distance_sigma_m
+    if fixation.basis not in MEASURED or not (point and distance_m and sigma_m):
+        return
+    x_m, y_m, z_m = point
+    sample = DepthSamples(
+        tangents=np.array([[x_m / z_m, y_m / z_m]]),
+        inverse_z_per_m=np.array([1.0 / z_m]),
+        sigma_per_m=np.array([sigma_m / distance_m / z_m]),
+    )
+    context.fuse(sample, source=Source.FIXATION, gray=gray(to_uint8(fixation.sighting.wide)))
+
+
+def overlap_share(apart_per_m: NDArray[np.float64], calibration: Calibration) -> NDArray[np.float64]:
+    """Return the share of both foveae that sees surfaces whose 1/Z is so far from where the gazes cross."""
+    shift_px = np.abs(apart_per_m) * calibration.fovea_f_px * calibration.baseline_m
+    return np.asarray(1.0 - shift_px / calibration.fovea_width, dtype=np.float64)

@@ -21,8 +21,10 @@ from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.context.looks import fuse_fixation
+from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.loop import Knowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 from foveacam_server.bench.verge import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
 from foveacam_server.bench.verge_truth import EYES, Click, look_up, point_at, visible_from
@@ -99,15 +101,25 @@ def answers(scene: str, count: int, *, seed: int = SEED) -> Iterator[JudgedClick
             yield judge(rig, calibration, scene, calibration.wide.pixels(angles_rad[None])[0])
 
 
-def judge(rig: Rig, calibration: Calibration, scene: str, pixel: NDArray[np.float64]) -> JudgedClick:
-    """Fixate one click and compare with the truth."""
+def judge(
+    rig: Rig,
+    calibration: Calibration,
+    scene: str,
+    pixel: NDArray[np.float64],
+    *,
+    context: WideContext | None = None,
+) -> JudgedClick:
+    """Fixate one click and compare with the truth; `context` is used, and told what was seen."""
     truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
     x_px, y_px = pixel.tolist()
     shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
     click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
-    fixation = fixate(rig.head, calibration, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock)
+    target, known = PixelTarget(x_px=x_px, y_px=y_px), Knowledge(context=context)
+    fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known)
     wall_ms = 1e3 * (time.perf_counter() - began_s)
+    if context is not None:
+        fuse_fixation(context, fixation, calibration)
     t_ns = rig.clock.now_ns() if fixation.sighting is None else fixation.sighting.left.t_ns
     point = None if click is None else point_at(truth, click, t_ns)
     return JudgedClick(

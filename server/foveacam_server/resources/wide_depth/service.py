@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError
-from foveacam_pipeline.context.look_around import LookedAround, fuse_look, look_around
+from foveacam_pipeline.context.look_around import LookedAround, look_around
+from foveacam_pipeline.context.looks import fuse_fixation
 from foveacam_pipeline.context.surface import (
     context_cloud,
     context_mesh,
     context_picture,
     without_specks,
 )
-from foveacam_pipeline.context.values import ContextMap, Source
+from foveacam_pipeline.context.values import ContextMap
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.ply import ply_bytes
-from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.values import Basis, Fixation
+from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.errors import NotFound
 from foveacam_server.resources.wide_depth.keeping import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
@@ -48,8 +48,6 @@ SHOW_EVERY = 2
 SAVE_EVERY = 15
 WAITING = 2
 """Looks that may wait to be fused; the oldest is dropped for a newer one."""
-MEASURED = (Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE)
-"""Distances that are fused; inferred ones would only echo what the context said."""
 TOLD_SHARE = 0.005
 """An event is told when the known share of cells has changed by so much."""
 
@@ -209,19 +207,8 @@ class WideDepthService:
 
     def _fuse(self, fixation: Fixation, calibration: Calibration) -> None:
         context = self._keeper.present()
-        sighting = fixation.sighting
-        if context is None or sighting is None or context.wide != calibration.wide:
-            return
-        fuse_look(context, sighting, calibration)
-        point, distance_m, sigma_m = fixation.point_rig_m, fixation.distance_m, fixation.distance_sigma_m
-        if fixation.basis in MEASURED and point and distance_m and sigma_m:
-            x_m, y_m, z_m = point
-            sample = DepthSamples(
-                tangents=np.array([[x_m / z_m, y_m / z_m]]),
-                inverse_z_per_m=np.array([1.0 / z_m]),
-                sigma_per_m=np.array([sigma_m / distance_m / z_m]),
-            )
-            context.fuse(sample, source=Source.FIXATION, gray=gray(to_uint8(sighting.wide)))
+        if context is not None and context.wide == calibration.wide:
+            fuse_fixation(context, fixation, calibration)
 
     def _show(self, *, bring: bool = False) -> None:
         """Bring the 3D pane and the view up to date when something has changed."""
