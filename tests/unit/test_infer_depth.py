@@ -79,3 +79,39 @@ def test_a_single_sample_leaves_a_large_error() -> None:
     best = infer_depth(alone, TARGET)[0]
 
     assert best.sigma_per_m >= 0.02 * best.inverse_z_per_m
+
+
+WALL, STATUE = 0.125, 0.24
+AT_THE_RIGHT = 0.03 * np.array([[1.0, 0.3], [1.0, -0.3], [1.0, 0.9], [1.0, -0.9]])
+AT_THE_LEFT = 0.05 * np.array([[-1.0, 0.2]])
+
+
+def _wall_and_statue(wall: NDArray[np.float64]) -> DepthSamples:
+    statue = np.full(len(AT_THE_LEFT), STATUE)
+    return DepthSamples(
+        tangents=TARGET + np.concatenate([wall, AT_THE_LEFT]),
+        inverse_z_per_m=np.append(np.full(len(wall), WALL), statue),
+        sigma_per_m=np.full(len(wall) + len(statue), SIGMA_PER_M),
+    )
+
+
+def test_a_surface_that_goes_on_behind_something_nearer_surrounds_the_point_with_it() -> None:
+    best = infer_depth(_wall_and_statue(AT_THE_RIGHT), TARGET)[0]
+
+    assert best.inverse_z_per_m == pytest.approx(WALL, rel=2.0e-3)
+    assert best.held
+
+
+def test_a_surface_seen_on_one_side_alone_or_in_few_places_does_not_hold() -> None:
+    one_side = _wall_and_statue(AT_THE_RIGHT).only(np.arange(4))
+
+    assert not infer_depth(one_side, TARGET)[0].held
+    assert not infer_depth(_wall_and_statue(AT_THE_RIGHT[:2]), TARGET)[0].held
+
+
+def test_edges_behind_a_surface_that_agree_are_no_mismatches() -> None:
+    chance = {
+        count: infer_depth(_wall_and_statue(AT_THE_RIGHT[:count]), TARGET)[0].probability for count in (2, 4)
+    }
+
+    assert chance[4] > chance[2] > 0.7

@@ -36,12 +36,21 @@ SIGMA_PX = 0.45
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BorderDepth:
-    """1/Z of one place on a border, how well both foveae fit there, and (tx, ty) of the place."""
+    """1/Z of one place on a border, how well the foveae fit there, and (tx, ty) of the place.
+
+    `by_both`: whether both foveae fit. One alone may have seen a look-alike while the place itself was
+    outside its field.
+    """
 
     tangents: tuple[float, float]
     inverse_z_per_m: float
     sigma_per_m: float
     score: float
+    by_both: bool
+
+    def is_better_than(self, other: "BorderDepth | None") -> bool:
+        """Return whether this measurement of a place counts rather than another one."""
+        return other is None or (self.by_both, self.score) > (other.by_both, other.score)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,6 +117,7 @@ def border_depth(
         inverse_z_per_m=inverse_z,
         sigma_per_m=SIGMA_PX / (look.f_px * 0.5 * baseline_m),
         score=float(weaker[best]),
+        by_both=len(seen) == len(profiles),
     )
 
 

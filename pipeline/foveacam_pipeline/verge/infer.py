@@ -30,8 +30,12 @@ OWN_CHANCE = 0.55
 FRONT_SHARE = 0.87
 """So many of the edges about a blank region that are not its own are in front of it: an edge moves with the
 nearer surface, so one behind it is a mismatch."""
+EVEN_SHARE = 0.5
+"""What lies about a point with texture is as often in front of it as behind it."""
 ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 """Chance of a surface that surrounds the target with so many samples to be its own."""
+HOLDING_SAMPLES = 3
+"""A surface that is measured in so many directions is not one place's error."""
 NEXT_TAN = 1.0e-3
 """A point so near to the target is next to it: three wide px."""
 SURE_CHANCE = 0.9
@@ -49,7 +53,7 @@ class Inferred:
     """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
 
     `samples`: so many of the measured points lie on the target's surface. `held`: whether these surround the
-    target, or one of them is next to it or sure to be of its surface.
+    target, if need be with what lies in front of them, or one is next to it or sure to be of its surface.
     """
 
     inverse_z_per_m: float
@@ -73,12 +77,12 @@ def infer_depth(
     target: NDArray[np.float64],
     *,
     own_chance: NDArray[np.float64] | None = None,
-    front_share: float = FRONT_SHARE,
+    blank: bool = True,
 ) -> tuple[Inferred, ...]:
     """Return what the samples suggest for a direction, (2,) tangents, the most probable first.
 
     `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default.
-    `front_share`: so many of the others are in front of it.
+    `blank`: whether the target is within a blank region, on whose border the samples lie.
     """
     if len(samples) == 0:
         return ()
@@ -93,7 +97,7 @@ def infer_depth(
         sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
         level=level,
         own_chance=chance[nearest],
-        front_share=front_share,
+        blank=blank,
         known={},
     )
     divisions = [
@@ -114,9 +118,17 @@ class _Measured:
     sigma: NDArray[np.float64]
     own_chance: NDArray[np.float64]
     level: float
-    front_share: float
+    blank: bool
     known: dict[bytes, float]
     """Likelihoods that were worked out already."""
+
+    def front_share(self) -> float:
+        """Return how many of the surfaces that are not the target's are in front of it."""
+        return FRONT_SHARE if self.blank else EVEN_SHARE
+
+    def behind_share(self, samples: int) -> float:
+        """Return how many are behind it. An edge there is a mismatch, and those seldom agree."""
+        return (1.0 - FRONT_SHARE) / samples if self.blank else 1.0 - EVEN_SHARE
 
     @property
     def prior(self) -> NDArray[np.float64]:
@@ -153,10 +165,16 @@ class _Measured:
         return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[own, 1:]) else chance
 
     def holds(self, own: NDArray[np.bool_]) -> bool:
-        """Return whether samples surround the target, or one is next to it or sure to be of its surface."""
+        """Return whether samples surround the target, or one is next to it or sure to be of its surface.
+
+        What lies in front of them hides where they end: it counts with them.
+        """
         offsets = self.design[own, 1:]
         next_to = float(np.hypot(*offsets.T).min()) <= NEXT_TAN
-        return next_to or float(self.own_chance[own].max()) >= SURE_CHANCE or encloses(offsets)
+        if next_to or float(self.own_chance[own].max()) >= SURE_CHANCE:
+            return True
+        in_front = self.q > float(self.q[own].max())
+        return int(own.sum()) >= HOLDING_SAMPLES and encloses(self.design[own | in_front, 1:])
 
     def other_log_chance(self, surface: NDArray[np.bool_], share: float) -> float:
         """Return the log chance that one surface is not the target's. `share`: of those on its side of it."""
@@ -189,7 +207,7 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
     for surface in measured.surfaces(~own):
         ahead = measured.q[surface] - (measured.level + measured.design[surface] @ plane)
         in_front = float(np.median(ahead + 3.0 * measured.sigma[surface])) > 0.0
-        share = measured.front_share if in_front else 1.0 - measured.front_share
+        share = measured.front_share() if in_front else measured.behind_share(int(surface.sum()))
         log_weight += measured.other_log_chance(surface, share) + measured.log_plane(surface)
     bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
     return _Division(
@@ -205,7 +223,7 @@ def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
     farthest = float(measured.q.min())
     log_weight = sum(
-        measured.other_log_chance(surface, measured.front_share) + measured.log_plane(surface)
+        measured.other_log_chance(surface, measured.front_share()) + measured.log_plane(surface)
         for surface in measured.surfaces(np.ones(len(measured.q), dtype=np.bool_))
     )
     return _Division(

@@ -1,5 +1,6 @@
 """Measures the border of what is blank and infers the depth of a point within."""
 
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ from foveacam_pipeline.verge.border_depth import (
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import FRONT_SHARE, Inferred, encloses, infer_depth
+from foveacam_pipeline.verge.infer import Inferred, encloses, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
@@ -51,12 +52,12 @@ IN_VIEW_TAN = 0.014
 LEVELS_PER_M = (0.37, 0.0, 0.72)
 """1/Z of the looks that together show every depth, in the order of how common things are there."""
 SECTORS = 8
+SIDE_RAD = math.pi / 3.0
+"""Places seen from a target in directions that differ by more are on different sides of it."""
 ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
 ENOUGH_PROBABILITY = 0.9
-EVEN_SHARE = 0.5
-"""What lies about a point with texture is as often in front of it as behind it."""
 NEIGHBOUR_PX = 20.0
 LEAST_NEIGHBOURS = 3
 """So many surfaces within so many wide px of a target say what it may be."""
@@ -171,9 +172,7 @@ class SurroundingsEstimator:
         chances = np.append(edge_chances, chances)
         return SurroundingDepth(
             samples=samples,
-            inferred=infer_depth(
-                samples, target, own_chance=chances, front_share=FRONT_SHARE if blank else EVEN_SHARE
-            ),
+            inferred=infer_depth(samples, target, own_chance=chances, blank=blank),
             region=region,
             open=is_open(region, samples, chances),
         )
@@ -193,7 +192,7 @@ class SurroundingsEstimator:
         few, off_px = few.only(off_px <= NEIGHBOUR_PX), off_px[off_px <= NEIGHBOUR_PX]
         if len(few) < LEAST_NEIGHBOURS:
             return ()
-        return infer_depth(few, target, own_chance=textured_chances(off_px), front_share=EVEN_SHARE)
+        return infer_depth(few, target, own_chance=textured_chances(off_px), blank=False)
 
     def _shown(self, looks: tuple[Seen, ...]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""
@@ -233,7 +232,7 @@ class SurroundingsEstimator:
             depth = border_depth(
                 look, patch, inverse_z_per_m=self._grid, baseline_m=self._calibration.baseline_m
             )
-            if depth is not None and (index not in found or depth.score > found[index].score):
+            if depth is not None and depth.is_better_than(found.get(index)):
                 found[index] = depth
 
 
@@ -243,7 +242,10 @@ def _next_direction(
     found: dict[int, BorderDepth],
     tried: list[NDArray[np.float64]],
 ) -> NDArray[np.float64] | None:
-    """Return the direction of the next look: towards the nearest stretch of the border not looked at."""
+    """Return the direction of the next look: towards the nearest stretch of the border not looked at.
+
+    A side of the target that was not looked at at all comes first.
+    """
     left = [
         patch.tangents
         for index, patch in enumerate(patches)
@@ -251,18 +253,32 @@ def _next_direction(
     ]
     if not left:
         return None
-    nearest = min(left, key=lambda place: _apart(place, target))
+    sides = [_turn(place, target) for place in [*tried, *(np.array(d.tangents) for d in found.values())]]
+    fresh = [
+        place for place in left if all(_between(_turn(place, target), side) > SIDE_RAD for side in sides)
+    ]
+    nearest = min(fresh or left, key=lambda place: _apart(place, target))
     stretch = [place for place in left if _apart(place, nearest) <= IN_VIEW_TAN]
     middle = np.mean(stretch, axis=0)
     return np.asarray(nearest + 0.7 * (middle - nearest), dtype=np.float64)
 
 
+def _turn(place: NDArray[np.float64], target: NDArray[np.float64]) -> float:
+    """Return the direction from a target to a place in the image, rad."""
+    x, y = place - target
+    return math.atan2(y, x)
+
+
+def _between(one_rad: float, other_rad: float) -> float:
+    return abs(math.remainder(one_rad - other_rad, math.tau))
+
+
 def _all_found(
     direction: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
 ) -> bool:
-    """Return whether half of the border about a direction is measured."""
+    """Return whether both eyes measured half of the border about a direction."""
     there = [k for k, patch in enumerate(patches) if _apart(patch.tangents, direction) <= IN_VIEW_TAN]
-    return sum(k in found for k in there) >= 0.5 * len(there)
+    return sum(k in found and found[k].by_both for k in there) >= 0.5 * len(there)
 
 
 def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
@@ -273,8 +289,7 @@ def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> D
     """Return one sample for each direction from the target: the median of the places there."""
     groups: dict[int, list[BorderDepth]] = {}
     for depth in found:
-        x, y = np.array(depth.tangents) - target
-        sector = int((np.arctan2(y, x) + np.pi) / (2.0 * np.pi) * SECTORS) % SECTORS
+        sector = int((_turn(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
         groups.setdefault(sector, []).append(depth)
     if not groups:
         return DepthSamples.none()

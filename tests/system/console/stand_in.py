@@ -40,6 +40,8 @@ class StandIn:
 
     answers: dict[str, Json] = field(default_factory=dict)
     refusals: dict[str, Document] = field(default_factory=dict)
+    after: dict[str, dict[str, Json]] = field(default_factory=dict)
+    """What it answers from an order on, by "METHOD path"."""
     asked: list[tuple[str, str, Json]] = field(default_factory=list)
     annotated: bool = False
     url: str = ""
@@ -50,6 +52,7 @@ class StandIn:
     def be(self, session: Document | None = None) -> None:
         """Begin anew: a calibrated rig with a pan-tilt, and this session or none."""
         self.refusals.clear()
+        self.after.clear()
         self.asked.clear()
         self.annotated = False
         self._listeners.clear()  # pages of the test before
@@ -154,6 +157,7 @@ class StandIn:
         if method == "GET":
             known = self.answers.get(path)
             return (404, problem(404, "Not found", f"there is no {path}")) if known is None else (200, known)
+        self.answers |= self.after.pop(f"{method} {path}", {})
         return self._obey(method, path, body)
 
     def _obey(self, method: str, path: str, body: Json) -> tuple[int, Json]:

@@ -261,7 +261,7 @@ def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phon
     section.get_by_label("Depth of").select_option("scan 3, at 600 mm")
     section.get_by_label("Samples across").fill("20")
     section.get_by_label("Error of a place").fill("0.2")
-    stand_in.answers[REFERENCE] = reference("building")
+    stand_in.after[f"POST {REFERENCE}"] = {REFERENCE: reference("building")}
     section.get_by_role("button", name="Make the reference").click()
     expect(section.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "33")
     assert stand_in.orders(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]
@@ -281,7 +281,7 @@ def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phon
     expect(section.get_by_role("link", name="Samples (CSV)")).to_be_visible()
     remove = section.get_by_role("button", name="Remove")
     assert remove.evaluate("button => button.getBoundingClientRect().right < innerWidth")  # the plot scrolls
-    stand_in.answers[REFERENCE] = reference()
+    stand_in.after[f"DELETE {REFERENCE}"] = {REFERENCE: reference()}
     remove.click()
     expect(section.get_by_role("button", name="Make the reference")).to_be_visible()
     assert ("DELETE", REFERENCE, None) in stand_in.asked
