@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.blank_region import blank_region
+from foveacam_pipeline.verge.border_depth import BorderDepth
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_pipeline.verge.infer import OWN_CHANCE, encloses
 from foveacam_pipeline.verge.neighbours import (
@@ -42,6 +43,18 @@ def _samples(pixels: list[tuple[float, float]], inverse_z_per_m: list[float]) ->
     )
 
 
+def _edge(pixel: tuple[float, float], *, beyond: float | None = None) -> BorderDepth:
+    tx, ty = _tangents(np.array([pixel]))[0].tolist()
+    return BorderDepth(
+        tangents=(tx, ty),
+        inverse_z_per_m=0.5,
+        sigma_per_m=SIGMA_PER_M,
+        score=0.95,
+        by_both=True,
+        beyond=beyond,
+    )
+
+
 def _card() -> NDArray[np.uint8]:
     image = 90.0 + 60.0 * np.random.default_rng(3).random((WIDE.height, WIDE.width))
     left, right, top, bottom = CARD
@@ -64,7 +77,7 @@ def test_an_edge_before_something_farther_is_the_regions_own_and_one_level_with_
     left, right, top, _ = CARD
     region = blank_region(_card(), MIDDLE_PX, noise=1.0, places=6)
     row = float(top + 80)
-    edges = _samples([(left, row), (right, row), (left, row + 90.0)], [0.5, 0.5, 0.5])
+    edges = [_edge((left, row)), _edge((right, row)), _edge((left, row + 90.0))]
     behind_left, level_right = (
         [(left - 14.0 - k, row) for k in range(3)],
         [(right + 14.0 + k, row) for k in range(3)],
@@ -78,6 +91,17 @@ def test_an_edge_before_something_farther_is_the_regions_own_and_one_level_with_
         SHARED_EDGE_CHANCE,
         OWN_CHANCE,
     ]  # nothing is known beyond the third
+
+
+def test_what_moves_along_with_an_edge_tells_its_owner_before_any_points() -> None:
+    left, _, top, _ = CARD
+    region = blank_region(_card(), MIDDLE_PX, noise=1.0, places=6)
+    place = (left, float(top + 80))
+    behind, level = (_samples([(left - 14.0 - k, place[1]) for k in range(3)], 3 * [q]) for q in (0.3, 0.5))
+
+    assert edge_owners([_edge(place, beyond=0.6)], level, region, WIDE).tolist() == [OWN_EDGE_CHANCE]
+    assert edge_owners([_edge(place, beyond=0.99)], behind, region, WIDE).tolist() == [SHARED_EDGE_CHANCE]
+    assert edge_owners([_edge(place, beyond=0.9)], behind, region, WIDE).tolist() == [OWN_EDGE_CHANCE]
 
 
 def test_what_reaches_the_rim_of_the_image_is_open_like_the_sky_unless_its_edges_hide_something() -> None:

@@ -18,7 +18,12 @@ def _match(inverse_z_per_m: float, *, role: Role = Role.LEFT, sigma_per_m: float
 
 def _inferred(inverse_z_per_m: float, *, probability: float, held: bool = True) -> Inferred:
     return Inferred(
-        inverse_z_per_m=inverse_z_per_m, sigma_per_m=1.0e-3, probability=probability, samples=4, held=held
+        inverse_z_per_m=inverse_z_per_m,
+        sigma_per_m=1.0e-3,
+        probability=probability,
+        samples=4,
+        owned=held,
+        held=held,
     )
 
 

@@ -12,13 +12,21 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.register import UNSEEN
-from foveacam_pipeline.verge.survey import ReducedLook
+from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.template import bell, wide_window
 
 HALF_PX = 22
 """Half side of the part of the wide view that is compared, survey px: 11 wide px."""
-RIM_PX = 14
+RIM_PX = 12
 """So much beyond the flat pixels of the region is compared too, survey px: its edge and little more."""
+NEAR_PX, FAR_PX = 10, 24
+"""What lies beyond an edge is compared so far from the flat pixels, survey px."""
+LEAST_CONTRAST = 3.0
+"""Least contrast of what lies beyond, times the noise of the image."""
+LEAST_WEIGHT = 20.0
+"""Least weight of it, px."""
+SAME_STEPS = 4
+"""What lies beyond is at the edge's depth within so many steps."""
 ROWS_PX = 3
 STEP_PX = 0.5
 """Step of the depths tried, survey px of either eye."""
@@ -38,8 +46,8 @@ SIGMA_PX = 0.45
 class BorderDepth:
     """1/Z of one place on a border, how well the foveae fit there, and (tx, ty) of the place.
 
-    `by_both`: whether both foveae fit. One alone may have seen a look-alike while the place itself was
-    outside its field.
+    `by_both`: whether both foveae fit. `beyond`: correlation at that depth of what lies beyond the edge, the
+    better fovea's; None where it has no texture, or is not seen.
     """
 
     tangents: tuple[float, float]
@@ -47,19 +55,20 @@ class BorderDepth:
     sigma_per_m: float
     score: float
     by_both: bool
-
-    def is_better_than(self, other: "BorderDepth | None") -> bool:
-        """Return whether this measurement of a place counts rather than another one."""
-        return other is None or (self.by_both, self.score) > (other.by_both, other.score)
+    beyond: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BorderPatch:
-    """A piece of the wide view about a place on a border, and the weights of its pixels, survey px."""
+    """A piece of the wide view about a place on a border, and the weights of its pixels, survey px.
+
+    `weights`: of the region and its edge. `beyond`: of what lies beyond the edge; None without texture.
+    """
 
     tangents: NDArray[np.float64]
     image: NDArray[np.float32]
     weights: NDArray[np.float32]
+    beyond: NDArray[np.float32] | None
 
 
 def border_patch(
@@ -69,56 +78,101 @@ def border_patch(
     tangents: NDArray[np.float64],
     *,
     f_px: float,
-    rim_px: int,
+    rim_px: int = RIM_PX,
+    noise: float | None = None,
 ) -> BorderPatch:
     """Cut a patch about a place.
 
     `gray`: (h, w) wide image. `region`: (h, w) 255 in the region, else 0. `rim_px`: so much beyond it is
-    compared too, survey px.
+    compared too, survey px. `noise`: of the image, grey levels; without it what lies beyond is left alone.
     """
     half = (HALF_PX, HALF_PX)
     image = wide_window(gray, wide, tangents, f_px=f_px, half=half)
-    own = wide_window(region, wide, tangents, f_px=f_px, half=half) > 127.0
-    size = 2 * rim_px + 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    compared = cv2.dilate(own.astype(np.float32), kernel)
-    return BorderPatch(tangents=tangents, image=image, weights=compared * bell(image.shape))
+    own = (wide_window(region, wide, tangents, f_px=f_px, half=half) > 127.0).astype(np.float32)
+    bells = bell(image.shape)
+    beyond = (_grown(own, FAR_PX) - _grown(own, NEAR_PX)) * bells
+    textured = noise is not None and _contrast(image, beyond) >= LEAST_CONTRAST * noise
+    return BorderPatch(
+        tangents=tangents,
+        image=image,
+        weights=_grown(own, rim_px) * bells,
+        beyond=beyond if textured else None,
+    )
 
 
-def border_depth(
-    look: ReducedLook, patch: BorderPatch, *, inverse_z_per_m: NDArray[np.float64], baseline_m: float
-) -> BorderDepth | None:
-    """Return the depth of a place as both foveae of one look show it; None where they do not.
+class BorderPlace:
+    """One place on a border: how well each fovea fits there at each depth, over all looks."""
 
-    `look`: brightness as it is. `inverse_z_per_m`: (n,) evenly spaced depths to try.
-    """
-    profiles = []
-    for eye, side in ((look.left, 1.0), (look.right, -1.0)):
-        found = _scores(eye.image, eye.seen, patch, float(patch.tangents[1]) * look.f_px - eye.v0_px)
+    def __init__(
+        self, patch: BorderPatch, *, inverse_z_per_m: NDArray[np.float64], baseline_m: float, f_px: float
+    ) -> None:
+        """`inverse_z_per_m`: (n,) evenly spaced depths to try."""
+        self.patch = patch
+        self._grid = inverse_z_per_m
+        self._half_baseline_m = 0.5 * baseline_m
+        self._f_px = f_px
+        count = len(inverse_z_per_m)
+        self._edge = np.full((2, count), UNSEEN)
+        self._beyond = np.full((2, count), UNSEEN)
+
+    def add(self, look: ReducedLook) -> None:
+        """Take a further look into account; `look`: brightness as it is."""
+        for k, (eye, side) in enumerate(((look.left, 1.0), (look.right, -1.0))):
+            edge = self._profile(eye, side, self.patch.weights)
+            if edge is None:
+                continue
+            self._edge[k] = np.maximum(self._edge[k], edge)
+            if self.patch.beyond is not None:
+                beyond = self._profile(eye, side, self.patch.beyond)
+                self._beyond[k] = np.maximum(self._beyond[k], UNSEEN if beyond is None else beyond)
+
+    def depth(self) -> BorderDepth | None:
+        """Return the depth of the place as the foveae show it; None where they do not."""
+        weaker = _weaker(*self._edge)
+        best = int(np.argmax(weaker))
+        if weaker[best] < LEAST_SCORE or best in (0, len(weaker) - 1):
+            return None
+        step_px = self._f_px * self._half_baseline_m * float(self._grid[1] - self._grid[0])
+        guard = max(1, round(GUARD_PX / step_px))
+        elsewhere = np.concatenate([weaker[: max(0, best - guard)], weaker[best + guard + 1 :]])
+        if len(elsewhere) and float(elsewhere.max()) > weaker[best] - LEAD:
+            return None
+        near = slice(max(0, best - guard), best + guard + 1)
+        fits = [k for k in (0, 1) if self._edge[k, best] >= LEAST_SCORE]
+        beyond = float(self._beyond[:, max(0, best - SAME_STEPS) : best + SAME_STEPS + 1].max())
+        return BorderDepth(
+            tangents=(float(self.patch.tangents[0]), float(self.patch.tangents[1])),
+            inverse_z_per_m=_top(self._grid[near], np.mean(self._edge[fits], axis=0)[near]),
+            sigma_per_m=SIGMA_PX / (self._f_px * self._half_baseline_m),
+            score=float(weaker[best]),
+            by_both=len(fits) == 2,
+            beyond=None if beyond <= UNSEEN else beyond,
+        )
+
+    def _profile(
+        self, eye: ReducedEye, side: float, weights: NDArray[np.float32]
+    ) -> NDArray[np.float64] | None:
+        """Return (n,) how well some pixels of the patch fit one fovea at each depth."""
+        tx, ty = self.patch.tangents
+        found = _scores(eye.image, eye.seen, self.patch.image, weights, float(ty) * self._f_px - eye.v0_px)
         if found is None:
             return None
-        shift = side * 0.5 * baseline_m * inverse_z_per_m
-        columns = look.f_px * (patch.tangents[0] + shift) - eye.u0_px - HALF_PX
-        profiles.append(np.interp(columns, np.arange(len(found)), found, left=UNSEEN, right=UNSEEN))
-    weaker = _weaker(*profiles)
-    best = int(np.argmax(weaker))
-    if weaker[best] < LEAST_SCORE or best in (0, len(weaker) - 1):
-        return None
-    step_px = look.f_px * 0.5 * baseline_m * float(inverse_z_per_m[1] - inverse_z_per_m[0])
-    guard = max(1, round(GUARD_PX / step_px))
-    elsewhere = np.concatenate([weaker[: max(0, best - guard)], weaker[best + guard + 1 :]])
-    if len(elsewhere) and float(elsewhere.max()) > weaker[best] - LEAD:
-        return None
-    seen = [profile for profile in profiles if profile[best] >= LEAST_SCORE]
-    near = slice(max(0, best - guard), best + guard + 1)
-    inverse_z = _top(inverse_z_per_m[near], np.mean(seen, axis=0)[near])
-    return BorderDepth(
-        tangents=(float(patch.tangents[0]), float(patch.tangents[1])),
-        inverse_z_per_m=inverse_z,
-        sigma_per_m=SIGMA_PX / (look.f_px * 0.5 * baseline_m),
-        score=float(weaker[best]),
-        by_both=len(seen) == len(profiles),
-    )
+        columns = self._f_px * (tx + side * self._half_baseline_m * self._grid) - eye.u0_px - HALF_PX
+        return np.asarray(np.interp(columns, np.arange(len(found)), found, left=UNSEEN, right=UNSEEN))
+
+
+def _grown(own: NDArray[np.float32], px: int) -> NDArray[np.float32]:
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    return np.asarray(cv2.dilate(own, kernel), dtype=np.float32)
+
+
+def _contrast(image: NDArray[np.float32], weights: NDArray[np.float32]) -> float:
+    """Return the weighted standard deviation of a patch, grey levels; 0 without any weight."""
+    total = float(weights.sum())
+    if total <= LEAST_WEIGHT:
+        return 0.0
+    mean = float((weights * image).sum()) / total
+    return float(np.sqrt((weights * (image - mean) ** 2).sum() / total))
 
 
 def _weaker(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -127,7 +181,11 @@ def _weaker(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np
 
 
 def _scores(
-    image: NDArray[np.float32], seen: NDArray[np.float32], patch: BorderPatch, row_px: float
+    image: NDArray[np.float32],
+    seen: NDArray[np.float32],
+    patch: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    row_px: float,
 ) -> NDArray[np.float64] | None:
     """Return the best correlation of each column of one fovea; None when the rows are not in it."""
     first = round(row_px) - HALF_PX - ROWS_PX
@@ -135,7 +193,7 @@ def _scores(
     if first < 0 or last > image.shape[0]:
         return None
     strip = image[first:last]
-    found = cv2.matchTemplate(strip, patch.image, cv2.TM_CCOEFF_NORMED, mask=patch.weights)
+    found = cv2.matchTemplate(strip, patch, cv2.TM_CCOEFF_NORMED, mask=weights)
     scores = np.nan_to_num(np.asarray(found, dtype=np.float64), nan=UNSEEN, posinf=UNSEEN, neginf=UNSEEN)
     side = 2 * HALF_PX + 1
     cover = cv2.blur(seen[first:last], (side, 1), borderType=cv2.BORDER_REPLICATE).min(axis=0)

@@ -36,6 +36,8 @@ ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 """Chance of a surface that surrounds the target with so many samples to be its own."""
 HOLDING_SAMPLES = 3
 """A surface that is measured in so many directions is not one place's error."""
+NEAR_CHANCE = 0.3
+"""A point of a smaller chance lies beyond the target's region, and surrounds nothing."""
 NEXT_TAN = 1.0e-3
 """A point so near to the target is next to it: three wide px."""
 SURE_CHANCE = 0.9
@@ -52,14 +54,16 @@ LEAST_PROBABILITY = 0.08
 class Inferred:
     """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
 
-    `samples`: so many of the measured points lie on the target's surface. `held`: whether these surround the
-    target, if need be with what lies in front of them, or one is next to it or sure to be of its surface.
+    `samples`: so many of the measured points lie on the target's surface. `owned`: whether one of them is
+    next to the target or sure to be of its surface. `held`: whether one is, or they surround the target, if
+    need be with what lies in front of them.
     """
 
     inverse_z_per_m: float
     sigma_per_m: float
     probability: float
     samples: int
+    owned: bool
     held: bool
 
 
@@ -69,6 +73,7 @@ class _Division:
     inverse_z_per_m: float
     variance: float
     samples: int
+    owned: bool
     held: bool
 
 
@@ -162,17 +167,16 @@ class _Measured:
     def own_log_chance(self, own: NDArray[np.bool_]) -> float:
         """Return the log chance that a surface is the target's; one that encloses it has a large one."""
         chance = float(np.mean(np.log(self.own_chance[own])))
-        return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[own, 1:]) else chance
+        near = own & (self.own_chance >= NEAR_CHANCE)
+        return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[near, 1:]) else chance
 
-    def holds(self, own: NDArray[np.bool_]) -> bool:
-        """Return whether samples surround the target, or one is next to it or sure to be of its surface.
+    def owns(self, own: NDArray[np.bool_]) -> bool:
+        """Return whether one of some samples is next to the target or sure to be of its surface."""
+        next_to = float(np.hypot(*self.design[own, 1:].T).min()) <= NEXT_TAN
+        return next_to or float(self.own_chance[own].max()) >= SURE_CHANCE
 
-        What lies in front of them hides where they end: it counts with them.
-        """
-        offsets = self.design[own, 1:]
-        next_to = float(np.hypot(*offsets.T).min()) <= NEXT_TAN
-        if next_to or float(self.own_chance[own].max()) >= SURE_CHANCE:
-            return True
+    def surrounds(self, own: NDArray[np.bool_]) -> bool:
+        """Return whether samples surround the target with what lies in front, which hides where they end."""
         in_front = self.q > float(self.q[own].max())
         return int(own.sum()) >= HOLDING_SAMPLES and encloses(self.design[own | in_front, 1:])
 
@@ -210,12 +214,14 @@ def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
         share = measured.front_share() if in_front else measured.behind_share(int(surface.sum()))
         log_weight += measured.other_log_chance(surface, share) + measured.log_plane(surface)
     bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
+    owned = measured.owns(own)
     return _Division(
         log_weight=log_weight,
         inverse_z_per_m=measured.level + float(plane[0]),
         variance=variance + bulge**2,
         samples=int(own.sum()),
-        held=measured.holds(own),
+        owned=owned,
+        held=owned or measured.surrounds(own),
     )
 
 
@@ -231,6 +237,7 @@ def _all_in_front(measured: _Measured) -> _Division:
         inverse_z_per_m=farthest / 2.0,
         variance=farthest**2 / 12.0,
         samples=0,
+        owned=False,
         held=False,
     )
 
@@ -259,6 +266,7 @@ def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
                 sigma_per_m=math.sqrt(variance),
                 probability=probability,
                 samples=head.samples,
+                owned=head.owned,
                 held=head.held,
             )
         )

@@ -13,7 +13,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
 from foveacam_pipeline.verge.blank_region import side_of_edge
-from foveacam_pipeline.verge.border_depth import BorderDepth, border_depth, border_patch
+from foveacam_pipeline.verge.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.distance import Place, place_on_ray
 from foveacam_pipeline.verge.fine import Guess, match_fine
 from foveacam_pipeline.verge.looking import Looker, Measured, Seen
@@ -160,16 +160,10 @@ class SingleEyeSearch:
         patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0)
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(0.0, SIDE_DEEPER_SHARE * edge.match.inverse_z_per_m, step)
-        found = [
-            border_depth(
-                shrink_look(seen.sighting, self._calibration, f_px=f_px),
-                patch,
-                inverse_z_per_m=grid,
-                baseline_m=self._calibration.baseline_m,
-            )
-            for seen in self._looks
-        ]
-        return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+        place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
+        for seen in self._looks:
+            place.add(shrink_look(seen.sighting, self._calibration, f_px=f_px))
+        return place.depth()
 
     def _between(self, seen: Seen, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""

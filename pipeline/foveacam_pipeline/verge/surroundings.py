@@ -15,16 +15,14 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import aim_at
 from foveacam_pipeline.verge.blank_region import BlankRegion, blank_region
 from foveacam_pipeline.verge.border_depth import (
-    RIM_PX,
     STEP_PX,
     BorderDepth,
-    BorderPatch,
-    border_depth,
+    BorderPlace,
     border_patch,
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import Inferred, encloses, infer_depth
+from foveacam_pipeline.verge.infer import OWN_CHANCE, Inferred, encloses, infer_depth
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
 from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
@@ -43,16 +41,16 @@ from foveacam_pipeline.verge.template import Template, survey_f_px
 from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import Phase
 
-LOOKS, SECONDS = 14, 4.0
+LOOKS, SECONDS = 20, 4.0
 PLACES = 24
-DIRECTIONS = 4
+DIRECTIONS = 6
 """So many directions are looked at for the border, at most."""
 IN_VIEW_TAN = 0.014
 """A place so near to a look's direction is within both foveae's fields: 0.8 degrees."""
 LEVELS_PER_M = (0.37, 0.0, 0.72)
 """1/Z of the looks that together show every depth, in the order of how common things are there."""
 SECTORS = 8
-SIDE_RAD = math.pi / 3.0
+SIDE_RAD = math.pi / 4.0
 """Places seen from a target in directions that differ by more are on different sides of it."""
 ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
@@ -119,29 +117,39 @@ class SurroundingsEstimator:
         region = blank_region(image, at_px, noise=noise_level(image, at_px=at_px), places=PLACES)
         mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
-        patches = [
-            border_patch(image, np.asarray(mask, dtype=np.uint8), wide, place, f_px=self._f_px, rim_px=RIM_PX)
-            for place in places
-        ]
+        border = [self._place(image, np.asarray(mask, dtype=np.uint8), place) for place in places]
         self._matched = template is None or not repeats_in_row(image, wide, template, target)
-        return self._measured(target, region, patches, earlier, _beside(beside))
+        return self._measured(target, region, border, earlier, _beside(beside))
+
+    def _place(
+        self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64]
+    ) -> BorderPlace:
+        wide = self._calibration.wide
+        at_px = wide.pixels(np.arctan(tangents)[None])[0]
+        noise = noise_level(image, at_px=at_px)
+        return BorderPlace(
+            border_patch(image, mask, wide, tangents, f_px=self._f_px, noise=noise),
+            inverse_z_per_m=self._grid,
+            baseline_m=self._calibration.baseline_m,
+            f_px=self._f_px,
+        )
 
     def _measured(
         self,
         target: NDArray[np.float64],
         region: BlankRegion,
-        patches: list[BorderPatch],
+        border: list[BorderPlace],
         earlier: tuple[Seen, ...],
         known: DepthSamples,
     ) -> SurroundingDepth:
         found: dict[int, BorderDepth] = {}
         for seen in earlier:
-            self._examine(seen, patches, found)
+            self._examine(seen, border, found)
         points = self._around(target).joined(self._shown(earlier))
         outcome = self._inferred(target, region, found.values(), points, known)
         try:
-            for seen in () if _sure(outcome, target) else self._looks(target, patches, found):
-                self._examine(seen, patches, found)
+            for seen in () if _sure(outcome, target) else self._looks(target, border, found):
+                self._examine(seen, border, found)
                 points = points.joined(self._shown((seen,)))
                 outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
@@ -161,8 +169,10 @@ class SurroundingsEstimator:
         """Return what the border of a region, the points about a target and what is known else suggest."""
         wide = self._calibration.wide
         blank = region.area_share >= TEXTURED_SHARE
-        edges = known.joined(_by_sector(border, target)) if blank else DepthSamples.none()
-        edge_chances = edge_owners(edges, points, region, wide)
+        middles = _by_sector(border, target) if blank else []
+        edges = known.joined(_samples_of(middles)) if blank else DepthSamples.none()
+        owners = edge_owners(middles, points, region, wide)
+        edge_chances = np.append(np.full(len(edges) - len(middles), OWN_CHANCE), owners)
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
         if len(edges):
@@ -207,13 +217,14 @@ class SurroundingsEstimator:
         return self._context.around(target, reach_tan=REACH_TAN)
 
     def _looks(
-        self, target: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
+        self, target: NDArray[np.float64], border: list[BorderPlace], found: dict[int, BorderDepth]
     ) -> Iterator[Seen]:
         """Look at stretches of the border that were not measured yet, nearest to the target first."""
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        places = [place.patch.tangents for place in border]
         tried: list[NDArray[np.float64]] = []
         for _ in range(DIRECTIONS):
-            direction = _next_direction(target, patches, found, tried)
+            direction = _next_direction(target, places, found, tried)
             if direction is None:
                 return
             tried.append(direction)
@@ -222,23 +233,24 @@ class SurroundingsEstimator:
                 seen = self._looker.look_clamped(gazes, Phase.SURROUNDINGS)
                 self._looker.record(seen, Measured(score=0.0))
                 yield seen
-                if _all_found(direction, patches, found):
+                if _all_found(direction, places, found):
                     break
 
-    def _examine(self, seen: Seen, patches: list[BorderPatch], found: dict[int, BorderDepth]) -> None:
-        """Measure the places of a border that a look shows; the better of two measurements counts."""
+    def _examine(self, seen: Seen, border: list[BorderPlace], found: dict[int, BorderDepth]) -> None:
+        """Measure the places of a border anew with a further look."""
         look = shrink_look(seen.sighting, self._calibration, f_px=self._f_px)
-        for index, patch in enumerate(patches):
-            depth = border_depth(
-                look, patch, inverse_z_per_m=self._grid, baseline_m=self._calibration.baseline_m
-            )
-            if depth is not None and depth.is_better_than(found.get(index)):
+        for index, place in enumerate(border):
+            place.add(look)
+            depth = place.depth()
+            if depth is None:
+                found.pop(index, None)
+            else:
                 found[index] = depth
 
 
 def _next_direction(
     target: NDArray[np.float64],
-    patches: list[BorderPatch],
+    places: list[NDArray[np.float64]],
     found: dict[int, BorderDepth],
     tried: list[NDArray[np.float64]],
 ) -> NDArray[np.float64] | None:
@@ -247,9 +259,9 @@ def _next_direction(
     A side of the target that was not looked at at all comes first.
     """
     left = [
-        patch.tangents
-        for index, patch in enumerate(patches)
-        if index not in found and all(_apart(patch.tangents, other) > IN_VIEW_TAN for other in tried)
+        place
+        for index, place in enumerate(places)
+        if index not in found and all(_apart(place, other) > IN_VIEW_TAN for other in tried)
     ]
     if not left:
         return None
@@ -274,10 +286,10 @@ def _between(one_rad: float, other_rad: float) -> float:
 
 
 def _all_found(
-    direction: NDArray[np.float64], patches: list[BorderPatch], found: dict[int, BorderDepth]
+    direction: NDArray[np.float64], places: list[NDArray[np.float64]], found: dict[int, BorderDepth]
 ) -> bool:
     """Return whether both eyes measured half of the border about a direction."""
-    there = [k for k, patch in enumerate(patches) if _apart(patch.tangents, direction) <= IN_VIEW_TAN]
+    there = [k for k, place in enumerate(places) if _apart(place, direction) <= IN_VIEW_TAN]
     return sum(k in found and found[k].by_both for k in there) >= 0.5 * len(there)
 
 
@@ -285,21 +297,30 @@ def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(np.hypot(*(one - other)))
 
 
-def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> DepthSamples:
-    """Return one sample for each direction from the target: the median of the places there."""
+def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
+    """Return one place for each direction from the target: the middle of those there.
+
+    What one eye alone shows counts while both show too little.
+    """
     groups: dict[int, list[BorderDepth]] = {}
-    for depth in found:
+    for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
         sector = int((_turn(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
         groups.setdefault(sector, []).append(depth)
-    if not groups:
+    by_both = [[depth for depth in group if depth.by_both] for group in groups.values()]
+    enough = sum(map(bool, by_both)) >= ENOUGH_SAMPLES
+    counted = (
+        by_both if enough else [sure or group for sure, group in zip(by_both, groups.values(), strict=True)]
+    )
+    return [group[len(group) // 2] for group in counted if group]
+
+
+def _samples_of(border: list[BorderDepth]) -> DepthSamples:
+    if not border:
         return DepthSamples.none()
-    middles = [
-        sorted(group, key=lambda depth: depth.inverse_z_per_m)[len(group) // 2] for group in groups.values()
-    ]
     return DepthSamples(
-        tangents=np.array([depth.tangents for depth in middles]),
-        inverse_z_per_m=np.array([depth.inverse_z_per_m for depth in middles]),
-        sigma_per_m=np.array([depth.sigma_per_m for depth in middles]),
+        tangents=np.array([depth.tangents for depth in border]),
+        inverse_z_per_m=np.array([depth.inverse_z_per_m for depth in border]),
+        sigma_per_m=np.array([depth.sigma_per_m for depth in border]),
     )
 
 
@@ -320,4 +341,4 @@ def _sure(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
         return False
     best = depth.inferred[0]
     enough = best.samples >= ENOUGH_SAMPLES and best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m
-    return enough and encloses(depth.samples.tangents - target)
+    return enough and best.owned and encloses(depth.samples.tangents - target)
