@@ -15,6 +15,7 @@ from foveacam_hardware.contract import (
     InvalidInput,
     MirrorVolts,
     NotConnected,
+    OneEyedHead,
     OutOfRange,
     Role,
     StereoVolts,
@@ -151,6 +152,32 @@ def test_an_unplugged_fovea_is_reported(rig: Rig) -> None:
         rig.head.look(both(0.0, 0.0))
     with pytest.raises(NotConnected, match="left"):
         rig.left.read()
+
+
+@pytest.mark.parametrize(("missing", "there"), [(Role.LEFT, Role.RIGHT), (Role.RIGHT, Role.LEFT)])
+def test_without_one_fovea_the_other_sees_and_the_missing_ones_frame_is_black(
+    rig: Rig, missing: Role, there: Role
+) -> None:
+    assert isinstance(rig.head, OneEyedHead)
+    world_of(rig).faults.unplugged.add(missing)
+
+    sighting = rig.head.look_without(missing, both(12.0, -8.0))
+    frames = {frame.role: frame for frame in (sighting.left, sighting.right)}
+
+    assert sighting.missing is missing
+    assert not frames[missing].image.any()
+    assert frames[there].image.std() > 5.0
+    drive = frames[missing].volts
+    assert drive is not None and drive.x_v == pytest.approx(12.0, abs=0.004)
+    world_of(rig).faults.unplugged.clear()
+    rig.connect()
+    assert rig.head.look(both(0.0, 0.0)).missing is None
+
+
+def test_no_look_does_without_the_wide_camera(rig: Rig) -> None:
+    assert isinstance(rig.head, OneEyedHead)
+    with pytest.raises(InvalidInput, match=r"wide camera.*plug it in"):
+        rig.head.look_without(Role.WIDE, PARKED)
 
 
 def test_foveae_with_different_exposures_are_refused(rig: Rig) -> None:

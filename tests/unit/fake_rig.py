@@ -112,7 +112,9 @@ class FakeMirrors:
         self.volts = volts
         return volts
 
-    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+    def expose(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> ExposureReceipt:
         raise AssertionError("the fake head does not expose")
 
     def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:

@@ -17,6 +17,7 @@ from foveacam_hardware.contract.devices import (
     Camera,
     Head,
     Mirrors,
+    OneEyedHead,
     PendingExposure,
     TriggerHead,
 )
@@ -88,6 +89,7 @@ __all__ = [
     "MonotonicClock",
     "NotCalibrated",
     "NotConnected",
+    "OneEyedHead",
     "OutOfRange",
     "PanTilt",
     "PanTiltLimits",

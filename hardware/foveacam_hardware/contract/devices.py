@@ -151,8 +151,13 @@ class Mirrors(Protocol):
         """Move without waiting for a reply; return the volts really set. Safe at 1 kHz."""
         ...
 
-    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
-        """Move, settle, trigger both foveae, and return once the exposure is over."""
+    def expose(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> ExposureReceipt:
+        """Move, settle, trigger both foveae, and return once the exposure is over.
+
+        `without`: the fovea that has no camera; the other one's is triggered alone.
+        """
         ...
 
     def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
@@ -204,6 +209,15 @@ class Head(Protocol):
 
     def set_low_pass(self, cutoff_hz: int) -> int:
         """Run the mirrors' drive filters at another cut-off, Hz; return the one before."""
+        ...
+
+
+@runtime_checkable
+class OneEyedHead(Head, Protocol):
+    """A head that can look while the camera of one fovea is missing."""
+
+    def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """As `look`, with a black frame in place of what the missing camera would have seen."""
         ...
 
 

@@ -85,6 +85,8 @@ class Sighting:
     """Mean drive of both mirrors during the exposure, as the controller reported it."""
     wide_before: tuple[Frame, ...] = ()
     """Wide frames that waited unread before `wide`, oldest first: a recording wants them all."""
+    missing: Role | None = None
+    """The fovea whose camera is not there: its frame is black."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,6 +6,8 @@ Steers and exposes by the controller, then finds the frames of that very trigger
 import logging
 from dataclasses import replace
 
+import numpy as np
+
 from foveacam_hardware.contract import (
     AutoMode,
     Camera,
@@ -59,12 +61,13 @@ class TriggeredHead:
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
-        wait_us = self.settle_us if settle_us is None else settle_us
-        receipt = self._mirrors.expose(volts, settle_us=wait_us, pulse_us=self._pulse_us())
-        # first: it runs freely, and soon there is a newer one
-        *before, wide = self._wides_until(receipt.t_exposure_ns)
-        left, right = self.frames_of(receipt)
-        return Sighting(left=left, right=right, wide=wide, volts=receipt.volts, wide_before=tuple(before))
+        return self._look(volts, settle_us, missing=None)
+
+    def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """As `look`, while the camera of one fovea is not there: its frame is black."""
+        if missing is Role.WIDE:
+            raise InvalidInput("asked to look without the wide camera: every look needs it; plug it in")
+        return self._look(volts, settle_us, missing=missing)
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
         """Begin to steer, settle and expose both foveae; what the one before saw can be read meanwhile."""
@@ -102,6 +105,30 @@ class TriggeredHead:
         self._mirrors.set_low_pass(cutoff_hz)
         return before_hz
 
+    def _look(self, volts: StereoVolts, settle_us: int | None, *, missing: Role | None) -> Sighting:
+        wait_us = self.settle_us if settle_us is None else settle_us
+        receipt = self._mirrors.expose(
+            volts, settle_us=wait_us, pulse_us=self._pulse_us(missing), without=missing
+        )
+        # first: it runs freely, and soon there is a newer one
+        *before, wide = self._wides_until(receipt.t_exposure_ns)
+        if missing is None:
+            left, right = self.frames_of(receipt)
+        elif missing is Role.LEFT:
+            right = self.frame_of(Role.RIGHT, receipt)
+            left = _black(right, Role.LEFT, receipt.volts.left)
+        else:
+            left = self.frame_of(Role.LEFT, receipt)
+            right = _black(left, Role.RIGHT, receipt.volts.right)
+        return Sighting(
+            left=left,
+            right=right,
+            wide=wide,
+            volts=receipt.volts,
+            wide_before=tuple(before),
+            missing=missing,
+        )
+
     def _wides_until(self, t_ns: int) -> list[Frame]:
         """Return the wide frames that wait, oldest first; the last one is of `t_ns` or later."""
         frames = [self._wide.read(timeout_ms=READ_TIMEOUT_MS) for _ in range(self._wide.waiting)]
@@ -112,10 +139,11 @@ class TriggeredHead:
             frames.append(self._wide.read(timeout_ms=READ_TIMEOUT_MS))
         return frames
 
-    def _pulse_us(self) -> int:
-        for camera in (self._left, self._right):
+    def _pulse_us(self, missing: Role | None = None) -> int:
+        cameras = [camera for camera in (self._left, self._right) if camera.role is not missing]
+        for camera in cameras:
             _refuse_own_will(camera)
-        left_ns, right_ns = self._left.settings.exposure_ns, self._right.settings.exposure_ns
+        left_ns, right_ns = cameras[0].settings.exposure_ns, cameras[-1].settings.exposure_ns
         if not same_exposure(left_ns, right_ns):
             raise InvalidInput(
                 f"foveae: one pulse exposes both, but left is set to {left_ns / 1e6:g} ms and right to"
@@ -144,6 +172,11 @@ class TriggeredHead:
                     f" came {late_ns / 1e6:.1f} ms after it; check for a second trigger source or lost frames"
                 )
             logger.debug("camera %s: dropped a frame %.1f ms old", camera.role, -late_ns / 1e6)
+
+
+def _black(other: Frame, role: Role, volts: MirrorVolts) -> Frame:
+    """Return the frame of a camera that is not there, as large as the other fovea's."""
+    return replace(other, image=np.zeros_like(other.image), role=role, volts=volts)
 
 
 def _refuse_own_will(camera: Camera) -> None:

@@ -61,6 +61,8 @@ def wide_matches(sighting: Sighting, calibration: Calibration) -> DepthSamples:
 
 def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> DepthSamples:
     """Return the depth of one fovea against the wide view, without pixels beside a jump of depth."""
+    if sighting.missing is role:
+        return DepthSamples.none()
     volts = sighting.volts.left if role is Role.LEFT else sighting.volts.right
     frame = sighting.left if role is Role.LEFT else sighting.right
     look = EyeLook.of(calibration, role, volts)

@@ -165,10 +165,10 @@ class Answering:
         if behind is None:
             return None
         place = self._look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
-        views, blocked = self._views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
+        views = self._views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
-            reason=verdict.one_eyed(place, {nearest.match.role}, blocked=blocked),
+            reason=verdict.one_eyed(place, {nearest.match.role}, views),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             place=place,
@@ -187,10 +187,10 @@ class Answering:
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
         place = self._look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
-        views, blocked = self._views(inverse_z, motion, seeing=roles)
+        views = self._views(inverse_z, motion, seeing=roles)
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
-            reason=verdict.one_eyed(place, roles, blocked=blocked),
+            reason=verdict.one_eyed(place, roles, views),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             place=place,
@@ -231,7 +231,7 @@ class Answering:
             )
             for one in depth.inferred
         )
-        views, _ = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        views = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
         count = len(alternatives) if len(alternatives) > 1 else 0
         return Answer(
             basis=Basis.SURROUNDINGS,
@@ -249,7 +249,7 @@ class Answering:
         inverse_z = float(samples.inverse_z_per_m.max()) if len(samples) else 0.0
         nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
         bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
-        views, _ = self._views(0.0, motion, seeing=set(EYES))
+        views = self._views(0.0, motion, seeing=set(EYES))
         self._steer(0.0, motion)
         return Answer(
             basis=Basis.BOUND,
@@ -276,20 +276,20 @@ class Answering:
     def _gazes(self, inverse_z_per_m: float, motion: Motion) -> Gazes:
         return aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z_per_m)
 
-    def _views(
-        self, inverse_z_per_m: float, motion: Motion, *, seeing: set[Role]
-    ) -> tuple[dict[Role, EyeView], set[Role]]:
-        """Return what each eye shows of the target, and the eyes that cannot turn to it."""
+    def _views(self, inverse_z_per_m: float, motion: Motion, *, seeing: set[Role]) -> dict[Role, EyeView]:
+        """Return what each eye shows of the target."""
         reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
         views = {}
         for role in EYES:
-            if role not in reaching:
+            if role is self._looker.missing:
+                views[role] = EyeView(sees_target=False, reason=verdict.NO_CAMERA)
+            elif role not in reaching:
                 views[role] = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
             elif role not in seeing:
                 views[role] = EyeView(sees_target=False, reason=verdict.HIDDEN)
             else:
                 views[role] = EyeView(sees_target=True)
-        return views, set(EYES) - reaching
+        return views
 
 
 def _span_per_m(within: DepthRange | None, limits: VergeSettings) -> tuple[float, float]:

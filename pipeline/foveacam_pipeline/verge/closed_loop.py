@@ -160,7 +160,8 @@ class ClosedLoop:
     def _doubtful(self, end: Ended, template: Template) -> bool:
         """Return whether a failure may be due to something else than the target."""
         blank = template.sigma_px > self._limits.no_texture_sigma_px
-        return end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and not blank
+        lost = end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and end.missing is None
+        return lost and not blank
 
     def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
         """Return whether a failure may be due to somebody who passed; wait until he is gone."""

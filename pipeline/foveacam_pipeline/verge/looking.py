@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
-from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Sighting, StereoVolts
+from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Role, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_for
 from foveacam_pipeline.verge.astray import Astray
@@ -24,14 +24,23 @@ FIRST_LEAD_NS = 20_000_000
 class Ended(Exception):
     """The fixation is over without being verged; `state` and `reason` say how.
 
-    `astray`: how far off both eyes show the target, where that is why it was not found.
+    `astray`: how far off both eyes show the target, where that is why it was not found. `missing`: the eye
+    that has no camera, where that is why.
     """
 
-    def __init__(self, state: FixationState, reason: str, *, astray: Astray | None = None) -> None:
+    def __init__(
+        self,
+        state: FixationState,
+        reason: str,
+        *,
+        astray: Astray | None = None,
+        missing: Role | None = None,
+    ) -> None:
         super().__init__(reason)
         self.state = state
         self.reason = reason
         self.astray = astray
+        self.missing = missing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +98,11 @@ class Looker:
     def steps(self) -> tuple[VergeStep, ...]:
         """The steps so far."""
         return tuple(self._steps)
+
+    @property
+    def missing(self) -> Role | None:
+        """The eye without a camera, as far as the last look tells."""
+        return None if self.last is None else self.last.sighting.missing
 
     @property
     def out_of_time(self) -> bool:

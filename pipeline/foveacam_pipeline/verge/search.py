@@ -86,6 +86,8 @@ class Search:
             slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
             outcome = self._examine(seen, templates, watch.motion, slack_px=slack_px)
             self._looker.record(seen, self._step(outcome))
+            if seen.sighting.missing is not None:
+                raise verdict.camera_gone(seen.sighting.missing)
             if blank:
                 raise verdict.blank_patch()
             if outcome is None:

@@ -167,7 +167,7 @@ class SingleEyeSearch:
 
     def _between(self, seen: Seen, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""
-        if not reaches(self._calibration, wanted):
+        if self._looker.missing is not None or not reaches(self._calibration, wanted):
             return None
         offsets = Guess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
         return match_fine(seen.sighting, self._calibration, offsets).score

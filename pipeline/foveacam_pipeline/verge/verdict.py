@@ -1,6 +1,7 @@
 """The sentences for the operator: why a fixation ended as it did, and what would help."""
 
 import math
+from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.astray import Astray
@@ -9,7 +10,7 @@ from foveacam_pipeline.verge.fine import FineMatch
 from foveacam_pipeline.verge.looking import Ended
 from foveacam_pipeline.verge.measure import Measurement
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import DistanceBound, FixationState
+from foveacam_pipeline.verge.values import DistanceBound, EyeView, FixationState
 
 NEAR_ENOUGH = 1.6
 """The last look of a complete search stands at most this much farther than the nearest depth it sees."""
@@ -26,14 +27,25 @@ def verged(place: Place, fine: FineMatch) -> str:
 COARSE_SIGMA_M = 0.1
 """Larger errors are told in metres."""
 CANNOT_TURN = "This eye cannot turn that far; it looks as near as it can."
+NO_CAMERA = "The camera of this eye is not there; check its cable and power."
 HIDDEN = "Something nearer hides the target from this eye."
+WHY_NOT = {CANNOT_TURN: "cannot turn that far", NO_CAMERA: "has no camera: check its cable and power"}
 UNSUPPORTED = (
     "Left and right agree on something beside the point, which itself shows something else or no texture."
 )
 
 
-def one_eyed(place: Place, roles: set[Role], *, blocked: set[Role]) -> str:
-    """Return the sentence of an answer by one fovea and the wide camera."""
+def camera_gone(role: Role) -> Ended:
+    """Return the end of the loop of both eyes where one has no camera."""
+    return Ended(
+        FixationState.LOST,
+        f"The {role} camera is not there; check its cable and power.",
+        missing=role,
+    )
+
+
+def one_eyed(place: Place, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
+    """Return the sentence of an answer by one fovea and the wide camera; `views`: what each eye shows."""
     found = _told(place)
     if len(roles) == 2:
         return (
@@ -41,7 +53,7 @@ def one_eyed(place: Place, roles: set[Role], *, blocked: set[Role]) -> str:
         )
     (seeing,) = roles
     other = Role.RIGHT if seeing is Role.LEFT else Role.LEFT
-    why = "cannot turn that far" if other in blocked else "does not see it: something hides it"
+    why = WHY_NOT.get(views[other].reason, "does not see it: something hides it")
     return f"{found} by the {seeing} fovea and the wide camera; the {other} eye {why}."
 
 

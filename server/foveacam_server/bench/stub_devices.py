@@ -211,7 +211,9 @@ class StubMirrors:
         self.volts = volts
         return volts
 
-    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+    def expose(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> ExposureReceipt:
         return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us).wait()
 
     def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> StubExposure:

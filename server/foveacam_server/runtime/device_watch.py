@@ -10,6 +10,7 @@ from foveacam_hardware.contract import (
     NotConnected,
     PanTiltState,
     RailState,
+    Role,
     Timeout,
 )
 from foveacam_server.runtime.events import EventLog, Level
@@ -68,6 +69,11 @@ class DeviceWatch:
                 return self._problems[device]
         return None
 
+    def fovea_lost(self) -> Role | None:
+        """Return the fovea whose camera is lost, where it is the only one."""
+        lost = [role for role in (Role.LEFT, Role.RIGHT) if self.lacking(role.value) is not None]
+        return lost[0] if len(lost) == 1 else None
+
     def fault(self, device: str, *, detail: str, remedy: str | None = None) -> None:
         """Write down that `device` fails; tell it once. Without a `remedy` it is what `detail` ends with."""
         remedy = remedy or _remedy_in(detail)
@@ -110,11 +116,12 @@ class DeviceWatch:
         self._next_retry_ns = self._clock.now_ns() + round(self._retry_s * 1e9)
         return parked
 
-    def look_succeeded(self) -> None:
-        """Forget looks that failed before."""
+    def look_succeeded(self, *, missing: Role | None = None) -> None:
+        """Forget looks that failed before; `missing`: the fovea that was looked without."""
         self._late_looks, self._exposures_fail = 0, False
         for device in (WIDE, *FOVEAE):
-            self._recovered(device)
+            if device != missing:
+                self._recovered(device)
 
     def wide_succeeded(self) -> None:
         """Forget that the wide camera failed."""

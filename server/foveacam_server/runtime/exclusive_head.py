@@ -17,8 +17,10 @@ DEADLINE_S = 10.0
 class Looker(Protocol):
     """What a session asks of the hardware thread."""
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> "Future[Sighting]":
-        """Enqueue one look."""
+    def look(
+        self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+    ) -> "Future[Sighting]":
+        """Enqueue one look; `one_eyed`: the camera of one fovea may be missing."""
         ...
 
     def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
@@ -33,14 +35,16 @@ class Looker(Protocol):
 class ExclusiveHead:
     """Implements `Head` for one job."""
 
-    def __init__(self, looker: Looker, *, cancelled: Callable[[], bool]) -> None:
+    def __init__(self, looker: Looker, *, cancelled: Callable[[], bool], one_eyed: bool = False) -> None:
         self._looker = looker
         self._cancelled = cancelled
+        self._one_eyed = one_eyed
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Steer, settle, expose, and return what all three cameras saw."""
         self._check()
-        return answer_of(self._looker.look(volts, settle_us=settle_us), asked="a look")
+        answer = self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed)
+        return answer_of(answer, asked="a look")
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame."""

@@ -73,7 +73,7 @@ class FixationService:
         depth_range_of(request)
         if request.get("corrects") is not None:
             self.table.get(request["corrects"])
-        self._tools.hardware.check_may_move()
+        self._tools.hardware.check_may_move(one_eyed=True)
         return self._tools.jobs.submit(KIND, {**request, "source": source}, idempotency_key=idempotency_key)
 
     def look_again(self, target_id: str, *, source: str) -> Job:
@@ -120,7 +120,8 @@ class FixationService:
                 data={"fixation_id": fixation_id, "job_id": job.id, "step": step_document(step)},
             )
 
-        with tools.hardware.session(f"fixation {job.id}", cancelled=context.cancelled) as head:
+        holder = f"fixation {job.id}"
+        with tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head:
             fixation = fixate(
                 head,
                 calibration,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
@@ -18,12 +19,14 @@ from foveacam_hardware.contract import (
     Frame,
     Head,
     NotConnected,
+    OneEyedHead,
+    Role,
     Sighting,
     StereoVolts,
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.command_queue import CommandQueue
-from foveacam_server.runtime.device_watch import FOVEAE, WIDE, DeviceWatch
+from foveacam_server.runtime.device_watch import FOVEAE, MIRRORS, WIDE, DeviceWatch
 from foveacam_server.runtime.events import EventLog, Level
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
 from foveacam_server.runtime.halting import bring_to_rest
@@ -114,10 +117,12 @@ class HardwareThread:
             raise refusals.not_open(self._watch.problems)
         return self._commands.put(work)
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> "Future[Sighting]":
-        """Enqueue one look; its frames feed the views."""
-        self.check_may_move()
-        return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us))
+    def look(
+        self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+    ) -> "Future[Sighting]":
+        """Enqueue one look; its frames feed the views. `one_eyed`: the camera of one fovea may be missing."""
+        self.check_may_move(one_eyed=one_eyed)
+        return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us, one_eyed=one_eyed))
 
     def shoot(self, work: Callable[[Rig], T]) -> "Future[T]":
         """Enqueue work that steers and exposes by itself; refused like a look."""
@@ -135,25 +140,33 @@ class HardwareThread:
             raise refusals.in_use("steer", self._session_of)
         return self.submit(lambda rig: self._steer(rig, volts))
 
-    def check_may_move(self) -> None:
-        """Raise `Stopped` or `NotConnected` when the mirrors cannot be moved now."""
+    def check_may_move(self, *, one_eyed: bool = False) -> None:
+        """Raise `Stopped` or `NotConnected` when the mirrors cannot be moved now.
+
+        `one_eyed`: whether the camera of one fovea may be missing.
+        """
         if self._halted.is_set():
             raise refusals.stopped()
         if self._rig is None:
             raise refusals.not_open(self._watch.problems)
         self.mirrors.check()
-        missing = self._watch.lacking(*FOVEAE)
+        missing = self._watch.lacking(*(self._needed(self._rig) if one_eyed else FOVEAE))
         if missing is not None:
             raise refusals.missing(missing)
 
     @contextmanager
-    def session(self, holder: str, *, cancelled: Callable[[], bool]) -> Iterator[Head]:
-        """Give one job the rig to itself: live looks pause, the job's own looks feed the views."""
+    def session(
+        self, holder: str, *, cancelled: Callable[[], bool], one_eyed: bool = False
+    ) -> Iterator[Head]:
+        """Give one job the rig to itself: live looks pause, the job's own looks feed the views.
+
+        `one_eyed`: whether its looks may lack the camera of one fovea.
+        """
         if not self._session.acquire(blocking=False):
             raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
         self._session_of = holder
         try:
-            yield ExclusiveHead(self, cancelled=cancelled)
+            yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
         finally:
             self._session_of = None
             self._session.release()
@@ -207,12 +220,12 @@ class HardwareThread:
         return rig
 
     def _turn(self, rig: Rig) -> None:
-        looks, wide = self._looks_allowed(), self._watch.lacking(WIDE) is None
+        looks, wide = self._looks_allowed(rig), self._watch.lacking(WIDE) is None
         command = self._commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
             command.run(rig)
         elif looks and self._live.look_due():
-            self._try("live look", lambda: self._look(rig, self._gaze))
+            self._try("live look", lambda: self._look(rig, self._gaze, one_eyed=True))
         if wide and self._live.wide_due():
             self._try("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         self.mirrors.keep(rig)
@@ -223,9 +236,9 @@ class HardwareThread:
         if self._clock.now_ns() >= self._status_due_ns:
             self.refresh(rig)
 
-    def _looks_allowed(self) -> bool:
+    def _looks_allowed(self, rig: Rig) -> bool:
         idle = not self._halted.is_set() and self._session_of is None and self.mirrors.rail_wanted
-        return idle and self._watch.lacking(*FOVEAE) is None
+        return idle and self._watch.lacking(*self._needed(rig)) is None
 
     def _try(self, what: str, work: Callable[[], object]) -> None:
         try:
@@ -233,13 +246,27 @@ class HardwareThread:
         except FoveaError as error:
             _log.debug("%s: %s", what, error)  # the watch has told the operator
 
-    def _look(self, rig: Rig, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def _look(
+        self, rig: Rig, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+    ) -> Sighting:
         self._live.look_begins()
-        sighting = self._exposed(rig, lambda: rig.head.look(volts, settle_us=settle_us))
+        lost = self._fovea_lost(rig) if one_eyed else None
+        look = rig.head.look
+        if lost is not None and isinstance(rig.head, OneEyedHead):
+            look = partial(rig.head.look_without, lost)
+        sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else volts
         self._live.show_sighting(sighting, in_session=self._session_of is not None)
         return sighting
+
+    def _needed(self, rig: Rig) -> tuple[str, ...]:
+        """Return what a look cannot do without, if it may do without one fovea."""
+        return FOVEAE if self._fovea_lost(rig) is None else (MIRRORS,)
+
+    def _fovea_lost(self, rig: Rig) -> Role | None:
+        """Return the one fovea whose camera is lost, if the rig can look without it."""
+        return self._watch.fovea_lost() if isinstance(rig.head, OneEyedHead) else None
 
     def _shoot(self, rig: Rig, work: Callable[[Rig], T]) -> T:
         found = self._exposed(rig, lambda: work(rig))
@@ -247,7 +274,7 @@ class HardwareThread:
             self._gaze = rig.mirrors.state.volts
         return found
 
-    def _exposed(self, rig: Rig, look: Callable[[], T]) -> T:
+    def _exposed(self, rig: Rig, look: Callable[[], T], *, missing: Role | None = None) -> T:
         """Run what looks; find out which device failed, and park again when the stop came meanwhile."""
         try:
             found = look()
@@ -256,7 +283,7 @@ class HardwareThread:
             raise
         finally:
             self._park_again_if_halted(rig)
-        self._watch.look_succeeded()
+        self._watch.look_succeeded(missing=missing)
         return found
 
     def _wide(self, rig: Rig, max_age_ms: float) -> Frame:

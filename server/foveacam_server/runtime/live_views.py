@@ -54,8 +54,9 @@ class LiveViews:
         for frame in sighting.wide_before if self._sink.wants_every(Role.WIDE.value) else ():
             self._show(frame, meta=overlay)
         self._show(sighting.wide, meta=overlay)
-        self._show(sighting.left)
-        self._show(sighting.right)
+        for frame in (sighting.left, sighting.right):
+            if frame.role is not sighting.missing:
+                self._show(frame)
 
     def wide_due(self) -> bool:
         """Tell whether a wide frame is due."""

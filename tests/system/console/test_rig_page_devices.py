@@ -94,7 +94,7 @@ def test_rail_moves_to_places_and_positions_once_it_is_homed(
     rail = panel("Rail", stand_in, open_console)
     expect(rail).to_contain_text("Home it first: nobody knows where it stands.")
     expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
-    stand_in.answers["/rail"] = documents.rail()
+    stand_in.after["POST /rail/homings"] = {"/rail": documents.rail()}
     rail.get_by_role("button", name="Home the rail").click()
     with rail.page.expect_response(re.compile("/rail/moves$")):
         rail.get_by_role("button", name="Move to the place far left").click()

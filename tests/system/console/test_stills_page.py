@@ -137,7 +137,7 @@ def test_a_camera_that_stalled_is_named_and_the_rest_waits_to_be_kept(
     )
     still.get_by_role("checkbox", name="Wide").uncheck()
 
-    stand_in.answers["/stills"] = []
+    stand_in.after["DELETE /stills/still-1"] = {"/stills": []}
     still.get_by_role("button", name="Discard").click()
 
     expect(still.get_by_text("What is taken shows up here")).to_be_visible()

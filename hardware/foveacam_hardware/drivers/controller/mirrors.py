@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
     MirrorState,
     NotConnected,
     PendingExposure,
+    Role,
     StereoVolts,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
@@ -174,16 +175,23 @@ class ControllerMirrors:
             self._recovery.guarded(dialogue, lambda: dialogue.wait(reply))
         return actual
 
-    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
-        """Move, settle, trigger both foveae, and return once the exposure is over.
+    def expose(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> ExposureReceipt:
+        """Move, settle, trigger both foveae or the one that has a camera, and return after the exposure.
 
         The controller gives up on an exposure shorter than the pulse or longer than the pulse + 5 ms.
         """
         with self._procedure:
-            return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us).wait()
+            return self._begin(volts, settle_us=settle_us, pulse_us=pulse_us, without=without).wait()
 
     def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
         """Ask for the same and return at once; the controller keeps the times by itself."""
+        return self._begin(volts, settle_us=settle_us, pulse_us=pulse_us, without=None)
+
+    def _begin(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None
+    ) -> PendingExposure:
         check_times(settle_us=settle_us, pulse_us=pulse_us)
         with self._procedure:
             dialogue, clock_map = self._ready(), self._clock_map
@@ -198,7 +206,12 @@ class ControllerMirrors:
                 self.steer(volts)
                 self._clock.sleep_until_ns(self._clock.now_ns() + settle_us * 1000)
             _, update, frame = self._targets.expose(
-                dialogue.session, volts, settle_us=settle_us, pulse_us=pulse_us, t_ns=self._clock.now_ns()
+                dialogue.session,
+                volts,
+                settle_us=settle_us,
+                pulse_us=pulse_us,
+                without=without,
+                t_ns=self._clock.now_ns(),
             )
         duration_s = longest_s(settle_us=settle_us, pulse_us=pulse_us)
         return ExposureUnderWay(

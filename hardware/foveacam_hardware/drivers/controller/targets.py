@@ -5,8 +5,9 @@ when a frame changes the active stream. Nothing here waits for a reply.
 """
 
 import threading
+from collections.abc import Mapping
 
-from foveacam_hardware.contract import PARKED, MirrorLimits, StereoVolts
+from foveacam_hardware.contract import PARKED, MirrorLimits, Role, StereoVolts
 from foveacam_hardware.drivers.controller.dialogue import stream_message
 from foveacam_hardware.drivers.controller.replies import Reply
 from foveacam_hardware.drivers.controller.session import Message, Session
@@ -20,8 +21,8 @@ from foveacam_hardware.wire.controller_payloads import (
 )
 
 STREAMS = (0, 1)
-BOTH_FOVEAE = 0
-"""The camera mask that stands for left and right."""
+CAMERAS_WITHOUT: Mapping[Role | None, int] = {None: 0, Role.LEFT: 4, Role.RIGHT: 2}
+"""Mask of the cameras to be exposed, by the fovea that has none."""
 
 
 class Targets:
@@ -113,14 +114,22 @@ class Targets:
             return session.begin(*updates) if updates else []
 
     def expose(
-        self, session: Session, volts: StereoVolts, *, settle_us: int, pulse_us: int, t_ns: int
+        self,
+        session: Session,
+        volts: StereoVolts,
+        *,
+        settle_us: int,
+        pulse_us: int,
+        without: Role | None,
+        t_ns: int,
     ) -> tuple[StereoVolts, Reply, Reply]:
         """Put a position and a frame request on the wire in one write; return both replies to be."""
         with self._lock:
             left, right, actual = self._codes(volts)
             settled = self._settled(actual, settle_us=settle_us, t_ns=t_ns)
             stream = self._active if settled and self._active is not None else self._other()
-            order = FrameRequest(stream=stream, cameras=BOTH_FOVEAE, pulse_us=pulse_us, settle_us=settle_us)
+            cameras = CAMERAS_WITHOUT[without]
+            order = FrameRequest(stream=stream, cameras=cameras, pulse_us=pulse_us, settle_us=settle_us)
             update, frame = session.begin(
                 stream_message(StreamOperation.UPDATE, stream, left, right),
                 (Method.GET, Property.FRAME, order.pack()),

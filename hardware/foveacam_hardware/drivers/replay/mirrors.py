@@ -16,6 +16,7 @@ from foveacam_hardware.contract import (
     MirrorState,
     OutOfRange,
     PendingExposure,
+    Role,
     StereoVolts,
 )
 from foveacam_hardware.drivers.replay.camera import ReplayCamera
@@ -102,7 +103,9 @@ class ReplayMirrors:
         """Refuse."""
         self._refuse("steer")
 
-    def expose(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> ExposureReceipt:
+    def expose(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> ExposureReceipt:
         """Refuse."""
         self._refuse("steer and expose")
 
