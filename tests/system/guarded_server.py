@@ -58,11 +58,13 @@ class WatchedMirrors(ControllerMirrors):
     eyes: tuple[StubCamera, StubCamera]
     moves = 0
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> PendingExposure:
         self.moves += volts != self.state.volts
         if self.moves == int(os.environ.get(HOLD, "-1")):
             threading.Event().wait()
-        under_way = super().begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us)
+        under_way = super().begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us, without=without)
         return Exposure(under_way, self.eyes)
 
 

@@ -180,10 +180,10 @@ def _before_look(server: Running, number: int, act: Callable[[], object]) -> Non
     hardware = server.services.hardware
     look, count = hardware.look, [0]
 
-    def counted(volts: StereoVolts, *, settle_us: int | None = None) -> object:
+    def counted(volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False) -> object:
         if count[0] == number:
             act()
         count[0] += 1
-        return look(volts, settle_us=settle_us)
+        return look(volts, settle_us=settle_us, one_eyed=one_eyed)
 
     hardware.look = counted  # type: ignore[method-assign,assignment]

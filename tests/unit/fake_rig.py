@@ -117,7 +117,9 @@ class FakeMirrors:
     ) -> ExposureReceipt:
         raise AssertionError("the fake head does not expose")
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> PendingExposure:
         raise AssertionError("the fake head does not expose")
 
     def park(self) -> None:

@@ -160,7 +160,9 @@ class Mirrors(Protocol):
         """
         ...
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> PendingExposure:
         """Do the same without waiting: the exposure is over when its `wait` returns. One at a time."""
         ...
 

@@ -214,9 +214,11 @@ class StubMirrors:
     def expose(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> ExposureReceipt:
-        return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us).wait()
+        return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us, without=without).wait()
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> StubExposure:
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> StubExposure:
         now_ns = self.clock.now_ns()
         self._count += 1
         self.did.append((now_ns, f"begin {settle_us} us"))
@@ -224,7 +226,8 @@ class StubMirrors:
         t_ns, exposure_ns = now_ns + 1000 * settle_us, self.eyes[0].settings.exposure_ns
         if self.failure is None:
             for eye in self.eyes:
-                eye.expose(t_ns)
+                if eye.role is not without:
+                    eye.expose(t_ns)
         receipt = ExposureReceipt(
             frame_id=self._count, t_trigger_ns=t_ns, t_exposure_ns=t_ns + exposure_ns // 2, volts=volts
         )

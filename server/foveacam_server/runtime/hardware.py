@@ -262,7 +262,7 @@ class HardwareThread:
 
     def _needed(self, rig: Rig) -> tuple[str, ...]:
         """Return what a look cannot do without, if it may do without one fovea."""
-        return FOVEAE if self._fovea_lost(rig) is None else (MIRRORS,)
+        return FOVEAE if self._fovea_lost(rig) is None else (MIRRORS, WIDE)
 
     def _fovea_lost(self, rig: Rig) -> Role | None:
         """Return the one fovea whose camera is lost, if the rig can look without it."""

@@ -183,15 +183,12 @@ class ControllerMirrors:
         The controller gives up on an exposure shorter than the pulse or longer than the pulse + 5 ms.
         """
         with self._procedure:
-            return self._begin(volts, settle_us=settle_us, pulse_us=pulse_us, without=without).wait()
+            return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us, without=without).wait()
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
-        """Ask for the same and return at once; the controller keeps the times by itself."""
-        return self._begin(volts, settle_us=settle_us, pulse_us=pulse_us, without=None)
-
-    def _begin(
-        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
+        """Ask for the same and return at once; the controller keeps the times by itself."""
         check_times(settle_us=settle_us, pulse_us=pulse_us)
         with self._procedure:
             dialogue, clock_map = self._ready(), self._clock_map

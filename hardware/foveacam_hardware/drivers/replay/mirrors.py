@@ -109,7 +109,9 @@ class ReplayMirrors:
         """Refuse."""
         self._refuse("steer and expose")
 
-    def begin_exposure(self, volts: StereoVolts, *, settle_us: int, pulse_us: int) -> PendingExposure:
+    def begin_exposure(
+        self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
+    ) -> PendingExposure:
         """Refuse."""
         self._refuse("steer and expose")
 
