@@ -219,44 +219,56 @@ class Answering:
         sigma = best.sigma_per_m if sure else spread_per_m(depth.inferred)
         sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
-            return self._bounded(depth.samples, motion, ended)
+            return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
         place = self._look(best.inverse_z_per_m, sigma, motion)
-        target = motion.at(self._looker.next_ns)
-        total = sum(one.probability for one in depth.inferred)
-        alternatives = tuple(
+        alternatives = self._alternatives(depth.inferred, motion)
+        views = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        return Answer(
+            basis=Basis.SURROUNDINGS,
+            reason=verdict.inferred(place, samples=len(depth.samples), alternatives=len(alternatives)),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            alternatives=alternatives,
+        )
+
+    def _alternatives(self, inferred: tuple[Inferred, ...], motion: Motion) -> tuple[Alternative, ...]:
+        """Return what the surroundings suggest, to choose from; nothing where that is one depth alone."""
+        if len(inferred) < 2:
+            return ()
+        target, total = motion.at(self._looker.next_ns), sum(one.probability for one in inferred)
+        return tuple(
             _alternative(
                 Basis.SURROUNDINGS,
                 place_on_ray(target, one.inverse_z_per_m, one.sigma_per_m),
                 one.probability / total,
             )
-            for one in depth.inferred
-        )
-        views = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
-        count = len(alternatives) if len(alternatives) > 1 else 0
-        return Answer(
-            basis=Basis.SURROUNDINGS,
-            reason=verdict.inferred(place, samples=len(depth.samples), alternatives=count),
-            left_view=views[Role.LEFT],
-            right_view=views[Role.RIGHT],
-            place=place,
-            alternatives=alternatives if count else (),
+            for one in inferred
         )
 
-    def _bounded(self, samples: DepthSamples, motion: Motion, ended: Ended) -> Answer:
-        """Return limits: behind the nearest thing on its border, as far as there is one."""
+    def _bounded(
+        self, samples: DepthSamples, motion: Motion, ended: Ended, *, inferred: tuple[Inferred, ...] = ()
+    ) -> Answer:
+        """Return limits: behind the nearest thing on its border, as far as there is one.
+
+        `inferred`: depths that are too vague to tell, the first of which is looked at.
+        """
         target = motion.at(self._looker.next_ns)
         length = float(np.linalg.norm([*target, 1.0]))
         inverse_z = float(samples.inverse_z_per_m.max()) if len(samples) else 0.0
         nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
         bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
-        views = self._views(0.0, motion, seeing=set(EYES))
-        self._steer(0.0, motion)
+        level = inferred[0].inverse_z_per_m if inferred else 0.0
+        views = self._views(level, motion, seeing=set(EYES))
+        self._steer(level, motion)
+        alternatives = self._alternatives(inferred, motion)
         return Answer(
             basis=Basis.BOUND,
-            reason=verdict.bounded(bound, ended),
+            reason=verdict.bounded(bound, ended, alternatives=len(alternatives)),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             bound=bound,
+            alternatives=alternatives,
         )
 
     def _look(self, inverse_z_per_m: float, sigma_per_m: float, motion: Motion) -> Place:

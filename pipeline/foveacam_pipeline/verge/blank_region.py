@@ -157,20 +157,21 @@ def _upright(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _spread(edge_px: NDArray[np.float64], at_px: NDArray[np.float64], places: int) -> NDArray[np.float64]:
-    """Return places near a point and far from each other, a sector at a time."""
+    """Return places far from each other: in turns the nearest ones of each sector about a point."""
     offsets = edge_px - at_px
     distance_px = np.hypot(*offsets.T)
-    sector = np.floor((np.arctan2(offsets[:, 1], offsets[:, 0]) + np.pi) / (2 * np.pi) * SECTORS).astype(int)
+    turn = (np.arctan2(offsets[:, 1], offsets[:, 0]) + np.pi) / (2 * np.pi)
+    sector = np.floor(turn * SECTORS).astype(int) % SECTORS
     order = np.argsort(distance_px)
     chosen: list[int] = []
-    used: set[int] = set()
-    for fresh_sectors_only in (True, False):
-        for index in order.tolist():
-            if len(chosen) == places:
-                break
-            if fresh_sectors_only and int(sector[index]) % SECTORS in used:
-                continue
-            if all(np.hypot(*(edge_px[index] - edge_px[other])) >= APART_PX for other in chosen):
-                chosen.append(index)
-                used.add(int(sector[index]) % SECTORS)
+    queues = [order[sector[order] == k].tolist() for k in np.unique(sector[order])]
+    while len(chosen) < places and any(queues):
+        for queue in queues:
+            while queue:
+                index = queue.pop(0)
+                apart_px = np.hypot(*(edge_px[index] - edge_px[chosen]).T)
+                if (apart_px >= APART_PX).all():
+                    chosen.append(index)
+                    break
+    chosen = chosen[:places]
     return np.asarray(edge_px[sorted(chosen, key=lambda k: float(distance_px[k]))], dtype=np.float64)

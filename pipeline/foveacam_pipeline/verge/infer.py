@@ -1,25 +1,23 @@
 """The depth of a point without texture, inferred from measured points around it.
 
 A plane is linear in inverse depth over the tangents. Every sample is of the target's surface or of another
-one, mostly in front of it; each division of the samples is a hypothesis with a probability (Bayesian linear
-regression), and hypotheses that agree are put together. That all samples are in front is one more.
+one, mostly in front of it; each division of the samples is a hypothesis with a probability (`planes.py`),
+and hypotheses that agree are put together. That all samples are in front is one more.
 """
 
 import math
 from dataclasses import dataclass
 from itertools import product
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.planes import Planes, planes_through, subset_of
 
 MAX_SAMPLES = 8
 """The nearest ones; 2 to the power of it divisions are weighed."""
-LEVEL_SIGMA_PER_M = 0.3
-"""Prior of 1/Z itself, about the mean of the samples."""
-SLOPE_SIGMA = 1.0
-"""Prior of the slope of 1/Z, relative to 1/Z and per unit of tangent: surfaces at 45 degrees are common."""
 BULGE_SIGMA = 0.35
 """A surface may leave its plane by so much, relative to 1/Z and per tangent from the nearest sample: three
 times that is a half sphere."""
@@ -96,19 +94,22 @@ def infer_depth(
     nearest = np.argsort(np.hypot(*offsets.T))[:MAX_SAMPLES]
     offsets, q = offsets[nearest], samples.inverse_z_per_m[nearest]
     level = float(np.median(q))
+    sigma = np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level)
     measured = _Measured(
-        design=np.column_stack([np.ones(len(q)), offsets]),
+        offsets=offsets,
         q=q,
-        sigma=np.hypot(samples.sigma_per_m[nearest], UNEVEN_SIGMA * level),
-        level=level,
+        sigma=sigma,
         own_chance=chance[nearest],
+        level=level,
         blank=blank,
-        known={},
+        planes=planes_through(offsets, q, sigma, level=level),
+        log_other=np.log(1.0 - chance[nearest]),
     )
     divisions = [
-        _weighed(np.array(own, dtype=np.bool_), measured)
+        division
         for own in product((True, False), repeat=len(q))
         if any(own)
+        for division in _weighed(np.array(own, dtype=np.bool_), measured)
     ]
     divisions.append(_all_in_front(measured))
     return _merged(divisions)
@@ -116,16 +117,17 @@ def infer_depth(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Measured:
-    """The samples about a target: (n, 3) rows (1, x, y); 1/Z, its error and chance (n,); middle of 1/Z."""
+    """The samples about a target: (n, 2) offsets; 1/Z, its error and chance (n,); middle of 1/Z; planes."""
 
-    design: NDArray[np.float64]
+    offsets: NDArray[np.float64]
     q: NDArray[np.float64]
     sigma: NDArray[np.float64]
     own_chance: NDArray[np.float64]
     level: float
     blank: bool
-    known: dict[bytes, float]
-    """Likelihoods that were worked out already."""
+    planes: Planes
+    log_other: NDArray[np.float64]
+    """(n,) log chance of each not to be of the target's surface."""
 
     def front_share(self) -> float:
         """Return how many of the surfaces that are not the target's are in front of it."""
@@ -134,25 +136,6 @@ class _Measured:
     def behind_share(self, samples: int) -> float:
         """Return how many are behind it. An edge there is a mismatch, and those seldom agree."""
         return (1.0 - FRONT_SHARE) / samples if self.blank else 1.0 - EVEN_SHARE
-
-    @property
-    def prior(self) -> NDArray[np.float64]:
-        slope = (SLOPE_SIGMA * self.level) ** 2
-        return np.diag([LEVEL_SIGMA_PER_M**2, slope, slope])
-
-    def log_plane(self, own: NDArray[np.bool_]) -> float:
-        """Return the log marginal likelihood of some samples as points of one plane."""
-        key = own.tobytes()
-        if key not in self.known:
-            self.known[key] = self._log_plane(own)
-        return self.known[key]
-
-    def _log_plane(self, own: NDArray[np.bool_]) -> float:
-        covariance = self._covariance(own)
-        residual = self.q[own] - self.level
-        _, log_det = np.linalg.slogdet(covariance)
-        squares = float(residual @ np.linalg.solve(covariance, residual))
-        return -0.5 * (squares + float(log_det) + int(own.sum()) * math.log(2.0 * math.pi))
 
     def surfaces(self, others: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
         """Sort samples by depth into surfaces."""
@@ -166,34 +149,27 @@ class _Measured:
 
     def own_log_chance(self, own: NDArray[np.bool_]) -> float:
         """Return the log chance that a surface is the target's; one that encloses it has a large one."""
-        chance = float(np.mean(np.log(self.own_chance[own])))
+        chance = math.log(float(self.own_chance[own].max()))
         near = own & (self.own_chance >= NEAR_CHANCE)
-        return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.design[near, 1:]) else chance
+        return max(chance, math.log(ENCLOSING_CHANCE)) if encloses(self.offsets[near]) else chance
 
     def owns(self, own: NDArray[np.bool_]) -> bool:
         """Return whether one of some samples is next to the target or sure to be of its surface."""
-        next_to = float(np.hypot(*self.design[own, 1:].T).min()) <= NEXT_TAN
+        next_to = float(np.hypot(*self.offsets[own].T).min()) <= NEXT_TAN
         return next_to or float(self.own_chance[own].max()) >= SURE_CHANCE
 
     def surrounds(self, own: NDArray[np.bool_]) -> bool:
         """Return whether samples surround the target with what lies in front, which hides where they end."""
         in_front = self.q > float(self.q[own].max())
-        return int(own.sum()) >= HOLDING_SAMPLES and encloses(self.design[own | in_front, 1:])
+        return int(own.sum()) >= HOLDING_SAMPLES and encloses(self.offsets[own | in_front])
 
-    def other_log_chance(self, surface: NDArray[np.bool_], share: float) -> float:
-        """Return the log chance that one surface is not the target's. `share`: of those on its side of it."""
-        return float(np.mean(np.log(1.0 - self.own_chance[surface]))) + math.log(share)
+    def other_log_weight(self, surface: NDArray[np.bool_], share: float) -> float:
+        """Return the log weight of one surface that is not the target's.
 
-    def plane(self, own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], float]:
-        """Return the plane through some samples, (3,) about `level`, and its variance at the target."""
-        mine, prior = self.design[own], self.prior
-        gain = prior @ mine.T @ np.linalg.inv(self._covariance(own))
-        spread = prior - gain @ mine @ prior
-        return gain @ (self.q[own] - self.level), max(float(spread[0, 0]), 0.0)
-
-    def _covariance(self, own: NDArray[np.bool_]) -> NDArray[np.float64]:
-        mine = self.design[own]
-        return np.asarray(mine @ self.prior @ mine.T + np.diag(self.sigma[own] ** 2), dtype=np.float64)
+        `share`: of such surfaces on its side of the target's.
+        """
+        chance = float(self.log_other[surface].min())
+        return chance + math.log(share) + float(self.planes.log_any[subset_of(surface)])
 
 
 def encloses(offsets: NDArray[np.float64]) -> bool:
@@ -204,32 +180,40 @@ def encloses(offsets: NDArray[np.float64]) -> bool:
     return float(np.diff(np.append(turns, turns[0] + 2.0 * np.pi)).max()) < np.pi
 
 
-def _weighed(own: NDArray[np.bool_], measured: _Measured) -> _Division:
-    """Return the weight of one division of the samples, and what its own ones say of the target."""
-    plane, variance = measured.plane(own)
-    log_weight = measured.own_log_chance(own) + measured.log_plane(own)
-    for surface in measured.surfaces(~own):
-        ahead = measured.q[surface] - (measured.level + measured.design[surface] @ plane)
-        in_front = float(np.median(ahead + 3.0 * measured.sigma[surface])) > 0.0
-        share = measured.front_share() if in_front else measured.behind_share(int(surface.sum()))
-        log_weight += measured.other_log_chance(surface, share) + measured.log_plane(surface)
-    bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.design[own, 1:].T).min())
-    owned = measured.owns(own)
-    return _Division(
-        log_weight=log_weight,
-        inverse_z_per_m=measured.level + float(plane[0]),
-        variance=variance + bulge**2,
-        samples=int(own.sum()),
-        owned=owned,
-        held=owned or measured.surrounds(own),
-    )
+def _weighed(own: NDArray[np.bool_], measured: _Measured) -> list[_Division]:
+    """Return the weight of one division of the samples, and what its own ones say, for each prior."""
+    planes, subset = measured.planes, subset_of(own)
+    owned, chance = measured.owns(own), measured.own_log_chance(own)
+    held = owned or measured.surrounds(own)
+    others = measured.surfaces(~own)
+    bulge = BULGE_SIGMA * measured.level * float(np.hypot(*measured.offsets[own].T).min())
+    found = []
+    for k, plane in enumerate(planes.plane[:, subset]):
+        log_weight = chance + float(planes.log_evidence[k, subset])
+        for surface in others:
+            expected = measured.level + plane[0] + measured.offsets[surface] @ plane[1:]
+            ahead = measured.q[surface] - expected + 3.0 * measured.sigma[surface]
+            in_front = median(ahead.tolist()) > 0.0
+            share = measured.front_share() if in_front else measured.behind_share(int(surface.sum()))
+            log_weight += measured.other_log_weight(surface, share)
+        found.append(
+            _Division(
+                log_weight=log_weight,
+                inverse_z_per_m=measured.level + float(plane[0]),
+                variance=float(planes.variance[k, subset]) + bulge**2,
+                samples=int(own.sum()),
+                owned=owned,
+                held=held,
+            )
+        )
+    return found
 
 
 def _all_in_front(measured: _Measured) -> _Division:
     """Return the hypothesis that nothing measured is of the target's surface: it lies behind all of it."""
     farthest = float(measured.q.min())
     log_weight = sum(
-        measured.other_log_chance(surface, measured.front_share()) + measured.log_plane(surface)
+        measured.other_log_weight(surface, measured.front_share())
         for surface in measured.surfaces(np.ones(len(measured.q), dtype=np.bool_))
     )
     return _Division(

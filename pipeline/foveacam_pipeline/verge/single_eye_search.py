@@ -36,8 +36,8 @@ STEP_PX = 0.5
 """Step of the profiles along the line, survey px."""
 SURE_SCORE = 0.7
 """Least weighted correlation of a registration."""
-LEAD = 0.1
-"""By how much it must fit better than at any other depth."""
+LEAD, LEAD_RATIO = 0.1, 4.0
+"""What fits at another depth must fall short by so much, or lack so many times more of a perfect fit."""
 APART_SIGMAS = 5.0
 """Registrations whose depths differ by less are one."""
 ROW_PX = 4.0
@@ -275,6 +275,7 @@ def _only_sure(places: list[EyeMatch]) -> EyeMatch | None:
         return None
     for other in places:
         apart = abs(other.inverse_z_per_m - best.inverse_z_per_m)
-        if apart > APART_SIGMAS * best.sigma_per_m and other.score > best.score - LEAD:
+        rivals = other.score > best.score - LEAD and 1.0 - other.score < LEAD_RATIO * (1.0 - best.score)
+        if apart > APART_SIGMAS * best.sigma_per_m and rivals:
             return None
     return best

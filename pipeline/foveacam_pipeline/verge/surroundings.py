@@ -52,6 +52,8 @@ LEVELS_PER_M = (0.37, 0.0, 0.72)
 SECTORS = 8
 SIDE_RAD = math.pi / 4.0
 """Places seen from a target in directions that differ by more are on different sides of it."""
+BESIDE_TAN, BESIDE_SIGMAS = 0.012, 4.0
+"""Two places of one edge, 0.7 degrees apart at most, differ by so many standard errors at most."""
 ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
@@ -170,19 +172,19 @@ class SurroundingsEstimator:
         wide = self._calibration.wide
         blank = region.area_share >= TEXTURED_SHARE
         middles = _by_sector(border, target) if blank else []
-        edges = known.joined(_samples_of(middles)) if blank else DepthSamples.none()
+        edges = known.joined(_samples_of(middles))
         owners = edge_owners(middles, points, region, wide)
         edge_chances = np.append(np.full(len(edges) - len(middles), OWN_CHANCE), owners)
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
-        if len(edges):
+        if blank and len(edges):
             inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
             few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
         chances = np.append(edge_chances, chances)
         return SurroundingDepth(
             samples=samples,
-            inferred=infer_depth(samples, target, own_chance=chances, blank=blank),
+            inferred=infer_depth(samples, target, own_chance=chances, blank=blank and len(edges) > 0),
             region=region,
             open=is_open(region, samples, chances),
         )
@@ -300,18 +302,29 @@ def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
     """Return one place for each direction from the target: the middle of those there.
 
-    What one eye alone shows counts while both show too little.
+    What one eye alone shows counts where both show nothing on that side, and a place beside it is as deep.
     """
     groups: dict[int, list[BorderDepth]] = {}
     for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
         sector = int((_turn(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
         groups.setdefault(sector, []).append(depth)
-    by_both = [[depth for depth in group if depth.by_both] for group in groups.values()]
-    enough = sum(map(bool, by_both)) >= ENOUGH_SAMPLES
-    counted = (
-        by_both if enough else [sure or group for sure, group in zip(by_both, groups.values(), strict=True)]
-    )
+    by_both = {k: [depth for depth in group if depth.by_both] for k, group in groups.items()}
+    counted = [
+        by_both[k] or [depth for depth in group if _goes_on(depth, found)]
+        for k, group in groups.items()
+        if by_both[k] or not any(by_both.get((k + side) % SECTORS) for side in (-1, 1))
+    ]
     return [group[len(group) // 2] for group in counted if group]
+
+
+def _goes_on(depth: BorderDepth, found: Collection[BorderDepth]) -> bool:
+    """Return whether the border goes on beside a place at its depth: a mismatch stands alone."""
+    return any(
+        other is not depth
+        and _apart(np.array(other.tangents), np.array(depth.tangents)) <= BESIDE_TAN
+        and abs(other.inverse_z_per_m - depth.inverse_z_per_m) <= BESIDE_SIGMAS * depth.sigma_per_m
+        for other in found
+    )
 
 
 def _samples_of(border: list[BorderDepth]) -> DepthSamples:

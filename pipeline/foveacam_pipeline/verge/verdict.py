@@ -59,11 +59,14 @@ def one_eyed(place: Place, roles: set[Role], views: Mapping[Role, EyeView]) -> s
 
 def inferred(place: Place, *, samples: int, alternatives: int) -> str:
     """Return the sentence of an answer by what surrounds the point."""
-    also = f"; {alternatives} distances are possible: choose one" if alternatives else ""
     return (
         f"{_told(place)}, inferred from {samples} measured points around it: the point itself shows nothing "
-        f"that could be matched{also}."
+        f"that could be matched{_choice(alternatives)}."
     )
+
+
+def _choice(alternatives: int) -> str:
+    return f"; {alternatives} distances are possible: choose one" if alternatives else ""
 
 
 def _told(place: Place) -> str:
@@ -73,10 +76,10 @@ def _told(place: Place) -> str:
     return f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
 
 
-def bounded(bound: DistanceBound, ended: Ended) -> str:
+def bounded(bound: DistanceBound, ended: Ended, *, alternatives: int) -> str:
     """Return the sentence of an answer that is only a limit."""
     far = f", nearer than {bound.farthest_m:.1f} m" if math.isfinite(bound.farthest_m) else ""
-    return f"Farther than {bound.nearest_m:.1f} m{far}. {ended.reason}"
+    return f"Farther than {bound.nearest_m:.1f} m{far}{_choice(alternatives)}. {ended.reason}"
 
 
 def moved_away() -> Ended:
