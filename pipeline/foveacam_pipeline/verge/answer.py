@@ -34,3 +34,20 @@ def both_foveae(verged: Verged) -> Answer:
         score=verged.fine.score,
         verged=verged,
     )
+
+
+def beyond_reach(reason: str) -> Answer:
+    """Return the answer where no eye can look."""
+    out = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
+    return Answer(basis=None, reason=reason, left_view=out, right_view=out)
+
+
+def alternative(basis: Basis, place: Place, probability: float) -> Alternative:
+    """Return one of several answers to choose from."""
+    return Alternative(
+        basis=basis,
+        distance_m=place.distance_m,
+        distance_sigma_m=place.distance_sigma_m,
+        point_rig_m=place.point_rig_m,
+        probability=probability,
+    )

@@ -11,13 +11,14 @@ import numpy as np
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
-from foveacam_pipeline.verge.answer import Answer, both_foveae
+from foveacam_pipeline.verge.aim import EYES
+from foveacam_pipeline.verge.answer import Answer, alternative, beyond_reach, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place, place_on_ray
 from foveacam_pipeline.verge.infer import Inferred
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.last_look import LOOKS, SECONDS, LastLook
+from foveacam_pipeline.verge.looking import Ended, Looker, Seen
 from foveacam_pipeline.verge.motion import Motion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.sight import Aim
@@ -29,20 +30,14 @@ from foveacam_pipeline.verge.values import (
     Basis,
     DepthRange,
     DistanceBound,
-    EyeView,
     FixationState,
-    Phase,
 )
 from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, slack_per_m, spread_per_m, weighted
 
-LOOKS, SECONDS = 24, 4.0
-"""Allowed to the search by single foveae, and to the last looks at an answer."""
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
 LEAST_SAMPLES = 3
 """An inference from fewer points is doubtful too."""
-REACH_LEVELS = 9
-"""So many distances are tried when it is asked whether an eye can look somewhere."""
 DOUBT_SHARE = 0.3
 """Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
 VAGUE_SHARE = 0.6
@@ -64,6 +59,7 @@ class Answering:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
+        self._last_look = LastLook(looker, calibration, limits)
         self._single = SingleEyeSearch(looker, calibration, limits)
         self._span_per_m = _span_per_m(within, limits)
         self._surroundings = SurroundingsEstimator(
@@ -73,9 +69,8 @@ class Answering:
     def answer(self, aim: Aim, loop: ClosedLoop, ended: Ended) -> Answer:
         """Return the answer to a target whose loop has ended, the foveae looking at it."""
         motion = loop.motion or Motion(aim.tangents, self._looker.next_ns)
-        if not self._in_reach(motion):
-            out = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
-            return Answer(basis=None, reason=ended.reason, left_view=out, right_view=out)
+        if not self._last_look.in_reach(motion):
+            return beyond_reach(ended.reason)
         if ended.astray is not None:  # whatever the eyes show, its distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
         if self._gone(loop):
@@ -120,11 +115,6 @@ class Answering:
         apart = abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m)
         return verged if apart <= slack_per_m(best) else None
 
-    def _in_reach(self, motion: Motion) -> bool:
-        """Return whether any eye can look at the target, at whatever distance."""
-        levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
-        return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
-
     def _from_single_eyes(self, loop: ClosedLoop, motion: Motion) -> Answer | None:
         """Look where single foveae show the target; return the answer of both, of one, or None."""
         f_px = loop.templates[0].f_px
@@ -164,8 +154,8 @@ class Answering:
         behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
         if behind is None:
             return None
-        place = self._look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
-        views = self._views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
+        place = self._last_look.look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
+        views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
             reason=verdict.one_eyed(place, {nearest.match.role}, views),
@@ -185,9 +175,9 @@ class Answering:
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         sigma = sigma if held else max(sigma, DOUBT_SHARE * inverse_z)
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
-        place = self._look(inverse_z, sigma, motion)
+        place = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
-        views = self._views(inverse_z, motion, seeing=roles)
+        views = self._last_look.views(inverse_z, motion, seeing=roles)
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
             reason=verdict.one_eyed(place, roles, views),
@@ -204,7 +194,7 @@ class Answering:
         ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
         target = motion.at(self._looker.next_ns)
         return tuple(
-            _alternative(
+            alternative(
                 Basis.FOVEA_AND_WIDE,
                 place_on_ray(target, one.match.inverse_z_per_m, one.match.sigma_per_m),
                 weight / sum(doubts),
@@ -220,9 +210,9 @@ class Answering:
         sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
-        place = self._look(best.inverse_z_per_m, sigma, motion)
+        place = self._last_look.look(best.inverse_z_per_m, sigma, motion)
         alternatives = self._alternatives(depth.inferred, motion)
-        views = self._views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        views = self._last_look.views(best.inverse_z_per_m, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
             reason=verdict.inferred(place, samples=len(depth.samples), alternatives=len(alternatives)),
@@ -238,7 +228,7 @@ class Answering:
             return ()
         target, total = motion.at(self._looker.next_ns), sum(one.probability for one in inferred)
         return tuple(
-            _alternative(
+            alternative(
                 Basis.SURROUNDINGS,
                 place_on_ray(target, one.inverse_z_per_m, one.sigma_per_m),
                 one.probability / total,
@@ -259,8 +249,8 @@ class Answering:
         nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
         bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
         level = inferred[0].inverse_z_per_m if inferred else 0.0
-        views = self._views(level, motion, seeing=set(EYES))
-        self._steer(level, motion)
+        views = self._last_look.views(level, motion, seeing=set(EYES))
+        self._last_look.steer(level, motion)
         alternatives = self._alternatives(inferred, motion)
         return Answer(
             basis=Basis.BOUND,
@@ -270,38 +260,6 @@ class Answering:
             bound=bound,
             alternatives=alternatives,
         )
-
-    def _look(self, inverse_z_per_m: float, sigma_per_m: float, motion: Motion) -> Place:
-        """Look at the answer; return the place."""
-        self._steer(inverse_z_per_m, motion)
-        last = self._looker.last
-        t_ns = self._looker.next_ns if last is None else last.sighting.left.t_ns
-        return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
-
-    def _steer(self, inverse_z_per_m: float, motion: Motion) -> None:
-        """Look once with both eyes, each as near as it can turn."""
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
-        gazes = self._gazes(inverse_z_per_m, motion)
-        seen = self._looker.look_clamped(gazes, Phase.FINE)
-        self._looker.record(seen, Measured(score=0.0))
-
-    def _gazes(self, inverse_z_per_m: float, motion: Motion) -> Gazes:
-        return aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z_per_m)
-
-    def _views(self, inverse_z_per_m: float, motion: Motion, *, seeing: set[Role]) -> dict[Role, EyeView]:
-        """Return what each eye shows of the target."""
-        reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
-        views = {}
-        for role in EYES:
-            if role is self._looker.missing:
-                views[role] = EyeView(sees_target=False, reason=verdict.NO_CAMERA)
-            elif role not in reaching:
-                views[role] = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
-            elif role not in seeing:
-                views[role] = EyeView(sees_target=False, reason=verdict.HIDDEN)
-            else:
-                views[role] = EyeView(sees_target=True)
-        return views
 
 
 def _span_per_m(within: DepthRange | None, limits: VergeSettings) -> tuple[float, float]:
@@ -319,13 +277,3 @@ def _beside(
         return None
     offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px
     return aim.tangents + offset, ended.verged.place
-
-
-def _alternative(basis: Basis, place: Place, probability: float) -> Alternative:
-    return Alternative(
-        basis=basis,
-        distance_m=place.distance_m,
-        distance_sigma_m=place.distance_sigma_m,
-        point_rig_m=place.point_rig_m,
-        probability=probability,
-    )
