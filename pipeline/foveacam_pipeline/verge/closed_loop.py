@@ -17,6 +17,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at
+from foveacam_pipeline.verge.centre import shows_another
 from foveacam_pipeline.verge.distance import Place, triangulate
 from foveacam_pipeline.verge.fine import FineMatch, Guess, eye_patch, guessed_depth_m
 from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
@@ -183,11 +184,11 @@ class ClosedLoop:
             now = self._measure(seen, found, watch.motion)
             doubt = verdict.doubt(now, self._limits)
             settled = doubt is None and self._settled(now, moving=watch.motion.moves)
-            look_alike = self._look_alike(seen, now, found, watch.motion) if settled else None
+            other = self._another(seen, now, found, watch.motion) if settled else None
             x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
             self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
-            if look_alike is not None:
-                raise look_alike
+            if other is not None:
+                raise other
             if settled:
                 return self._verged(seen, self._measured(seen, now), now.fine)
             doubts = 0 if doubt is None else doubts + 1
@@ -211,13 +212,16 @@ class ClosedLoop:
             limits=self._limits,
         )
 
-    def _look_alike(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
-        """Return the end of the fixation when the eyes see a neighbour of the target that is nearly alike.
+    def _another(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
+        """Return the end of the fixation when the eyes see something else, or a neighbour nearly alike.
 
-        One eye whose way back leads to the target is proof enough: left and right agree on what they see.
+        One eye that shows the target is proof enough: left and right agree on what they see.
         """
         image = gray(to_uint8(seen.sighting.wide))
-        target = motion.at(seen.sighting.wide.t_ns)
+        target, half = motion.at(seen.sighting.wide.t_ns), now.fine.residual_px / (2.0 * self._f_px)
+        left, right = now.centre + half, now.centre - half
+        if shows_another(now.look, image, self._calibration.wide, target, left=left, right=right):
+            return verdict.another(now)
         ways = ways_back(
             now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
         )

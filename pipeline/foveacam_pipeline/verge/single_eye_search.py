@@ -31,6 +31,7 @@ from foveacam_pipeline.verge.support import SURVEY_SCALE, Support, support_of
 from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
 from foveacam_pipeline.verge.template import Template, cut_view, survey_f_px
 from foveacam_pipeline.verge.values import Phase
+from foveacam_pipeline.verge.weighing import agree
 
 STEP_PX = 0.5
 """Step of the profiles along the line, survey px."""
@@ -115,13 +116,16 @@ class SingleEyeSearch:
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
         reduced = [reduce_look(seen.sighting, self._calibration, f_px=f_px) for seen in looks]
-        found = []
+        places = []
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
-            places = self._registered(role, eyes, looks, templates, motion, grid)
-            sure = _only_sure(places)
-            if sure is not None:
-                found.append(sure)
+            places.append(self._registered(role, eyes, looks, templates, motion, grid))
+        sure = [_only_sure(own) for own in places]
+        found = [
+            match
+            for match, other, others in zip(sure, reversed(sure), reversed(places), strict=True)
+            if match is not None and (other is not None or not _outdone(match, others))
+        ]
         return sorted(found, key=lambda match: -match.score)
 
     def look_at(self, match: EyeMatch, motion: Motion, f_px: float) -> EyeSighting | None:
@@ -279,3 +283,9 @@ def _only_sure(places: list[EyeMatch]) -> EyeMatch | None:
         if apart > APART_SIGMAS * best.sigma_per_m and rivals:
             return None
     return best
+
+
+def _outdone(match: EyeMatch, others: list[EyeMatch]) -> bool:
+    """Return whether the other eye shows the target far better, at several depths but not at this one."""
+    better = [one for one in others if LEAD_RATIO * (1.0 - one.score) < 1.0 - match.score and _sound(one)]
+    return bool(better) and not any(agree(one, match) for one in better)

@@ -173,6 +173,11 @@ def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
             f"The point itself shows no texture that tells its distance (correlation {found.fine.score:.2f} "
             "between the foveae), though its surroundings do; choose a point on the pattern.",
         )
+    return another(found)
+
+
+def another(found: Measurement) -> Ended:
+    """Return the end at a match that shows something else than the wide view does."""
     return Ended(
         FixationState.LOST,
         f"Left and right agree on another place than the wide view (correlation {found.wide_score:.2f} "
