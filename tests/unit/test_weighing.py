@@ -7,12 +7,22 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.distance import place_on_ray
 from foveacam_pipeline.verge.infer import Inferred
 from foveacam_pipeline.verge.single_eye import EyeMatch
-from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, spread_per_m, weighted
+from foveacam_pipeline.verge.weighing import (
+    agree,
+    confirmed,
+    only_sure,
+    outdone,
+    plausible,
+    spread_per_m,
+    weighted,
+)
 
 
-def _match(inverse_z_per_m: float, *, role: Role = Role.LEFT, sigma_per_m: float = 1.0e-3) -> EyeMatch:
+def _match(
+    inverse_z_per_m: float, *, role: Role = Role.LEFT, sigma_per_m: float = 1.0e-3, score: float = 0.95
+) -> EyeMatch:
     return EyeMatch(
-        role=role, inverse_z_per_m=inverse_z_per_m, sigma_per_m=sigma_per_m, score=0.95, row_px=0.0
+        role=role, inverse_z_per_m=inverse_z_per_m, sigma_per_m=sigma_per_m, score=score, row_px=0.0
     )
 
 
@@ -66,3 +76,23 @@ def test_a_large_error_of_depth_is_stated_as_that_to_the_far_side() -> None:
 
     assert place.distance_m == pytest.approx(2.0)
     assert place.distance_sigma_m == pytest.approx(1.0 / 0.4 - 2.0)
+
+
+def test_one_place_is_sure_where_nothing_at_another_depth_fits_nearly_as_well() -> None:
+    best = _match(0.5, score=0.97)
+
+    assert only_sure([best, _match(0.5005, score=0.96), _match(0.3, score=0.85)]) is best
+    assert only_sure([best, _match(0.3, score=0.93)]) is None
+    assert only_sure([_match(0.5, score=0.6)]) is None
+    assert only_sure([]) is None
+
+
+def test_an_eye_that_shows_the_target_far_better_elsewhere_outdoes_the_other() -> None:
+    hidden = _match(0.65, role=Role.RIGHT, score=0.96)
+    repeated = [_match(0.5, score=0.998), _match(0.13, score=0.998)]
+
+    assert only_sure(repeated) is None
+    assert outdone(hidden, repeated)
+    assert not outdone(hidden, [*repeated, _match(0.651, score=0.998)])  # there too
+    assert not outdone(hidden, [_match(0.5, score=0.97)])  # hardly better
+    assert not outdone(hidden, [])

@@ -31,16 +31,10 @@ from foveacam_pipeline.verge.support import SURVEY_SCALE, Support, support_of
 from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
 from foveacam_pipeline.verge.template import Template, cut_view, survey_f_px
 from foveacam_pipeline.verge.values import Phase
-from foveacam_pipeline.verge.weighing import agree
+from foveacam_pipeline.verge.weighing import only_sure, outdone, sound
 
 STEP_PX = 0.5
 """Step of the profiles along the line, survey px."""
-SURE_SCORE = 0.7
-"""Least weighted correlation of a registration."""
-LEAD, LEAD_RATIO = 0.1, 4.0
-"""What fits at another depth must fall short by so much, or lack so many times more of a perfect fit."""
-APART_SIGMAS = 5.0
-"""Registrations whose depths differ by less are one."""
 ROW_PX = 4.0
 """Largest offset from the expected row, survey px."""
 CENTRED_PX = 0.4
@@ -120,11 +114,11 @@ class SingleEyeSearch:
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
             places.append(self._registered(role, eyes, looks, templates, motion, grid))
-        sure = [_only_sure(own) for own in places]
+        sure = [only_sure(own) for own in places]
         found = [
             match
             for match, other, others in zip(sure, reversed(sure), reversed(places), strict=True)
-            if match is not None and (other is not None or not _outdone(match, others))
+            if match is not None and (other is not None or not outdone(match, others))
         ]
         return sorted(found, key=lambda match: -match.score)
 
@@ -140,7 +134,7 @@ class SingleEyeSearch:
             target = motion.at(seen.sighting.left.t_ns)
             better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
             self._looker.record(seen, Measured(score=0.0 if better is None else better.score))
-            if better is None or not _sound(better):
+            if better is None or not sound(better):
                 return None
             moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
             inverse_z = better.inverse_z_per_m
@@ -264,28 +258,3 @@ class SingleEyeSearch:
         one = Picture.of(view).cut((half, half))
         other = Picture.of(eye.image).cut((half, half), Placement(x_px=shift_x, y_px=shift_y))
         return support_of(one, other, scale=SURVEY_SCALE).support
-
-
-def _sound(match: EyeMatch) -> bool:
-    return match.score >= SURE_SCORE and math.isfinite(match.sigma_per_m)
-
-
-def _only_sure(places: list[EyeMatch]) -> EyeMatch | None:
-    """Return the best sound registration when nothing at another depth fits nearly as well."""
-    if not places:
-        return None
-    best = max(places, key=lambda match: match.score)
-    if not _sound(best):
-        return None
-    for other in places:
-        apart = abs(other.inverse_z_per_m - best.inverse_z_per_m)
-        rivals = other.score > best.score - LEAD and 1.0 - other.score < LEAD_RATIO * (1.0 - best.score)
-        if apart > APART_SIGMAS * best.sigma_per_m and rivals:
-            return None
-    return best
-
-
-def _outdone(match: EyeMatch, others: list[EyeMatch]) -> bool:
-    """Return whether the other eye shows the target far better, at several depths but not at this one."""
-    better = [one for one in others if LEAD_RATIO * (1.0 - one.score) < 1.0 - match.score and _sound(one)]
-    return bool(better) and not any(agree(one, match) for one in better)
