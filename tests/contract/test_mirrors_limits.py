@@ -66,7 +66,7 @@ def test_what_is_not_finite_or_too_high_never_reaches_the_wire(
     rig: Rig, axes_v: tuple[float, float, float, float]
 ) -> None:
     asked, drives, state = rig.asked, len(rig.cables.drives), rig.mirrors.state
-    allowed = all(math.isfinite(value_v) and abs(value_v) <= 170 for value_v in axes_v)
+    allowed = all(math.isfinite(value_v) and abs(value_v) <= 170 + STEP_V / 2 for value_v in axes_v)
 
     if allowed:
         rig.mirrors.steer(stereo(axes_v))
@@ -92,6 +92,13 @@ def test_the_volts_returned_are_the_mirrors_and_within_half_a_code(
     codes = rig.cables.codes
     assert all(abs(codes[i] + codes[i + 1] - 2 * BIAS_CODE) <= 1 for i in (0, 2, 4, 6))
     assert all(0 <= code * STEP_V <= 200 for code in codes)
+
+
+def test_a_drive_at_the_limit_is_set_again_as_it_was_read_back(rig: Rig) -> None:
+    at_limit = rig.mirrors.steer(stereo((170.0, -170.0, 0.0, 0.0)))
+
+    assert at_limit.left.x_v > 170.0  # rounded to the nearest code
+    assert rig.mirrors.steer(at_limit) == at_limit
 
 
 @given(st.floats(-170, 170), st.floats(-170, 170))

@@ -82,8 +82,9 @@ class MirrorModel:
         if not inside.any():
             return inside, volts
         volts[inside] = self._newton(angles[inside])
-        within = (np.abs(volts) <= np.array(self.max_v) + DAC_STEP_V).all(axis=1)
-        return inside & within, volts
+        max_v = np.array(self.max_v)
+        within = (np.abs(volts) <= max_v + DAC_STEP_V).all(axis=1)
+        return inside & within, np.clip(volts, -max_v, max_v)
 
     def _newton(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         volts = self.inverse(angles)

@@ -11,6 +11,9 @@ from foveacam_hardware.wire.controller_payloads import (
     code_of_volts,
 )
 
+HALF_STEP_V = DAC_FULL_SCALE_V / DAC_FULL_SCALE / 2.0
+"""What rounding to a code may add to a drive: a drive at its limit, read back, is asked for again."""
+
 
 def bias_code(limits: MirrorLimits) -> int:
     """Return the DAC code of the bias; raise `InvalidInput` when bias and swing leave the DAC's range."""
@@ -46,7 +49,7 @@ def check_limits(volts: StereoVolts, *, before: StereoVolts, limits: MirrorLimit
             value_v != value_v or abs(value_v) == math.inf
         ):  # NaN is not itself; isfinite fails on huge integers
             raise OutOfRange(f"mirror {name}: {value_v} is no voltage; give a finite number")
-        if abs(value_v) > limits.max_v:
+        if abs(value_v) > limits.max_v + HALF_STEP_V:
             raise OutOfRange(
                 f"mirror {name}: {_shown_v(value_v)} V is outside ±{limits.max_v:g} V;"
                 " aim nearer to the centre"
