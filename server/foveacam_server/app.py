@@ -41,6 +41,7 @@ from foveacam_server.api import (
     viser_relay,
 )
 from foveacam_server.api.answers import problems
+from foveacam_server.doors.body_limit import BODY_BYTES, BodyLimitProblems
 from foveacam_server.resources.corrections import routes as corrections
 from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.reach import routes as reach
@@ -110,9 +111,12 @@ def create_app(settings: Settings) -> FastAPI:
     )
     pages.install(app)
     errors.install(app)
+    app.add_middleware(BodyLimitProblems)
     security.install(app, settings)
     for resource in _RESOURCES:
-        app.include_router(resource.router, prefix=API, responses=problems(422))
+        app.include_router(
+            resource.router, prefix=API, responses=problems(413, 422), max_body_size=BODY_BYTES
+        )
     for module in (health, viser_relay):
-        app.include_router(module.router)
+        app.include_router(module.router, max_body_size=BODY_BYTES)
     return app

@@ -39,6 +39,7 @@ _TITLES = {
     403: "a foreign page",
     404: "there is nothing here",
     409: "busy, stopped or not calibrated",
+    413: "the body is too large",
     422: "the request cannot be used, or the rig cannot do it",
     502: "a device failed",
     503: "a device is missing",

@@ -9,6 +9,7 @@ from foveacam_server.api.answers import LeaseHeader, file_responses, problems
 from foveacam_server.api.calibration_models import ComparisonDocument
 from foveacam_server.api.models import CalibrationDocument, HealthDocument
 from foveacam_server.calibrating.record_files import FileFormat
+from foveacam_server.doors.body_limit import FILE_BYTES
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -72,6 +73,7 @@ def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
     summary="Take a calibration from a file",
     response_model=CalibrationDocument,
     responses=problems(409, 503),
+    max_body_size=FILE_BYTES,
 )
 def take(
     document: Annotated[dict[str, Any], Body()],  # Any: a file of another program, checked where it is read

@@ -17,6 +17,7 @@ from foveacam_server.api.planner_models import (
     StandoffAsked,
     StandoffDocument,
 )
+from foveacam_server.doors.body_limit import FILE_BYTES, PICTURE_BYTES
 from foveacam_server.runtime.planner import RingWish, standoff_document
 from foveacam_server.runtime.planner_maps import (
     field_of,
@@ -38,13 +39,20 @@ def standoff(request: StandoffAsked) -> Document:
     return standoff_document(wish_of(request.ring), clutter, domain_m2=request.domain_m2)
 
 
-@router.post("/map", summary="A map by lot, of GeoJSON or of a picture", response_model=MapDocument)
+@router.post(
+    "/map",
+    summary="A map by lot, of GeoJSON or of a picture",
+    response_model=MapDocument,
+    max_body_size=PICTURE_BYTES,
+)
 def make_map(request: MapAsked) -> JSONResponse:
     """Return a map in metres: drawn by lot, open ground, or what was sent, checked."""
     return JSONResponse(map_document(_field(request)))
 
 
-@router.post("/regions", summary="Where to stand on a map", response_model=RegionsDocument)
+@router.post(
+    "/regions", summary="Where to stand on a map", response_model=RegionsDocument, max_body_size=FILE_BYTES
+)
 def regions(request: RegionsAsked) -> JSONResponse:
     """Return the ground from which each target is seen unnoticed: in its ring, in sight, free to stand on."""
     targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]

@@ -1,0 +1,65 @@
+"""How large a request's body may be: 413 as a problem document.
+
+FastAPI counts the bytes (`max_body_size` of a router or route) reads no further, and answers in plain text.
+"""
+
+from starlette.datastructures import Headers
+from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from foveacam_server.errors import TOO_LARGE, Problem
+
+MIB = 2**20
+BODY_BYTES = MIB
+"""Largest body of a route that does not name its own limit."""
+FILE_BYTES = 4 * MIB
+"""Of a route that takes a calibration file or a GeoJSON map: 100 times a calibration of 81 nodes."""
+PICTURE_BYTES = 24 * MIB
+"""Of a route that takes a picture in base64."""
+
+
+class BodyLimitProblems:
+    """ASGI middleware: replaces the framework's 413 by a problem document that names the limit."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        await self._app(scope, receive, _Answer(scope, receive, send).send)
+
+
+class _Answer:
+    """What is sent of one answer: its own 413 in the place of the framework's."""
+
+    def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self._scope = scope
+        self._receive = receive
+        self._send = send
+        self._replaced = False
+
+    async def send(self, message: Message) -> None:
+        """Send the message, or the problem instead of all of the framework's 413."""
+        if message["type"] == "http.response.start" and message["status"] == TOO_LARGE.status:
+            self._replaced = True
+            problem = _problem(self._scope)
+            await problem.response(instance=self._scope["path"])(self._scope, self._receive, self._send)
+        elif not self._replaced:
+            await self._send(message)
+
+
+def _problem(scope: Scope) -> Problem:
+    most_bytes = int(scope.get(MAX_BODY_SIZE_SCOPE_KEY, BODY_BYTES))
+    announced = Headers(scope=scope).get("content-length")
+    found = f"{int(announced) / MIB:.1f} MiB" if announced else f"more than {most_bytes / MIB:g} MiB"
+    most = f"{most_bytes / MIB:g} MiB"
+    return Problem(
+        kind=TOO_LARGE,
+        detail=f"{scope['path']} takes at most {most}, and the request's body has {found}.",
+        asked=f"a body of {found}",
+        found=f"a limit of {most}",
+        remedy="Send less; the size is that of the whole body.",
+    )
