@@ -11,20 +11,19 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.app import create_app
+from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.stream_socket import listen
 from foveacam_server.settings import Settings
 from foveacam_server.simulation import check_simulation, compile_renderer
 
-GRACE_S = 1
-"""How long open requests may take when the server shuts down; streams never end by themselves."""
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 RIG_PATIENCE_S = 15.0
 """How long the greeting waits for the rig; the server answers meanwhile."""
 
 
-class _Greeting(uvicorn.Server):
+class _Greeting(WatchedServer):
     """A server that says where it is as soon as it can be used, and why a part of it cannot."""
 
     def __init__(self, config: uvicorn.Config, *, url: str, services: "_Later", console: Console) -> None:
@@ -78,17 +77,12 @@ def run_server(settings: Settings, *, console: Console) -> None:
     """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
     simulated = _checked_simulation(settings)
     app = create_app(settings)
+    allow_open_files()
     with listen(settings.host, settings.port) as listener:
         if simulated:
             compile_renderer(console)
         server = _Greeting(
-            uvicorn.Config(
-                app,
-                ws_per_message_deflate=False,  # costs twelve times what it saves on JPEG
-                timeout_graceful_shutdown=GRACE_S,
-                log_level="warning",
-                access_log=False,
-            ),
+            server_config(app),
             url=_url(settings, port=listener.getsockname()[1]),
             services=_Later(app.state),
             console=console,

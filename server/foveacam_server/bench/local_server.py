@@ -10,12 +10,13 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from foveacam_hardware.contract import DeviceFault
+from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.runtime.stream_socket import listen
 
 _START_TIMEOUT_S = 20.0
 
 
-class _Server(uvicorn.Server):
+class _Server(WatchedServer):
     """Tells when it has started, so that nobody needs to poll."""
 
     def __init__(self, config: uvicorn.Config) -> None:
@@ -39,15 +40,7 @@ class _Server(uvicorn.Server):
 def serving(app: ASGIApp) -> Iterator[int]:
     """Serve `app` on a free port of 127.0.0.1, which it gives, until the context ends."""
     listener = listen("127.0.0.1", 0)
-    server = _Server(
-        uvicorn.Config(
-            app,
-            log_level="warning",
-            access_log=False,
-            ws_per_message_deflate=False,
-            timeout_graceful_shutdown=1,
-        )
-    )
+    server = _Server(server_config(app))
 
     def run() -> None:
         try:

@@ -1,0 +1,71 @@
+"""uvicorn with bounds: what a connection may take, and a watch that ends those that do not go on."""
+
+import asyncio
+import contextlib
+import resource
+import socket
+from typing import cast
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
+
+GRACE_S = 1
+"""How long open requests may take when the server shuts down; streams never end by themselves."""
+PING_S = 10.0
+"""How often a WebSocket's peer is asked whether it lives, and how long it may take to answer."""
+MESSAGE_BYTES = 2**20
+"""Largest message of a WebSocket: subscriptions and viser's messages are a thousand times smaller."""
+OPEN_FILES = 65_536
+"""Open connections that the server asks the system for; 1 024 held ones would lock everybody out."""
+
+
+def server_config(app: ASGIApp) -> uvicorn.Config:
+    """Return the settings that every server of this project has."""
+    return uvicorn.Config(
+        app,
+        http="h11",  # whose state the watch reads
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,  # costs twelve times what it saves on JPEG
+        ws_ping_interval=PING_S,
+        ws_ping_timeout=PING_S,
+        ws_max_size=MESSAGE_BYTES,
+        timeout_graceful_shutdown=GRACE_S,
+        log_level="warning",
+        access_log=False,
+    )
+
+
+class WatchedServer(uvicorn.Server):
+    """A server whose connections are watched while it runs."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.watch = ConnectionWatch()
+        self._watching: asyncio.Task[None] | None = None
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to listen and to watch."""
+        await super().startup(sockets)
+        if self.started:
+            connections = cast(set[Connection], self.server_state.connections)  # h11 and sansio alone
+            self._watching = asyncio.create_task(self.watch.run(connections))
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop; the watch goes on until the last connection has ended."""
+        await super().shutdown(sockets)
+        if self._watching is not None:
+            self._watching.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._watching
+
+
+def allow_open_files() -> int:
+    """Raise this process's limit of open files towards `OPEN_FILES`; return what it is now."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = OPEN_FILES if hard == resource.RLIM_INFINITY else min(OPEN_FILES, hard)
+    if soft == resource.RLIM_INFINITY or soft >= wanted:
+        return soft
+    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+    return wanted
