@@ -71,11 +71,11 @@ class Running:
     def look(self, *, later_s: float = 0.0) -> int:
         """Let the watch look as if time had passed; return how many it has aborted."""
         watch = self.server.watch
-        watch.check(list(self.server.server_state.connections), now_s=time.monotonic() + later_s)
+        watch.check(self.server.watched, now_s=time.monotonic() + later_s)
         return watch.aborted
 
     async def connected(self, count: int) -> None:
-        await until(lambda: len(self.server.server_state.connections) == count)
+        await until(lambda: len(self.server.watched) == count)
 
     async def _hello(self, request: Request) -> Response:
         await request.body()
@@ -211,7 +211,7 @@ async def _until_full(running: Running, *, count: int) -> None:
     """Wait until every connection has bytes that its peer does not take."""
 
     def full() -> bool:
-        waiting = [c.transport.get_write_buffer_size() for c in running.server.server_state.connections]
+        waiting = [c.transport.get_write_buffer_size() for c in running.server.watched]
         return len(waiting) == count and min(waiting) > 0
 
     await until(full)
@@ -219,4 +219,4 @@ async def _until_full(running: Running, *, count: int) -> None:
 
 
 def _unsent(running: Running) -> int:
-    return sum(c.transport.get_write_buffer_size() for c in running.server.server_state.connections)
+    return sum(c.transport.get_write_buffer_size() for c in running.server.watched)

@@ -45,12 +45,16 @@ class WatchedServer(uvicorn.Server):
         self.watch = ConnectionWatch()
         self._watching: asyncio.Task[None] | None = None
 
+    @property
+    def watched(self) -> set[Connection]:
+        """Every open connection, HTTP or WebSocket; the server's own set."""
+        return cast(set[Connection], self.server_state.connections)  # h11 and sansio alone
+
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Begin to listen and to watch."""
         await super().startup(sockets)
         if self.started:
-            connections = cast(set[Connection], self.server_state.connections)  # h11 and sansio alone
-            self._watching = asyncio.create_task(self.watch.run(connections))
+            self._watching = asyncio.create_task(self.watch.run(self.watched))
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; the watch goes on until the last connection has ended."""
