@@ -69,7 +69,7 @@ def test_many_directions_at_once_equal_one_by_one(mirror: MirrorModel) -> None:
 
 def test_a_direction_beyond_the_calibrated_field_is_refused_with_the_range(mirror: MirrorModel) -> None:
     assert not mirror.contains(math.radians(11.0), 0.0)
-    with pytest.raises(OutOfRange, match=r"ax 11\.00°, ay 0\.00° is beyond .* calibrated field \(ax -"):
+    with pytest.raises(OutOfRange, match=r"ax 11\.00°, ay 0\.00° is beyond the calibrated field .*\(ax -"):
         mirror.volts(math.radians(11.0), 0.0)
 
 

@@ -47,19 +47,29 @@ def vergence_angles(
 
 
 def point_on_ray(origin_rig_m: ArrayLike, direction: ArrayLike, distance_m: float) -> NDArray[np.float64]:
-    """Return the (3,) point, m, where a ray from `origin_rig_m` leaves the sphere of radius `distance_m`.
+    """Return the (3,) point, m, of one ray (as `points_on_rays`)."""
+    way = np.asarray(direction, dtype=np.float64)[None]
+    point: NDArray[np.float64] = points_on_rays(origin_rig_m, way, np.array([distance_m]))[0]
+    return point
 
-    The sphere is centred on the rig's origin. `direction`: (3,) of any length.
+
+def points_on_rays(
+    origin_rig_m: ArrayLike, directions: NDArray[np.float64], distances_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the (n, 3) points, m, where rays from `origin_rig_m` leave spheres of radius `distances_m`.
+
+    The spheres are centred on the rig's origin. `directions`: (n, 3) of any length; `distances_m`: (n,)
+    m, finite. Raise OutOfRange for a distance nearer than the rays' origin.
     """
     origin = np.asarray(origin_rig_m, dtype=np.float64)
-    way = np.asarray(direction, dtype=np.float64)
-    way = way / np.linalg.norm(way)
-    if not distance_m > float(np.linalg.norm(origin)):
+    ways = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    nearest_m = float(np.linalg.norm(origin))
+    if not (distances_m > nearest_m).all():
         raise OutOfRange(
-            f"distance {distance_m} m from the rig's origin is nearer than the eye itself "
-            f"({float(np.linalg.norm(origin)):.3f} m); give a larger one"
+            f"distance {distances_m[~(distances_m > nearest_m)][0]} m from the rig's origin is nearer than "
+            f"the eye itself ({nearest_m:.3f} m); give a larger one"
         )
-    along = float(origin @ way)
-    reach = -along + math.sqrt(along * along - float(origin @ origin) + distance_m * distance_m)
-    point: NDArray[np.float64] = origin + reach * way
-    return point
+    along = ways @ origin
+    reach = -along + np.sqrt(along * along - float(origin @ origin) + distances_m * distances_m)
+    points: NDArray[np.float64] = origin + reach[:, None] * ways
+    return points

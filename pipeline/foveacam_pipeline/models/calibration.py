@@ -129,22 +129,34 @@ class Calibration:
     def rectification(
         self, role: Role, ax_rad: float, ay_rad: float, *, depth_m: float = math.inf
     ) -> NDArray[np.float64]:
-        """Return the (3, 3) homography from raw fovea px to (du, dv, 1) for what lies at Z = `depth_m`.
+        """Return the (3, 3) homography of one gaze at one depth (as `rectifications`)."""
+        homography: NDArray[np.float64] = self.rectifications(
+            role, np.array([[ax_rad, ay_rad]]), depths_m=np.array([depth_m])
+        )[0]
+        return homography
 
-        Like `HomographyField.at`, with what a finite depth adds: the pupil stands `pupil_m` behind the
-        pivot, which widens the field by 1 + pupil cos(gaze) / Z, and the pivot stands beside the eye's
-        reference point, from which (du, dv) counts.
+    def rectifications(
+        self, role: Role, gazes_rad: NDArray[np.float64], *, depths_m: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return (n, 3, 3) homographies from raw fovea px to (du, dv, 1) for what lies at Z = `depths_m`.
+
+        `gazes_rad`: (n, 2) rad; `depths_m`: (n,) m, or infinity. Like `HomographyField.at_each`, with what a
+        finite depth adds: the pupil stands `pupil_m` behind the pivot, which widens the field by
+        1 + pupil cos(gaze) / Z, and the pivot stands beside the eye's reference point, from which (du, dv)
+        counts.
         """
         eye = self.eye(role)
-        tangents = math.tan(ax_rad), math.tan(ay_rad)
-        widening = 1.0 + self.pupil_m / (depth_m * math.hypot(1.0, *tangents))
+        tangents = np.tan(gazes_rad)
+        place = np.zeros((len(tangents), 3, 3))
+        widening = 1.0 + self.pupil_m / (depths_m * np.sqrt(1.0 + np.sum(tangents**2, axis=1)))
+        place[:, 0, 0] = place[:, 1, 1] = widening
         x_m, y_m, z_m = eye.pivot_offset_m
-        shift_u = self.fovea_f_px * (x_m - z_m * tangents[0]) / depth_m
-        shift_v = self.fovea_f_px * (y_m - z_m * tangents[1]) / depth_m
-        place = np.array([[widening, 0.0, shift_u], [0.0, widening, shift_v], [0.0, 0.0, 1.0]])
-        homography: NDArray[np.float64] = place @ eye.homography.at(ax_rad, ay_rad)
-        homography /= homography[2, 2]
-        return homography
+        shifts_m = np.array([x_m, y_m]) - z_m * tangents
+        place[:, :2, 2] = self.fovea_f_px * shifts_m / depths_m[:, None]
+        place[:, 2, 2] = 1.0
+        homographies: NDArray[np.float64] = place @ eye.homography.at_each(gazes_rad)
+        homographies /= homographies[:, 2:, 2:]
+        return homographies
 
     def pose_sigma_px(self, depth_m: float = math.inf) -> float:
         """Return the standard error of the total disparity at `depth_m` that all pixels share, fovea px."""

@@ -7,7 +7,7 @@ construction: the entries are fitted in pixels counted from the image centre.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from foveacam_pipeline.geometry.polynomial import BivariatePolynomial
 
@@ -29,15 +29,23 @@ class HomographyField:
     loo_px: float
 
     def at(self, ax_rad: float, ay_rad: float) -> NDArray[np.float64]:
-        """Return the (3, 3) float64 homography of a gaze, its last entry 1.
+        """Return the (3, 3) float64 homography of a gaze, its last entry 1 (as `at_each`)."""
+        homography: NDArray[np.float64] = self.at_each([[ax_rad, ay_rad]])[0]
+        return homography
 
-        It maps a raw fovea pixel (x, y, 1) to (du, dv, 1): px of the virtual pinhole plane relative to the
+    def at_each(self, gazes_rad: ArrayLike) -> NDArray[np.float64]:
+        """Return the (n, 3, 3) float64 homographies of gazes (n, 2), each with the last entry 1.
+
+        One maps a raw fovea pixel (x, y, 1) to (du, dv, 1): px of the virtual pinhole plane relative to the
         gaze point f (tan ax, tan ay), for what lies at infinity.
         """
-        a, b, c, d, e, f = self.polynomial([[ax_rad, ay_rad]])[0].tolist()
-        s, (cx, cy) = self.scale_px, self.centre_px
-        about_centre = np.array([[a, b, 0.0], [c, d, 0.0], [e / s, f / s, 1.0]])
-        centred = np.array([[1.0, 0.0, -cx], [0.0, 1.0, -cy], [0.0, 0.0, 1.0]])
-        homography: NDArray[np.float64] = about_centre @ centred
-        homography /= homography[2, 2]
-        return homography
+        entries = self.polynomial(gazes_rad)
+        about_centre = np.zeros((len(entries), 3, 3))
+        about_centre[:, :2, :2] = entries[:, :4].reshape(-1, 2, 2)
+        about_centre[:, 2, :2] = entries[:, 4:] / self.scale_px
+        about_centre[:, 2, 2] = 1.0
+        cx_px, cy_px = self.centre_px
+        centred = np.array([[1.0, 0.0, -cx_px], [0.0, 1.0, -cy_px], [0.0, 0.0, 1.0]])
+        homographies: NDArray[np.float64] = about_centre @ centred
+        homographies /= homographies[:, 2:, 2:]
+        return homographies

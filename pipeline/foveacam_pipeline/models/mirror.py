@@ -102,7 +102,7 @@ class MirrorModel:
         low, high = np.rad2deg(self.hull_rad.min(axis=0)), np.rad2deg(self.hull_rad.max(axis=0))
         ax_deg, ay_deg = (math.degrees(a) for a in angles.tolist())
         raise OutOfRange(
-            f"ax {ax_deg:.2f}°, ay {ay_deg:.2f}° is beyond the mirror's calibrated field "
+            f"ax {ax_deg:.2f}°, ay {ay_deg:.2f}° is beyond the calibrated field of the mirror "
             f"(ax {low[0]:.2f}° to {high[0]:.2f}°, ay {low[1]:.2f}° to {high[1]:.2f}°, corners cut); "
             "choose a direction nearer to the centre"
         )

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, StereoVolts
 from foveacam_pipeline.capture.plan.plan_document import Grid, RasterPlan
 from foveacam_pipeline.capture.plan.plan_points import PlanPoint, points_of_scan, steer_all
-from foveacam_pipeline.models.calibration import Calibration, eye_volts
-from foveacam_pipeline.models.footprint import fovea_footprint_px
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.footprint import fovea_footprints_px
 
 EYES = (Role.LEFT, Role.RIGHT)
 SCALE = 0.5
@@ -68,9 +68,7 @@ def coverage(plan: RasterPlan, calibration: Calibration) -> Coverage:
     """Return how a plan's views lie in the wide image; raise OutOfRange for a point beyond reach."""
     scan_points = points_of_scan(plan)
     volts = steer_all(scan_points, calibration)
-    footprints = np.array(
-        [_footprints(point, both, calibration) for point, both in zip(scan_points, volts, strict=True)]
-    )
+    footprints = _footprints(scan_points, volts, calibration)
     shape = round(calibration.wide.height * SCALE), round(calibration.wide.width * SCALE)
     counts = np.stack([_counted(footprints[:, eye], shape) for eye in range(2)])
     middles = calibration.wide.pixels([(point.ax_rad, point.ay_rad) for point in scan_points])
@@ -90,9 +88,19 @@ def coverage(plan: RasterPlan, calibration: Calibration) -> Coverage:
     )
 
 
-def _footprints(point: PlanPoint, volts: StereoVolts, calibration: Calibration) -> NDArray[np.float64]:
-    return np.array(
-        [fovea_footprint_px(calibration, role, eye_volts(volts, role), point.distance_m) for role in EYES]
+def _footprints(
+    scan_points: tuple[PlanPoint, ...], volts: tuple[StereoVolts, ...], calibration: Calibration
+) -> NDArray[np.float64]:
+    """Return (n, 2, 4, 2) wide px: point, eye, corner."""
+    distances_m = np.array([point.distance_m for point in scan_points])
+    drives = [[(drive.x_v, drive.y_v) for drive in (both.left, both.right)] for both in volts]
+    volts_v = np.array(drives).reshape(-1, 2, 2)
+    return np.stack(
+        [
+            fovea_footprints_px(calibration, role, volts_v[:, eye], distances_m=distances_m)
+            for eye, role in enumerate(EYES)
+        ],
+        axis=1,
     )
 
 
