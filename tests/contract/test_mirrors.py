@@ -209,6 +209,25 @@ def test_park_brings_both_mirrors_to_rest(bench: Bench) -> None:
     assert bench.seen().codes == REST
 
 
+def test_park_confirmed_returns_once_the_controller_has_acknowledged(bench: Bench) -> None:
+    bench.mirrors.steer(ASIDE)
+    received = bench.mirrors.telemetry.rx_packets
+
+    bench.mirrors.park_confirmed(within_s=1.0)
+
+    assert bench.mirrors.telemetry.rx_packets > received
+    assert bench.mirrors.state.volts == PARKED
+    assert bench.seen().codes == REST
+
+
+def test_park_confirmed_with_the_rail_off_needs_no_acknowledgement(bench: Bench) -> None:
+    bench.mirrors.disable()
+
+    bench.mirrors.park_confirmed(within_s=1.0)
+
+    assert not bench.seen().rail_on
+
+
 def test_steer_after_an_exposure_moves_the_stream_that_is_on_the_mirrors(bench: Bench) -> None:
     bench.mirrors.expose(ASIDE, settle_us=0, pulse_us=PULSE_US)
     bench.mirrors.steer(PARKED)

@@ -334,6 +334,23 @@ def test_park_waits_for_no_pending_request_of_a_silent_controller(waiting: Rig) 
         assert pending.result(timeout=5) == "silent"
 
 
+def test_a_park_that_nobody_acknowledges_is_not_called_confirmed(rig: Rig) -> None:
+    rig.controller.configure(silent=True)
+    assert rig.outcome(lambda: rig.mirrors.park_confirmed(within_s=0.2)) == "silent"
+
+
+@pytest.mark.parametrize("skip", [0, 8, 30, 60])
+@pytest.mark.parametrize("damage", ["damage_to_device", "damage_to_host"])
+def test_a_park_is_confirmed_although_a_byte_is_lost(damage: str, skip: int) -> None:
+    rig = loopback(strict=False)
+    getattr(rig.controller, damage)(Damage(kind=DamageKind.DROP, skip=skip))
+
+    assert rig.outcome(lambda: rig.mirrors.park_confirmed(within_s=0.4)) == "done"
+
+    assert rig.codes() == REST
+    rig.mirrors.close()
+
+
 def test_threads_share_the_driver_without_mixing_their_replies(rig: Rig) -> None:
     def work(_: int) -> int:
         for step in range(25):

@@ -127,6 +127,9 @@ class FakeMirrors:
         self.commands.append("park")
         self.volts = PARKED
 
+    def park_confirmed(self, *, within_s: float) -> None:
+        self.park()
+
     def ping(self) -> float:
         self._reach()
         return 0.5

@@ -294,7 +294,7 @@ def test_stop_answers_even_when_the_mirrors_do_not(setup: Setup) -> None:
     cancelled: list[str] = []
     stop = StopSwitch(hardware, cancel_jobs=cancelled.append, events=setup.events)
     setup.rig.mirrors.lost = True
-    assert not stop.engage("a test")
+    assert not stop.engage("a test").parked
     assert stop.state.engaged
     assert cancelled == ["the stop was engaged"]
     assert not stop.release("a test").engaged

@@ -170,6 +170,10 @@ class Mirrors(Protocol):
         """Bring both mirrors to zero differential now; callable from any thread at any time."""
         ...
 
+    def park_confirmed(self, *, within_s: float) -> None:
+        """Do the same and return once the controller has acknowledged it, or raise `Timeout`."""
+        ...
+
     def ping(self) -> float:
         """Return one round trip, ms; raise `Timeout` or `NotConnected`."""
         ...

@@ -360,7 +360,8 @@ class StopDocument(Told):
 
 
 class StopAnswer(Told):
-    """The stop is engaged; `parked` tells whether the mirrors confirmed."""
+    """The stop is engaged; `parked` tells whether the mirrors' controller confirmed, after `parked_in_ms`."""
 
     engaged: bool
     parked: bool
+    parked_in_ms: float

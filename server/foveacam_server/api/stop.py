@@ -6,11 +6,9 @@ from fastapi import APIRouter, Request
 
 from foveacam_server.api.models import StopAnswer, StopDocument
 from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.stop import StopOutcome
 
 router = APIRouter(prefix="/stop", tags=["stop"])
-
-ANSWER_WITHIN_S = 0.08
-"""Longest that the answer waits for the mirrors' confirmation."""
 
 
 @router.get("", summary="Is the stop engaged?")
@@ -22,10 +20,13 @@ async def state(services: ServicesDep) -> StopDocument:
 
 @router.post("", summary="Stop: park the mirrors now")
 async def engage(request: Request, services: ServicesDep) -> StopAnswer:
-    """Park the mirrors, cancel every job, and refuse all moves until released."""
-    engaging = asyncio.wrap_future(services.stopping.submit(services.stop.engage, _who(request)))
-    done, _ = await asyncio.wait([engaging], timeout=ANSWER_WITHIN_S)
-    return StopAnswer(engaged=True, parked=bool(done) and engaging.result())
+    """Park the mirrors, cancel every job, and refuse all moves until released.
+
+    Answered when the mirrors' controller has confirmed, or its driver has given up.
+    """
+    return stop_answer(
+        await asyncio.wrap_future(services.stopping.submit(services.stop.engage, _who(request)))
+    )
 
 
 @router.delete("", summary="Release the stop")
@@ -33,6 +34,11 @@ async def release(request: Request, services: ServicesDep) -> StopDocument:
     """Allow moves again."""
     found = services.stop.release(_who(request))
     return StopDocument(engaged=found.engaged, since_utc=found.since_utc, by=found.by)
+
+
+def stop_answer(outcome: StopOutcome) -> StopAnswer:
+    """Return the answer to a stop, whichever way it came in."""
+    return StopAnswer(engaged=True, parked=outcome.parked, parked_in_ms=outcome.parked_in_ms)
 
 
 def _who(request: Request) -> str:

@@ -198,6 +198,9 @@ class StubMirrors:
     def park(self) -> None:
         self.volts = PARKED
 
+    def park_confirmed(self, *, within_s: float) -> None:
+        self.park()
+
     def ping(self) -> float:
         return 0.1
 

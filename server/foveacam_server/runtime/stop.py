@@ -1,6 +1,7 @@
 """The stop: parks at once, refuses every move until released. No lease, no queue, no database on its way."""
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Protocol
@@ -33,6 +34,14 @@ class StopState:
 RELEASED = StopState(engaged=False)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopOutcome:
+    """What came of a stop: whether the mirrors' controller confirmed, and how long all devices took."""
+
+    parked: bool
+    parked_in_ms: float
+
+
 class StopSwitch:
     """Engaged by anybody, at any time, as often as they like."""
 
@@ -48,18 +57,20 @@ class StopSwitch:
         """Whether it is engaged."""
         return self._state
 
-    def engage(self, by: str) -> bool:
-        """Park now and cancel what moves; tell whether the mirrors took it."""
+    def engage(self, by: str) -> StopOutcome:
+        """Park now and cancel what moves; return what the mirrors' controller confirmed."""
         with self._lock:
             if not self._state.engaged:
                 self._state = StopState(engaged=True, since_utc=utc_now(), by=by)
             state = self._state
+        began_s = time.perf_counter()
         parked = self._hardware.halt()
+        outcome = StopOutcome(parked=parked, parked_in_ms=round(1e3 * (time.perf_counter() - began_s), 3))
         self._cancel_jobs("the stop was engaged")
         message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
         data = {"by": by, "parked": parked, "stop": asdict(state)}
         self._events.emit("stop.engaged", message, level=Level.WARNING, data=data)
-        return parked
+        return outcome
 
     def release(self, by: str) -> StopState:
         """Allow moves again; harmless when it is not engaged."""

@@ -22,6 +22,7 @@ from foveacam_hardware.contract import (
     PendingExposure,
     Role,
     StereoVolts,
+    Timeout,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
@@ -32,6 +33,7 @@ from foveacam_hardware.drivers.controller.guard import Care, Watch, set_watch
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
 from foveacam_hardware.drivers.controller.pace import Pace
 from foveacam_hardware.drivers.controller.recovery import Recovery, switched_off, undone
+from foveacam_hardware.drivers.controller.replies import Refusal
 from foveacam_hardware.drivers.controller.session import Session
 from foveacam_hardware.drivers.controller.targets import STREAMS, Targets
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
@@ -158,7 +160,7 @@ class ControllerMirrors:
         with self._procedure:
             dialogue = self._connected()
             if self._enabled:
-                self._targets.park(dialogue.session)
+                dialogue.session.forget(*self._targets.park(dialogue.session))
                 self._recovery.guarded(dialogue, lambda: dialogue.switch(on=False))
                 self._enabled = False
 
@@ -238,7 +240,30 @@ class ControllerMirrors:
 
     def park(self) -> None:
         """Bring both mirrors to zero differential now, past every pending request."""
-        self._targets.park(self._connected().session)
+        session = self._connected().session
+        session.forget(*self._targets.park(session))
+
+    def park_confirmed(self, *, within_s: float) -> None:
+        """Do the same and return once the controller has acknowledged it; ask again once, for a lost byte.
+
+        A rail that is off is at rest, whatever the controller says.
+        """
+        try:
+            self._park_acknowledged(within_s / 2)
+        except Timeout:
+            self._park_acknowledged(within_s / 2)
+
+    def _park_acknowledged(self, deadline_s: float) -> None:
+        session = self._connected().session
+        replies = self._targets.park(session)
+        try:
+            for reply in replies:
+                reply.wait(deadline_s=deadline_s)
+        except Refusal:
+            if self._enabled:
+                raise
+        finally:
+            session.forget(*replies)
 
     def ping(self) -> float:
         """Return one round trip, ms; as a watchdog it notices silence, and a controller that restarted."""

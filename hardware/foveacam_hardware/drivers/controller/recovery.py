@@ -122,4 +122,4 @@ class Recovery:
 
     def _park_if_enabled(self, dialogue: Dialogue) -> None:
         if self._enabled():
-            self._targets.park(dialogue.session)
+            dialogue.session.forget(*self._targets.park(dialogue.session))

@@ -77,19 +77,21 @@ class Targets:
             self.volts = actual
             return actual, reply
 
-    def park(self, session: Session) -> None:
-        """Put both mirrors to rest, in every stream they may follow; no limit applies.
+    def park(self, session: Session) -> list[Reply]:
+        """Put both mirrors to rest, in every stream they may follow; return the replies to be.
 
-        Said twice: a lost byte takes two packets along at most, and nobody waits here to hear of it.
+        No limit applies. Sent twice where it is silent: a lost byte takes two packets along at most.
         """
         with self._lock:
+            messages = self.rest_messages(streaming=self._streaming)
             if self._streaming:
-                session.post(*self.rest_messages(streaming=True))
+                session.post(*messages[: len(STREAMS)])
+                messages = messages[len(STREAMS) :]
                 self._unconfirmed.update(STREAMS)
-            else:
-                session.forget(*session.begin(*self.rest_messages(streaming=False)))
+            replies = session.begin(*messages)
             self._since_ns = None
             self.volts = PARKED
+            return replies
 
     def rest_messages(self, *, streaming: bool) -> tuple[Message, ...]:
         """Return what puts both mirrors to rest, on a controller that has streams or has only ACTUATE."""

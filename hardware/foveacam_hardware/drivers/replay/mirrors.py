@@ -92,6 +92,9 @@ class ReplayMirrors:
     def park(self) -> None:
         """Do nothing: nothing moves."""
 
+    def park_confirmed(self, *, within_s: float) -> None:
+        """Do nothing: nothing moves."""
+
     def ping(self) -> float:
         """Return 0 ms."""
         return 0.0
