@@ -42,6 +42,7 @@ from foveacam_server.api import (
 )
 from foveacam_server.api.answers import problems
 from foveacam_server.doors.body_limit import BODY_BYTES, BodyLimitProblems
+from foveacam_server.doors.threads import bound_threads
 from foveacam_server.resources.corrections import routes as corrections
 from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.reach import routes as reach
@@ -92,6 +93,7 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        bound_threads()
         with ExitStack() as stack:
             try:
                 services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
@@ -112,7 +114,7 @@ def create_app(settings: Settings) -> FastAPI:
     pages.install(app)
     errors.install(app)
     app.add_middleware(BodyLimitProblems)
-    security.install(app, settings)
+    app.state.gate = security.install(app, settings)
     for resource in _RESOURCES:
         app.include_router(
             resource.router, prefix=API, responses=problems(413, 422), max_body_size=BODY_BYTES

@@ -116,6 +116,7 @@ def bench(
     ] = None,
 ) -> None:
     """Measure and print the project's figures."""
+    from foveacam_pipeline.capture.mosaic.folder import finite
     from foveacam_server.benches import bench_names, bench_table, run_bench
 
     names = bench_names()
@@ -124,7 +125,7 @@ def bench(
         return
     figures = run_bench(name, quick=quick, silent=as_json, data=data)
     if as_json:
-        typer.echo(json.dumps(figures, allow_nan=False))
+        typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:
         Console().print(bench_table(name, figures))
 

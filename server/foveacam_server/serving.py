@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import socket
+from typing import cast
 
 import uvicorn
 from fastapi import FastAPI
@@ -10,8 +11,11 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_server.api.security import Gate
+from foveacam_server.api.stop_at_door import StopAtDoor
 from foveacam_server.app import create_app
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
+from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.stream_socket import listen
@@ -29,23 +33,38 @@ class _Greeting(WatchedServer):
     def __init__(self, config: uvicorn.Config, *, url: str, services: "_Later", console: Console) -> None:
         super().__init__(config)
         self._url = url
+        self._doors: list[StopDoor] = []
         self._services = services
         self._console = console
         self._greeting: asyncio.Task[None] | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then greet once the rig is open."""
-        await super().startup(sockets)
+        """Start behind the stop's own door, then greet once the rig is open."""
+        await super().startup(sockets=[])
         if self.started:
+            self._open_doors(sockets or [])
             self._greeting = asyncio.create_task(self._greet())
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop, after ending the streams, which never end by themselves."""
+        await asyncio.to_thread(self._close_doors)
         if self.started:
             services = self._services()
             services.streams.end()
             services.events.hang_up()
         await super().shutdown(sockets)
+
+    def _open_doors(self, listeners: list[socket.socket]) -> None:
+        services, gate = self._services(), self._services.gate()
+        answer = StopAtDoor(services.stop, gate=gate)
+        for listener in listeners:
+            door = StopDoor(listener, adopt=self.adopt, answer=answer, workers=services.stopping)
+            self._doors.append(door)
+            door.open()
+
+    def _close_doors(self) -> None:
+        for door in self._doors:
+            door.close()
 
     async def _greet(self) -> None:
         services = self._services()
@@ -71,6 +90,10 @@ class _Later:
         if not isinstance(services, Services):
             raise TypeError("the application has not started")
         return services
+
+    def gate(self) -> Gate:
+        """Return who may ask."""
+        return cast(Gate, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
 def run_server(settings: Settings, *, console: Console) -> None:

@@ -1,6 +1,7 @@
 """The program's errors: one line that names the thing and the remedy, a status, never a traceback."""
 
 import json
+import math
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -125,11 +126,13 @@ def test_bench_prints_one_json_object_and_nothing_else(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(
-        benches, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.5, "quick": quick}
+        benches,
+        "run_bench",
+        lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.5, "quick": quick, "far": [{"m": math.inf}]},
     )
     assert run(monkeypatch, "bench", "stream", "--json", "--quick") == 0
     captured = capsys.readouterr()
-    assert json.loads(captured.out) == {"rtt_p50_ms": 0.5, "quick": True}
+    assert json.loads(captured.out) == {"rtt_p50_ms": 0.5, "quick": True, "far": [{"m": None}]}
     assert captured.err == ""
 
 

@@ -68,9 +68,13 @@ async def create(
     response_model=EstimateDocument,
     responses=problems(409, 503, 504),
 )
-def estimate(request: EstimateRequest, services: ServicesDep) -> Document:
+async def estimate(request: EstimateRequest, services: ServicesDep) -> Document:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    return services.captures.estimate(request.plan, codec=Codec(request.codec), distance_m=request.distance_m)
+    return await services.computing.run(
+        lambda: services.captures.estimate(
+            request.plan, codec=Codec(request.codec), distance_m=request.distance_m
+        )
+    )
 
 
 @router.get("", summary="Captures, newest first", response_model=list[CaptureDocument])

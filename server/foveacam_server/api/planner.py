@@ -27,6 +27,7 @@ from foveacam_server.runtime.planner_maps import (
     open_map,
     regions_document,
 )
+from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/planner", tags=["planner"])
@@ -45,22 +46,25 @@ def standoff(request: StandoffAsked) -> Document:
     response_model=MapDocument,
     max_body_size=PICTURE_BYTES,
 )
-def make_map(request: MapAsked) -> JSONResponse:
+async def make_map(request: MapAsked, services: ServicesDep) -> JSONResponse:
     """Return a map in metres: drawn by lot, open ground, or what was sent, checked."""
-    return JSONResponse(map_document(_field(request)))
+    return JSONResponse(await services.computing.run(lambda: map_document(_field(request))))
 
 
 @router.post(
     "/regions", summary="Where to stand on a map", response_model=RegionsDocument, max_body_size=FILE_BYTES
 )
-def regions(request: RegionsAsked) -> JSONResponse:
+async def regions(request: RegionsAsked, services: ServicesDep) -> JSONResponse:
     """Return the ground from which each target is seen unnoticed: in its ring, in sight, free to stand on."""
+    return JSONResponse(await services.computing.run(lambda: _regions(request)))
+
+
+def _regions(request: RegionsAsked) -> Document:
     targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]
     field = field_of(request.map, targets_m=targets_m)
     points_m = [(x, y) for x, y in request.points_m]
     wish = wish_of(request.ring)
-    found = regions_document(field, wish, agent_radius_m=request.agent_radius_m, points_m=points_m)
-    return JSONResponse(found)
+    return regions_document(field, wish, agent_radius_m=request.agent_radius_m, points_m=points_m)
 
 
 def wish_of(asked: RingAsked) -> RingWish:

@@ -131,8 +131,8 @@ class SecurityMiddleware:
         return answer
 
 
-def install(app: FastAPI, settings: Settings) -> None:
-    """Guard `app`; raise `InvalidInput` when it would be open to the network without a token."""
+def install(app: FastAPI, settings: Settings) -> Gate:
+    """Guard `app`, return the rules; raise `InvalidInput` if it were open to the network without a token."""
     token = settings.token.get_secret_value() if settings.token is not None else None
     if not settings.loopback and not token:
         raise InvalidInput(
@@ -149,21 +149,26 @@ def install(app: FastAPI, settings: Settings) -> None:
         host=settings.host,
     )
     app.add_middleware(SecurityMiddleware, gate=gate)
+    return gate
 
 
 def _with_headers(send: Send, *, path: str) -> Send:
     async def guarded(message: Message) -> None:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
-            headers = MutableHeaders(scope=message)
-            headers.setdefault("X-Content-Type-Options", "nosniff")
-            headers.setdefault("Referrer-Policy", "no-referrer")
-            headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
-            headers.setdefault("Cross-Origin-Resource-Policy", "same-origin")
-            headers.setdefault("X-Frame-Options", "SAMEORIGIN")
-            headers.setdefault("Content-Security-Policy", content_policy(path))
+            put_security_headers(MutableHeaders(scope=message), path=path)
         await send(message)
 
     return guarded
+
+
+def put_security_headers(headers: MutableHeaders, *, path: str) -> None:
+    """Add what keeps pages apart to the headers of an answer."""
+    headers.setdefault("X-Content-Type-Options", "nosniff")
+    headers.setdefault("Referrer-Policy", "no-referrer")
+    headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
+    headers.setdefault("Cross-Origin-Resource-Policy", "same-origin")
+    headers.setdefault("X-Frame-Options", "SAMEORIGIN")
+    headers.setdefault("Content-Security-Policy", content_policy(path))
 
 
 def _answer(refusal: _Refusal, scope: Scope) -> Response:

@@ -8,6 +8,7 @@ from typing import cast
 
 import uvicorn
 from starlette.types import ASGIApp
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
 
@@ -44,6 +45,8 @@ class WatchedServer(uvicorn.Server):
         super().__init__(config)
         self.watch = ConnectionWatch()
         self._watching: asyncio.Task[None] | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._adopted: set[asyncio.Task[None]] = set()
 
     @property
     def watched(self) -> set[Connection]:
@@ -54,7 +57,30 @@ class WatchedServer(uvicorn.Server):
         """Begin to listen and to watch."""
         await super().startup(sockets)
         if self.started:
+            self._loop = asyncio.get_running_loop()
             self._watching = asyncio.create_task(self.watch.run(self.watched))
+
+    def adopt(self, peer: socket.socket) -> None:
+        """Serve a connection that was accepted elsewhere; callable from any thread while the loop runs."""
+        if self._loop is None:
+            raise RuntimeError("the server has not started")
+        self._loop.call_soon_threadsafe(self._take, peer)
+
+    def _take(self, peer: socket.socket) -> None:
+        taking = asyncio.create_task(self._serve_adopted(peer))
+        self._adopted.add(taking)
+        taking.add_done_callback(self._adopted.discard)
+
+    async def _serve_adopted(self, peer: socket.socket) -> None:
+        def protocol() -> asyncio.Protocol:
+            return H11Protocol(
+                config=self.config, server_state=self.server_state, app_state=self.lifespan.state
+            )
+
+        try:
+            await asyncio.get_running_loop().connect_accepted_socket(protocol, peer)
+        except OSError:
+            peer.close()  # it has gone meanwhile
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; the watch goes on until the last connection has ended."""

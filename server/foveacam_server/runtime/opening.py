@@ -22,6 +22,7 @@ from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.clouds import CloudShelf
 from foveacam_server.runtime.collected import live_rates, open_collected
+from foveacam_server.runtime.computing import Computing
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.fixations import FixationService, Tools
 from foveacam_server.runtime.ground import Ground, Lore, Sights, lay_ground, open_lore, open_sights
@@ -58,6 +59,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     collected = open_collected(ground, lore, sights, hardware=hardware, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
+    computing = Computing()
+    stack.callback(computing.close)
     hardware.start()
     _follow(ground, lore, sights, hardware)
     return Services(
@@ -76,6 +79,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         rail=RailDesk(hardware),
         settling=lore.settling,
         stop=stop,
+        computing=computing,
         stopping=stopping,
         calibration=lore.calibration,
         records=calibrating.records,

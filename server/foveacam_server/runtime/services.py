@@ -17,6 +17,7 @@ from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.camera_desk import CameraDesk
 from foveacam_server.runtime.captures import CaptureService
 from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.computing import Computing
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.fixations import FixationService
@@ -60,6 +61,7 @@ class Services:
     rail: RailDesk
     settling: SettleDesk
     stop: StopSwitch
+    computing: Computing
     stopping: ThreadPoolExecutor
     """Threads that only the stop uses, so that no other request can hold it up."""
     calibration: CalibrationService

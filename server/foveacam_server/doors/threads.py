@@ -1,0 +1,16 @@
+"""How many threads serve requests, and how long one may keep the interpreter while others wait for it."""
+
+import sys
+
+import anyio.to_thread
+
+REQUEST_THREADS = 6
+"""Of the framework's 40, each that computes makes the event loop wait its turn: 200 ms with all of them."""
+SWITCH_S = 0.001
+"""Python's default is 5 ms: what the event loop and the stop wait for each thread that computes."""
+
+
+def bound_threads() -> None:
+    """Bound the threads of this event loop's requests; called on the loop."""
+    anyio.to_thread.current_default_thread_limiter().total_tokens = REQUEST_THREADS
+    sys.setswitchinterval(SWITCH_S)
