@@ -57,6 +57,7 @@ class Kind:
 INVALID_INPUT = Kind(slug="invalid-input", status=422, title="The request cannot be used as it stands")
 INTERNAL = Kind(slug="internal", status=500, title="The server made a mistake")
 INTERRUPTED = Kind(slug="interrupted", status=503, title="The server was restarted")
+TOO_MANY_TRIES = Kind(slug="too-many-tries", status=429, title="Too many wrong tokens")
 TOO_LARGE = Kind(slug="content-too-large", status=413, title="The request is too large")
 NOT_FOUND = Kind(slug="not-found", status=404, title="There is nothing here")
 UNAUTHORIZED = Kind(slug="unauthorized", status=401, title="A token is needed")

@@ -2,14 +2,16 @@
 
 import asyncio
 import logging
+import os
 import socket
+from pathlib import Path
 from typing import cast
 
 import uvicorn
 from fastapi import FastAPI
 from rich.console import Console
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.api.security import Gate
 from foveacam_server.api.stop_at_door import StopAtDoor
@@ -23,6 +25,8 @@ from foveacam_server.settings import Settings
 from foveacam_server.simulation import check_simulation, compile_renderer
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
+TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token
+"""In the data directory: the token that was made up at this start."""
 RIG_PATIENCE_S = 15.0
 """How long the greeting waits for the rig; the server answers meanwhile."""
 
@@ -30,9 +34,11 @@ RIG_PATIENCE_S = 15.0
 class _Greeting(WatchedServer):
     """A server that says where it is as soon as it can be used, and why a part of it cannot."""
 
-    def __init__(self, config: uvicorn.Config, *, url: str, services: "_Later", console: Console) -> None:
+    def __init__(
+        self, config: uvicorn.Config, *, greeting: list[str], services: "_Later", console: Console
+    ) -> None:
         super().__init__(config)
-        self._url = url
+        self._lines = greeting
         self._doors: list[StopDoor] = []
         self._services = services
         self._console = console
@@ -74,9 +80,8 @@ class _Greeting(WatchedServer):
             problems.append(f"calibration: {services.calibration.problem}")
         for problem in problems:
             self._console.print(f"  {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
-        self._console.print(
-            f"FoveaCam Duo is ready: {self._url}", markup=False, highlight=False, soft_wrap=True
-        )
+        for line in self._lines:
+            self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 class _Later:
@@ -99,14 +104,18 @@ class _Later:
 def run_server(settings: Settings, *, console: Console) -> None:
     """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
     simulated = _checked_simulation(settings)
+    token_path = None
+    if settings.wants_token_made:
+        settings = settings.with_made_token()
+        token_path = keep_token(settings)
     app = create_app(settings)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:
         if simulated:
             compile_renderer(console)
         server = _Greeting(
-            server_config(app),
-            url=_url(settings, port=listener.getsockname()[1]),
+            server_config(app, trusted_proxies=settings.trusted_proxies),
+            greeting=_greeting(settings, port=listener.getsockname()[1], token_path=token_path),
             services=_Later(app.state),
             console=console,
         )
@@ -139,8 +148,34 @@ def _failure(app: FastAPI) -> FoveaError | None:
     return found if isinstance(found, FoveaError) else None
 
 
-def _url(settings: Settings, *, port: int) -> str:
+def _greeting(settings: Settings, *, port: int, token_path: Path | None) -> list[str]:
+    """Return where the server is and, without showing it, which token it asks for."""
     named = LOCALHOST.get(settings.host, settings.host)  # "any address" is none that a browser can open
     host = f"[{named}]" if ":" in named else named
-    token = f"?token={settings.token.get_secret_value()}" if settings.token is not None else ""
-    return f"http://{host}:{port}/{token}"
+    lines = [f"FoveaCam Duo is ready: http://{host}:{port}/"]
+    if settings.token is not None:
+        where = f"the one in {token_path}" if token_path is not None else "the one that you chose"
+        lines.append(f"It asks for a token: {where}.")
+    return lines
+
+
+def keep_token(settings: Settings) -> Path:
+    """Write a token that was made up where only its owner can read it; a log or a terminal keeps it for all.
+
+    Raise `InvalidInput` for a folder that cannot be written.
+    """
+    path = settings.data / TOKEN_FILE
+    try:
+        settings.data.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        with os.fdopen(os.open(path, os.O_CREAT | os.O_WRONLY | os.O_EXCL, 0o600), "w") as file:
+            file.write(f"{settings.token.get_secret_value() if settings.token is not None else ''}\n")
+    except OSError as error:
+        raise InvalidInput(
+            f"the token cannot be written to {path}: {error.strerror or error}; give another --data folder, "
+            "or a token of your own",
+            asked=str(path),
+            found=error.strerror or str(error),
+            remedy="give another --data folder, or a token of your own",
+        ) from error
+    return path

@@ -15,6 +15,8 @@ from foveacam_server.plain_words import explain_validation
 
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
 TOKEN_BYTES = 16
+TOKEN_CHARS = 12
+"""Least length of a token: with the bound on wrong ones, a random one cannot be guessed."""
 
 
 def default_data_dir() -> Path:
@@ -45,6 +47,8 @@ class Settings(BaseSettings):
     """What a request must carry; required when `host` is not a loopback address. `auto` makes one up."""
     allowed_origins: tuple[str, ...] = ()
     """Origins of pages that may use this server, besides its own."""
+    trusted_proxies: tuple[str, ...] = ()
+    """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed."""
     data: Path = Field(default_factory=default_data_dir)
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
@@ -56,10 +60,23 @@ class Settings(BaseSettings):
 
     @field_validator("token")
     @classmethod
-    def _made_up(cls, token: SecretStr | None) -> SecretStr | None:
-        if token is None or token.get_secret_value() != AUTOMATIC_TOKEN:
-            return token
-        return SecretStr(secrets.token_urlsafe(TOKEN_BYTES))
+    def _long_enough(cls, token: SecretStr | None) -> SecretStr | None:
+        value = "" if token is None else token.get_secret_value()
+        if value and value != AUTOMATIC_TOKEN and len(value) < TOKEN_CHARS:
+            raise ValueError(
+                f"a token has at least {TOKEN_CHARS} characters, this one {len(value)}; "
+                f"choose a longer one, or '{AUTOMATIC_TOKEN}'"
+            )
+        return token
+
+    @property
+    def wants_token_made(self) -> bool:
+        """Whether a token is to be made up at the start."""
+        return self.token is not None and self.token.get_secret_value() == AUTOMATIC_TOKEN
+
+    def with_made_token(self) -> "Settings":
+        """Return the same with a random token."""
+        return self.model_copy(update={"token": SecretStr(secrets.token_urlsafe(TOKEN_BYTES))})
 
     @property
     def loopback(self) -> bool:

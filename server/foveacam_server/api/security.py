@@ -6,7 +6,8 @@ What a request may do once it is in is the routes' business.
 
 import hashlib
 import hmac
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -18,7 +19,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.api.page_policy import content_policy, sign_in_page
-from foveacam_server.errors import FORBIDDEN_ORIGIN, UNAUTHORIZED, Problem
+from foveacam_server.doors.token_attempts import TokenAttempts
+from foveacam_server.errors import FORBIDDEN_ORIGIN, TOO_MANY_TRIES, UNAUTHORIZED, Problem
 from foveacam_server.settings import Settings
 
 COOKIE = "foveacam_session"
@@ -26,6 +28,7 @@ _COOKIE_DAYS = 30
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _OPEN_PATHS = frozenset({"/healthz"})
 _POLICY_VIOLATION = 1008
+_PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +47,7 @@ class Gate:
     origins: frozenset[str]
     loopback: bool
     host: str
+    attempts: TokenAttempts = field(default_factory=TokenAttempts)
 
     def check(self, scope: Scope) -> _Refusal | None:
         """Return why a request or WebSocket is refused; None when it may pass."""
@@ -52,15 +56,29 @@ class Gate:
         if self.loopback and not self._host_allowed(headers):
             return _Refusal(_foreign_host(headers.get("host", ""), self.host))
         origin = headers.get("origin")
-        if unsafe and origin is not None and not self._origin_allowed(origin, headers):
+        scheme = scope.get("scheme", "http")
+        if unsafe and origin is not None and not self._origin_allowed(origin, headers, scheme):
             return _Refusal(_foreign_origin(origin))
-        if self.token is not None and scope["path"] not in _OPEN_PATHS and not self._token_shown(headers):
-            return _Refusal(_no_token(), ask=True)
-        return None
+        if self.token is None or scope["path"] in _OPEN_PATHS or _equal(_cookie(headers), self.cookie):
+            return None
+        return self._check_token(_token(headers), address=_address(scope))
 
-    def admits(self, token: str) -> bool:
-        """Tell whether `token` is the server's."""
-        return self.token is not None and _equal(token, self.token)
+    def _check_token(self, given: str | None, *, address: str) -> _Refusal | None:
+        wait_s = self.attempts.wait_s(address)
+        if given is not None and wait_s > 0.0:
+            return _Refusal(_too_many_tries(wait_s))
+        if given is not None and self.admits(given, address=address):
+            return None
+        return _Refusal(_no_token(), ask=True)
+
+    def admits(self, token: str, *, address: str) -> bool:
+        """Tell whether `token` is the server's; after too many wrong ones none is admitted."""
+        if self.token is None or self.attempts.wait_s(address) > 0.0:
+            return False
+        right = _equal(token, self.token)
+        if not right:
+            self.attempts.add_wrong(address)
+        return right
 
     @property
     def cookie(self) -> str:
@@ -72,17 +90,9 @@ class Gate:
         name = _host_name(headers.get("host", ""))
         return name in ("localhost", self.host) or _loopback_address(name)
 
-    def _origin_allowed(self, origin: str, headers: Headers) -> bool:
-        own = urlsplit(origin).netloc.lower()
-        return origin in self.origins or (own != "" and own == headers.get("host", "").lower())
-
-    def _token_shown(self, headers: Headers) -> bool:
-        scheme, _, credentials = headers.get("authorization", "").partition(" ")
-        if scheme.lower() == "bearer" and self.admits(credentials.strip()):
-            return True
-        if self.admits(headers.get("x-api-token", "")):
-            return True
-        return _equal(_cookie(headers), self.cookie)
+    def _origin_allowed(self, origin: str, headers: Headers, scheme: str) -> bool:
+        own = f"{_PAGE_SCHEMES.get(scheme, scheme)}://{headers.get('host', '').lower()}"
+        return origin in self.origins or origin.lower() == own
 
 
 class SecurityMiddleware:
@@ -116,7 +126,7 @@ class SecurityMiddleware:
             return None
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         token = next((value for name, value in query if name == "token"), "")
-        if scope["path"] != "/" or not self._gate.admits(token):
+        if scope["path"] != "/" or not self._gate.admits(token, address=_address(scope)):
             return None
         rest = urlencode([(name, value) for name, value in query if name != "token"])
         answer = RedirectResponse("/?" + rest if rest else "/", status_code=303)
@@ -200,7 +210,8 @@ def _foreign_origin(origin: str) -> Problem:
         kind=FORBIDDEN_ORIGIN,
         detail=f"The page {origin} is not this server's own and may not control the rig.",
         asked=f"a request from {origin}",
-        remedy="Open the console at the server's own address, or add the origin to FOVEACAM_ALLOWED_ORIGINS.",
+        remedy="Open the console at the server's own address, add the origin to FOVEACAM_ALLOWED_ORIGINS, "
+        "or name the proxy that speaks https in FOVEACAM_TRUSTED_PROXIES.",
     )
 
 
@@ -220,6 +231,26 @@ def _no_token() -> Problem:
         remedy="Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or open /?token=TOKEN in a page.",
         headers={"WWW-Authenticate": 'Bearer realm="foveacam"'},
     )
+
+
+def _too_many_tries(wait_s: float) -> Problem:
+    return Problem(
+        kind=TOO_MANY_TRIES,
+        detail=f"Too many wrong tokens came from this address; none is looked at for {wait_s:.0f} s.",
+        remedy="Wait, then show the right one; a page that is signed in goes on.",
+        headers={"Retry-After": str(math.ceil(wait_s))},
+    )
+
+
+def _address(scope: Scope) -> str:
+    client = scope.get("client")
+    return str(client[0]) if client else "unknown"
+
+
+def _token(headers: Headers) -> str | None:
+    """Return the token that a request shows; None without one."""
+    scheme, _, credentials = headers.get("authorization", "").partition(" ")
+    return credentials.strip() if scheme.lower() == "bearer" else headers.get("x-api-token")
 
 
 def _host_name(host: str) -> str:

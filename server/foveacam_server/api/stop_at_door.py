@@ -37,6 +37,7 @@ class StopAtDoor:
     def _answer(self, asked: h11.Request, peer: str) -> JSONResponse:
         headers = [(name.lower(), value) for name, value in asked.headers]
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": PATH, "headers": headers}
+        scope["client"] = (peer, 0)
         refusal = self._gate.check(scope)
         if refusal is not None:
             return refusal.problem.response(instance=PATH)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import resource
 import socket
+from collections.abc import Sequence
 from typing import cast
 
 import uvicorn
@@ -11,6 +12,7 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
+from foveacam_server.doors.websockets import RefusableWebSocket
 
 GRACE_S = 1
 """How long open requests may take when the server shuts down; streams never end by themselves."""
@@ -22,12 +24,18 @@ OPEN_FILES = 65_536
 """Open connections that the server asks the system for; 1 024 held ones would lock everybody out."""
 
 
-def server_config(app: ASGIApp) -> uvicorn.Config:
-    """Return the settings that every server of this project has."""
+def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvicorn.Config:
+    """Return the settings that every server of this project has.
+
+    `trusted_proxies`: addresses or networks whose X-Forwarded-For and X-Forwarded-Proto are believed; any
+    other peer's are what it says of itself.
+    """
     return uvicorn.Config(
         app,
         http="h11",  # whose state the watch reads
-        ws="websockets-sansio",
+        ws=RefusableWebSocket,
+        proxy_headers=bool(trusted_proxies),
+        forwarded_allow_ips=list(trusted_proxies),
         ws_per_message_deflate=False,  # costs twelve times what it saves on JPEG
         ws_ping_interval=PING_S,
         ws_ping_timeout=PING_S,

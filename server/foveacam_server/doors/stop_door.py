@@ -16,6 +16,8 @@ from typing import Protocol
 _log = logging.getLogger(__name__)
 
 STOP_LINE = b"POST /api/v1/stop HTTP/1."
+FORWARDED = b"\r\nx-forwarded-for:"
+"""Who asks through a proxy is for the server to tell: it knows which proxies are trusted."""
 END_OF_HEADERS = b"\r\n\r\n"
 PEEK_BYTES = 16_384
 """A stop and its headers arrive in one piece; what is longer is the loop's."""
@@ -106,7 +108,7 @@ class StopDoor:
         except OSError:
             peer.close()
             return
-        if begun.startswith(STOP_LINE) and _is_whole(begun):
+        if begun.startswith(STOP_LINE) and FORWARDED not in begun.lower() and _is_whole(begun):
             self._workers.submit(self._stop, peer)
         elif begun:
             self._adopt(peer)
