@@ -60,6 +60,12 @@ PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes
 TokenOption = Annotated[
     str | None, typer.Option(help="what callers must show; auto makes one up", envvar="FOVEACAM_TOKEN")
 ]
+ProxyOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="address or network of a proxy whose X-Forwarded-For and -Proto are believed; may be repeated"
+    ),
+]
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")
@@ -80,6 +86,7 @@ def serve(
     host: HostOption = None,
     port: PortOption = None,
     token: TokenOption = None,
+    trusted_proxy: ProxyOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
     replay: ReplayOption = None,
@@ -96,6 +103,7 @@ def serve(
         "host": host,
         "port": port,
         "token": token,
+        "trusted_proxies": trusted_proxy or None,
         "data": data,
         "calibration": calibration,
         "replay": replay,

@@ -11,6 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.api import security
+from foveacam_server.doors.token_attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.settings import Settings
 
 OWN = "http://127.0.0.1:8000"
@@ -31,13 +32,19 @@ class Browser:
     base_url: str
     cookies: httpx.Cookies = field(default_factory=httpx.Cookies)
 
-    def request(self, method: str, path: str, headers: dict[str, str] | None = None) -> httpx.Response:
+    def request(
+        self,
+        method: str,
+        path: str,
+        headers: dict[str, str] | None = None,
+        data: dict[str, str] | None = None,
+    ) -> httpx.Response:
         async def ask() -> httpx.Response:
             transport = httpx.ASGITransport(app=self.app)
             async with httpx.AsyncClient(
                 transport=transport, base_url=self.base_url, cookies=self.cookies
             ) as session:
-                answer = await session.request(method, path, headers=headers)
+                answer = await session.request(method, path, headers=headers, data=data)
                 self.cookies = session.cookies
                 return answer
 
@@ -119,7 +126,14 @@ def client(base_url: str = OWN, **choices: Unpack[Choices]) -> Browser:
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "PATCH", "DELETE"])
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://127.0.0.1:8001", "https://127.0.0.1.evil.example"]
+    "origin",
+    [
+        "http://evil.example",
+        "null",
+        "http://127.0.0.1:8001",
+        "https://127.0.0.1:8000",
+        "https://127.0.0.1.evil",
+    ],
 )
 def test_a_foreign_page_changes_nothing(method: str, origin: str) -> None:
     answer = client().request(method, "/park", headers={"Origin": origin})
@@ -225,6 +239,43 @@ def test_a_browser_without_token_is_asked_for_it() -> None:
     answer = guarded().get("/", headers={"Accept": "text/html,*/*"})
     assert answer.status_code == 401
     assert 'name="token"' in answer.text
+
+
+def test_the_form_signs_a_browser_in() -> None:
+    browser = guarded()
+    asked = browser.get("/", headers={"Accept": "text/html"})
+    assert asked.headers["referrer-policy"] == "same-origin"  # else the form's own origin would read null
+    answer = browser.request("POST", "/sign_in", {"Origin": "http://rig.example"}, data={"token": TOKEN})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    assert browser.get("/").json() == "page"
+
+
+@pytest.mark.parametrize("token", ["wrong", "", "x" * 10_000])
+def test_the_form_says_that_the_token_is_wrong(token: str) -> None:
+    browser = guarded()
+    answer = browser.request("POST", "/sign_in", data={"token": token})
+    assert answer.status_code == 401
+    assert "not the token" in answer.text and "set-cookie" not in answer.headers
+    assert browser.get("/").status_code == 401
+
+
+def test_a_foreign_page_signs_nobody_in() -> None:
+    foreign = {"Origin": "http://evil.example"}
+    assert guarded().request("POST", "/sign_in", foreign, data={"token": TOKEN}).status_code == 403
+
+
+def test_after_ten_wrong_tokens_none_is_looked_at_but_who_is_signed_in_goes_on() -> None:
+    browser = guarded()
+    browser.request("POST", "/sign_in", data={"token": TOKEN})
+    for _ in range(MOST_WRONG):
+        assert browser.get("/?token=wrong").status_code == 200  # signed in: it is not asked
+    signed_out = Browser(browser.app, browser.base_url)
+    answer = signed_out.get("/", headers={"X-Api-Token": TOKEN})
+    assert (answer.status_code, answer.json()["type"]) == (429, "/problems/too-many-tries")
+    assert 0 < int(answer.headers["retry-after"]) <= WINDOW_S
+    form = signed_out.request("POST", "/sign_in", data={"token": TOKEN})
+    assert form.status_code == 429 and "wrong tokens" in form.text
+    assert browser.get("/").json() == "page"
 
 
 def test_health_needs_no_token() -> None:

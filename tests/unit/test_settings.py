@@ -3,6 +3,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.serving import keep_token
 from foveacam_server.settings import Settings, default_data_dir
 
 
@@ -54,3 +56,24 @@ def test_automatic_token_is_long_and_new_every_time() -> None:
     made_up = {token.get_secret_value() for token in tokens if token is not None}
     assert len(made_up) == 2
     assert min(map(len, made_up)) >= 20
+
+
+def test_short_token_is_refused_with_the_length_that_is_needed() -> None:
+    with pytest.raises(ValueError, match="at least 12 characters, this one 5"):
+        Settings(token="short")  # type: ignore[arg-type]  # noqa: S106
+
+
+def test_made_token_is_kept_for_its_owner_alone(tmp_path: Path) -> None:
+    for _ in range(2):  # another start replaces it
+        settings = Settings(token="auto", data=tmp_path / "new").with_made_token()  # type: ignore[arg-type]  # noqa: S106
+        path = keep_token(settings)
+        assert settings.token is not None
+        assert path.read_text() == settings.token.get_secret_value() + "\n"
+        assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_folder_that_cannot_take_the_token_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    settings = Settings(token="auto", data=tmp_path / "file").with_made_token()  # type: ignore[arg-type]  # noqa: S106
+    with pytest.raises(InvalidInput, match="another --data folder"):
+        keep_token(settings)

@@ -122,6 +122,7 @@ def test_a_foreign_page_stops_nothing_at_the_door_either(way: Way) -> None:
         STOP,
         STOP + b"Content-Length: 1000\r\n\r\n{",
         STOP + b"Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+        STOP + b"X-Forwarded-For: 10.0.0.1\r\n\r\n",
         b"P",
     ],
 )

@@ -1,4 +1,4 @@
-"""What our pages may load and run (Content-Security-Policy), and the page that asks for the token."""
+"""What our pages may load and run (Content-Security-Policy)."""
 
 _OWN = {
     "default-src": "'self'",
@@ -27,24 +27,6 @@ _DOCS = _OWN | {
     "font-src": "'self' https://fonts.gstatic.com",
 }
 
-_SIGN_IN_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>FoveaCam Duo</title>
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-:root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif; }
-body { display: grid; place-items: center; min-height: 100vh; margin: 0; }
-form { display: grid; gap: .75rem; width: min(20rem, 90vw); }
-h1 { font-size: 1.25rem; margin: 0; }
-input, button { font: inherit; padding: .5rem; }
-</style></head>
-<body><form action="/" method="get">
-<h1>FoveaCam Duo</h1>
-<label for="token">This rig asks for its token.</label>
-<input id="token" name="token" type="password" autocomplete="current-password" required autofocus>
-<button>Open the console</button>
-</form></body></html>
-"""
-
 
 def content_policy(path: str) -> str:
     """Return the Content-Security-Policy of what is served at `path`."""
@@ -60,8 +42,3 @@ def content_policy(path: str) -> str:
 def bare_viser_policy() -> str:
     """Return the policy of the 3D pane inside the console: it shows no second copy of the views."""
     return "; ".join(f"{name} {value}" for name, value in (_VISER | {"frame-src": "'none'"}).items())
-
-
-def sign_in_page() -> str:
-    """Return the page that asks for the token and opens the console with it."""
-    return _SIGN_IN_PAGE

@@ -18,7 +18,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.api.page_policy import content_policy, sign_in_page
+from foveacam_server.api.page_policy import content_policy
+from foveacam_server.api.sign_in import REFERRER_POLICY, read_form_token, sign_in_page
 from foveacam_server.doors.token_attempts import TokenAttempts
 from foveacam_server.errors import FORBIDDEN_ORIGIN, TOO_MANY_TRIES, UNAUTHORIZED, Problem
 from foveacam_server.settings import Settings
@@ -115,6 +116,8 @@ class SecurityMiddleware:
         refusal = self._gate.check(scope)
         if refusal is None:
             await self._app(scope, receive, guarded)
+        elif refusal.ask and (token := await read_form_token(scope, receive)) is not None:
+            await self._answer_form(scope, token)(scope, receive, guarded)
         elif scope["type"] == "websocket":
             await _refuse_websocket(refusal, scope, receive, guarded)
         else:
@@ -129,7 +132,21 @@ class SecurityMiddleware:
         if scope["path"] != "/" or not self._gate.admits(token, address=_address(scope)):
             return None
         rest = urlencode([(name, value) for name, value in query if name != "token"])
-        answer = RedirectResponse("/?" + rest if rest else "/", status_code=303)
+        return self._with_cookie(scope, "/?" + rest if rest else "/")
+
+    def _answer_form(self, scope: Scope, token: str) -> Response:
+        """Return the answer to the sign-in form: the console with the cookie, or the form with the reason."""
+        address = _address(scope)
+        if self._gate.admits(token, address=address):
+            return self._with_cookie(scope, "/")
+        wait_s = self._gate.attempts.wait_s(address)
+        if wait_s > 0.0:
+            problem = _too_many_tries(wait_s)
+            return _ask_for_token(problem.detail, status=problem.kind.status)
+        return _ask_for_token("This is not the token of this server.")
+
+    def _with_cookie(self, scope: Scope, location: str) -> Response:
+        answer = RedirectResponse(location, status_code=303)
         answer.set_cookie(
             COOKIE,
             self._gate.cookie,
@@ -183,8 +200,13 @@ def put_security_headers(headers: MutableHeaders, *, path: str) -> None:
 
 def _answer(refusal: _Refusal, scope: Scope) -> Response:
     if refusal.ask and "text/html" in Headers(scope=scope).get("accept", ""):
-        return HTMLResponse(sign_in_page(), status_code=UNAUTHORIZED.status)
+        return _ask_for_token()
     return refusal.problem.response(instance=scope["path"])
+
+
+def _ask_for_token(problem: str = "", *, status: int = UNAUTHORIZED.status) -> Response:
+    headers = {"Referrer-Policy": REFERRER_POLICY}
+    return HTMLResponse(sign_in_page(problem), status_code=status, headers=headers)
 
 
 async def _refuse_websocket(refusal: _Refusal, scope: Scope, receive: Receive, send: Send) -> None:
@@ -228,7 +250,7 @@ def _no_token() -> Problem:
     return Problem(
         kind=UNAUTHORIZED,
         detail="This server asks for a token, and none (or a wrong one) came with the request.",
-        remedy="Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or open /?token=TOKEN in a page.",
+        remedy="Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or sign in at / in a browser.",
         headers={"WWW-Authenticate": 'Bearer realm="foveacam"'},
     )
 
