@@ -17,6 +17,8 @@ CAMERA_ROLES = {CAMERA_CENTRE: Role.WIDE, CAMERA_LEFT: Role.LEFT, CAMERA_RIGHT: 
 
 DacCodes = tuple[int, ...]
 """8 DAC codes: left x+, x−, y+, y−, then right x+, x−, y+, y−."""
+NO_CODES: DacCodes = (0,) * 8
+"""Of DACs without a supply, or before the first write."""
 
 
 class Cables(Protocol):
@@ -71,7 +73,7 @@ class RecordingCables:
     @property
     def codes(self) -> DacCodes:
         """The DAC codes now in force (zeros before the first write)."""
-        return self.drives[-1][1] if self.drives else (0,) * 8
+        return self.drives[-1][1] if self.drives else NO_CODES
 
     @property
     def rail_on(self) -> bool:

@@ -4,7 +4,7 @@ Speaks the DACs' 3-byte words (AD5664R data sheet, table of command definitions)
 are codes on `Cables`; volts, filters and mirrors are the world's.
 """
 
-from foveacam_hardware.sim.cables import Cables
+from foveacam_hardware.sim.cables import NO_CODES, Cables
 from foveacam_hardware.wire.controller_payloads import MirrorCodes
 
 ALL_CHANNELS = 7
@@ -88,7 +88,7 @@ class MirrorDrive:
         self._cables = cables
         self._left = QuadDac()
         self._right = QuadDac()
-        self._codes: tuple[int, ...] = (0,) * 8
+        self._codes = NO_CODES
         self._rail = False
         self._cutoff_hz = 0
         self.words: list[tuple[int, int]] = []

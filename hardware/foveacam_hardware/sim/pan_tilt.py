@@ -18,6 +18,11 @@ from foveacam_hardware.sim.optics import rotation
 Matrix: TypeAlias = NDArray[np.float64]
 """(4, 4) float64, a rigid motion, metres."""
 
+Place: TypeAlias = tuple[float, float, float]
+"""Pan and tilt in degrees, the rail in millimetres."""
+SET_UP: Place = (0.0, 0.0, 0.0)
+"""Where the rig was set up."""
+
 PIVOT_M = (0.0, 0.055, -0.035)  # deduced: a rig's plate on a motorised head
 KEPT_NS = 30_000_000_000
 """How long ago a bearing can be asked for."""
@@ -79,11 +84,14 @@ class PanTiltCables(Protocol):
 
 
 class TurningHistory:
-    """What the motors have done: bearings at any moment of the last half minute, and of all rest before."""
+    """What the motors have done: bearings at any moment of the last half minute, and of all rest before.
 
-    def __init__(self) -> None:
+    `start`: where they stood at the beginning.
+    """
+
+    def __init__(self, start: Place = SET_UP) -> None:
         self._lock = threading.Lock()
-        self._turnings = [Turning(t_ns=0, place_deg=(0.0, 0.0))]
+        self._turnings = [Turning(t_ns=0, place_deg=start[:2], slide_mm=(start[2], 0.0, 0.0))]
 
     def turn(self, turning: Turning) -> None:
         """Go on with `turning`; what was planned after its beginning is void."""
@@ -107,6 +115,10 @@ class TurningHistory:
         turning = self._at(t_ns)
         moment_ns = max(t_ns, turning.t_ns)
         return turning.slide_at(moment_ns), turning.slide_speed_at(moment_ns)
+
+    def place(self, t_ns: int) -> Place:
+        """Return where all motors are at a moment."""
+        return (*self.bearing_deg(t_ns), self.slide_mm(t_ns)[0])
 
     def _at(self, t_ns: int) -> Turning:
         with self._lock:

@@ -3,12 +3,13 @@
 from types import TracebackType
 from typing import Unpack
 
+from foveacam_hardware.contract import MonotonicClock
 from foveacam_hardware.sim.far_ends.board_far_end import Impairment
 from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage
 from foveacam_hardware.sim.far_ends.side_channel import Message
-from foveacam_hardware.sim.pan_tilt import PanTiltCables, Turning
+from foveacam_hardware.sim.pan_tilt import PanTiltCables, Place, Turning, TurningHistory
 from foveacam_hardware.wire.link import Link, SerialLink
 
 MODULE = "foveacam_hardware.sim.far_ends.board_process"
@@ -17,12 +18,18 @@ MODULE = "foveacam_hardware.sim.far_ends.board_process"
 class BoardProcess:
     """A simulated board in its own process, whose motors turn `cables`; a context manager.
 
-    It starts while others do: `open` and the faults wait for it. Each fault returns once it is in force.
+    It starts while others do: `open` and the faults wait for it. Each fault returns once it is in force. When
+    its process dies, its motors stop, and it comes back by itself as one that was plugged in again.
     """
 
     def __init__(self, kind: BoardKind, cables: PanTiltCables) -> None:
-        self._cables = cables
-        self._process = FarEndProcess(MODULE, "pan-tilt", self._receive, options=["--kind", kind.value])
+        shafts = _Shafts(cables)
+        self._process = FarEndProcess(
+            MODULE,
+            "pan-tilt",
+            shafts,
+            options=lambda: ["--kind", kind.value, "--place", *map(repr, shafts.place())],
+        )
         self.port = self._process.port
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
 
@@ -36,6 +43,11 @@ class BoardProcess:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    @property
+    def pid(self) -> int:
+        """The far end's process id; another one after its process has died."""
+        return self._process.pid
 
     def close(self) -> None:
         """End the process and its thread; harmless when closed."""
@@ -74,7 +86,33 @@ class BoardProcess:
         """Put the cable back."""
         self._process.obey("plug")
 
-    def _receive(self, message: Message) -> None:
+
+class _Shafts:
+    """The shafts in this process; remembers where they stand, for motors do not."""
+
+    def __init__(self, cables: PanTiltCables) -> None:
+        self._cables = cables
+        self._clock = MonotonicClock()  # the far end's, as `board_process` says
+        self._track = TurningHistory()
+
+    def receive(self, message: Message) -> None:
+        """Pass a turning on."""
         names = ("place_deg", "speed_deg_s", "acceleration_deg_s2", "slide_mm")
         fields = {name: tuple(message[name]) for name in names}
-        self._cables.turn(Turning(t_ns=message["t_ns"], **fields))
+        self._turn(Turning(t_ns=message["t_ns"], **fields))
+
+    def lose(self) -> None:
+        """Let everything stand where it is: the motors have no supply."""
+        pan_deg, tilt_deg, rail_mm = self.place()
+        resting = Turning(
+            t_ns=self._clock.now_ns(), place_deg=(pan_deg, tilt_deg), slide_mm=(rail_mm, 0.0, 0.0)
+        )
+        self._turn(resting)
+
+    def place(self) -> Place:
+        """Return where everything is now."""
+        return self._track.place(self._clock.now_ns())
+
+    def _turn(self, turning: Turning) -> None:
+        self._track.turn(turning)
+        self._cables.turn(turning)

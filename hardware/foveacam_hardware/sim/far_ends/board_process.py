@@ -1,7 +1,7 @@
 """A simulated pan-tilt's or rail's board in a process of its own: a pty for the host, a socket for the world.
 
-`python -m foveacam_hardware.sim.far_ends.board_process --socket FD --port PATH --kind KIND` is started by
-`board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages are JSON lines.
+`python -m foveacam_hardware.sim.far_ends.board_process --socket FD --port PATH --kind KIND
+--place PAN TILT RAIL` is started by `board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages are JSON lines.
 """
 
 import dataclasses
@@ -47,11 +47,12 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the board until its parent is gone."""
     options = parser("simulated pan-tilt on a pty")
     options.add_argument("--kind", type=BoardKind, required=True, help="who answers")
+    options.add_argument("--place", type=float, nargs=3, required=True, help="of its motors: deg, deg, mm")
     given = options.parse_args(arguments)
     with connection(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()
         inbox: deque[Message] = deque()
-        far_end = board(given.kind, clock, _WorldShafts(channel))
+        far_end = board(given.kind, clock, _WorldShafts(channel), start=tuple(given.place))
         FarEndHost(far_end, channel, PtyPort(given.port), clock=clock, inbox=inbox).run(
             lambda message: obey(far_end, message)
         )

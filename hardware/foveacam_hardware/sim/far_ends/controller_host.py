@@ -2,8 +2,8 @@
 
 from types import TracebackType
 
-from foveacam_hardware.contract import Role
-from foveacam_hardware.sim.cables import Cables
+from foveacam_hardware.contract import MonotonicClock, Role
+from foveacam_hardware.sim.cables import NO_CODES, Cables
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
 from foveacam_hardware.sim.far_ends.line_faults import Damage
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Message
@@ -15,15 +15,15 @@ MODULE = "foveacam_hardware.sim.far_ends.controller_process"
 class ControllerProcess:
     """A simulated controller in its own process, wired to `cables`; a context manager.
 
-    Faults are methods; each returns once the controller has taken it.
+    Faults are methods; each returns once the controller has taken it. When its process dies, it goes dark,
+    and comes back by itself as one that was plugged in again.
     """
 
     def __init__(
         self, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
     ) -> None:
-        self._cables = cables
         options = ["--version", ".".join(map(str, version)), *(["--strict"] if strict else [])]
-        self._process = FarEndProcess(MODULE, "controller", self._receive, options=options)
+        self._process = FarEndProcess(MODULE, "controller", _Cabling(cables), options=lambda: options)
         self._process.wait_until_ready()
         self.port = self._process.port
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
@@ -91,7 +91,16 @@ class ControllerProcess:
         """Return how it is; all cable events before the answer have been delivered."""
         return ControllerStatus(**self._process.obey("status"))
 
-    def _receive(self, message: Message) -> Message | None:
+
+class _Cabling:
+    """The world's ends of the controller's cables."""
+
+    def __init__(self, cables: Cables) -> None:
+        self._cables = cables
+        self._clock = MonotonicClock()  # the far end's, as `controller_process` says
+
+    def receive(self, message: Message) -> Message | None:
+        """Pass an event on, or answer a question."""
         if message.get("ask") == "strobe":
             return {"strobe_us": self._cables.strobe_us(Role(message["role"]))}
         t_ns = message["t_ns"]
@@ -105,3 +114,10 @@ class ControllerProcess:
             case "trigger":
                 self._cables.trigger(t_ns, pulse_us=message["pulse_us"], cameras=message["cameras"])
         return None
+
+    def lose(self) -> None:
+        """Let rail, filter clock and DACs go out, as those of a controller without a supply do."""
+        t_ns = self._clock.now_ns()
+        self._cables.rail(t_ns, on=False)
+        self._cables.low_pass(t_ns, 0)
+        self._cables.drive(t_ns, NO_CODES)

@@ -1,22 +1,21 @@
 """The parent's side of a far end in its own process: starts it, commands it, receives what it tells.
 
-One thread receives and passes events on; `.port` is a path like a real one.
+One thread receives and passes events on; `.port` is a path like a real one. A process that dies is reaped,
+and another one takes its place as somebody who plugs a device in again would: its port is gone meanwhile.
 """
 
 import contextlib
 import logging
-import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.sim.far_ends.port_folder import PortFolder
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
 
 logger = logging.getLogger(__name__)
@@ -24,48 +23,57 @@ logger = logging.getLogger(__name__)
 START_TIMEOUT_S = 20.0
 COMMAND_TIMEOUT_S = 5.0
 END_TIMEOUT_S = 3.0
+REPLUG_S = 2.0
+"""From the death of a far end's process to the start of another one: as long as somebody needs for a plug."""
 
-Receiver: TypeAlias = Callable[[Message], Message | None]
-"""Takes an event or a question; returns the question's answer."""
+Options: TypeAlias = Callable[[], Sequence[str]]
+"""Returns the options of the process that is started now."""
+
+
+class Cabling(Protocol):
+    """What a far end's process pulls on, in this process."""
+
+    def receive(self, message: Message) -> Message | None:
+        """Take an event or a question; return the question's answer."""
+        ...
+
+    def lose(self) -> None:
+        """Let everything go that the process held: it is gone, and with it its supply."""
+        ...
 
 
 class FarEndProcess:
     """A process that runs `python -m module`, not yet waited for: call `wait_until_ready`."""
 
-    def __init__(self, module: str, name: str, receiver: Receiver, *, options: Sequence[str] = ()) -> None:
+    def __init__(self, module: str, name: str, cabling: Cabling, *, options: Options) -> None:
+        self._module = module
         self._name = name
-        self._receiver = receiver
+        self._cabling = cabling
+        self._options = options
         self._answers: dict[int, Message] = {}
-        self._answered = threading.Condition()
-        self._ready = False
-        self._gone = False
+        self._changed = threading.Condition()
+        self._ready = self._gone = self._closing = False
         self._count = 0
-        self._folder = Path(tempfile.mkdtemp(prefix="foveacam-"))
-        self.port = str(self._folder / name)
+        self._folder = PortFolder()
+        self.port = str(self._folder.path / name)
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
-        ours, theirs = socket.socketpair()
-        self._connection = ours
-        self._channel = SideChannel(ours)
-        command = [sys.executable, "-m", module, "--socket", str(theirs.fileno()), "--port", self.port]
-        with theirs:
-            self._process = subprocess.Popen(  # noqa: S603  # our own module, by our own interpreter
-                [*command, *options],
-                pass_fds=(theirs.fileno(),),
-                stdin=subprocess.DEVNULL,
-                start_new_session=True,  # Ctrl-C is the parent's; the child follows it
-            )
-        self._reader = threading.Thread(target=self._receive, name=f"{name}-cables", daemon=True)
-        self._reader.start()
+        try:
+            self._process, self._channel = self._start()
+        except OSError:
+            self._folder.close()
+            raise
+        self._keeper = threading.Thread(target=self._keep, name=f"{name}-cables", daemon=True)
+        self._keeper.start()
 
     @property
     def pid(self) -> int:
-        """The far end's process id."""
+        """The far end's process id; another one after its process has died."""
         return self._process.pid
 
     def wait_until_ready(self) -> None:
-        """Return once it serves its port; raise `DeviceFault`, and end it, when it does not start."""
-        with self._answered:
-            self._answered.wait_for(lambda: self._ready or self._gone, START_TIMEOUT_S)
+        """Return once it has served its port; raise `DeviceFault`, and end it, when it does not start."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._ready or self._gone, START_TIMEOUT_S)
         if not self._ready:
             self.close()
             raise DeviceFault(
@@ -75,30 +83,29 @@ class FarEndProcess:
 
     def close(self) -> None:
         """End the process and its thread; harmless when closed."""
-        with contextlib.suppress(OSError):
-            self._connection.shutdown(socket.SHUT_RDWR)
-        try:
-            self._process.wait(END_TIMEOUT_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        if self._reader is not threading.current_thread():
-            self._reader.join()
-        self._connection.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._channel.hang_up()
+        self._reap()
+        if self._keeper is not threading.current_thread():
+            self._keeper.join()
+        self._channel.close()
+        self._folder.close()
 
     def obey(self, command: str, **fields: object) -> Message:
         """Command it; return its status once it has done so, and told every event before."""
-        with self._answered:
+        with self._changed:
             self._count += 1
             number = self._count
         with contextlib.suppress(ChannelClosed):
             self._channel.send({"command": command, "id": number, **fields})
-        with self._answered:
-            self._answered.wait_for(lambda: number in self._answers or self._gone, COMMAND_TIMEOUT_S)
+        with self._changed:
+            self._changed.wait_for(lambda: number in self._answers or self._gone, COMMAND_TIMEOUT_S)
             if number not in self._answers:
                 raise DeviceFault(
-                    f"simulated {self._name} (process {self.pid}) did not answer '{command}'; restart it"
+                    f"simulated {self._name} (process {self.pid}) did not answer '{command}'; if it has died,"
+                    f" another one starts within {REPLUG_S:g} s"
                 )
             return self._answers.pop(number)
 
@@ -107,26 +114,83 @@ class FarEndProcess:
         fields = {"skip": damage.skip, "count": damage.count, "value": damage.value}
         self.obey("damage", to=to, kind=str(damage.kind), **fields)
 
+    def _start(self) -> tuple[subprocess.Popen[bytes], SideChannel]:
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-m", self._module, "--socket", str(theirs.fileno()), "--port", self.port]
+        with contextlib.ExitStack() as undo, theirs:
+            undo.callback(ours.close)
+            process = subprocess.Popen(  # noqa: S603  # our own module, by our own interpreter
+                [*command, *self._options()],
+                pass_fds=(theirs.fileno(),),
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl-C is the parent's; the child follows it
+            )
+            undo.pop_all()
+        return process, SideChannel(ours)
+
+    # The thread -------------------------------------------------------------------------------------------
+
+    def _keep(self) -> None:
+        """Receive from one process after the other, until closed."""
+        while True:
+            self._receive()
+            with self._changed:
+                self._gone = True
+                self._changed.notify_all()
+            if self._closing:
+                return
+            self._lose()
+            if not self._replug():
+                return
+
     def _receive(self) -> None:
-        try:
+        with contextlib.suppress(ChannelClosed):
             while True:
                 for message in self._channel.receive():
                     self._take(message)
-        except ChannelClosed:
-            logger.debug("simulated %s %d is gone", self._name, self.pid)
-        finally:
-            with self._answered:
-                self._gone = True
-                self._answered.notify_all()
+
+    def _lose(self) -> None:
+        """Reap the process that has died, and let go of what it held."""
+        self._reap()
+        self._channel.close()
+        logger.warning(
+            "simulated %s: its process %d has died (exit status %s); another one starts in %g s",
+            self._name,
+            self.pid,
+            self._process.returncode,
+            REPLUG_S,
+        )
+        self._cabling.lose()
+
+    def _replug(self) -> bool:
+        """Start another process after a while; tell whether there is one, which there is not once closed."""
+        while True:
+            with self._changed:
+                if self._changed.wait_for(lambda: self._closing, REPLUG_S):
+                    return False
+                try:
+                    self._process, self._channel = self._start()
+                except OSError as failure:
+                    logger.warning("simulated %s: no process starts (%s)", self._name, failure)
+                    continue
+                self._gone = False
+                return True
+
+    def _reap(self) -> None:
+        try:
+            self._process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
 
     def _take(self, message: Message) -> None:
         if "event" in message or "ask" in message:
-            answer = self._receiver(message)
+            answer = self._cabling.receive(message)
             if answer is not None:
                 self._channel.send(answer)
             return
-        with self._answered:
+        with self._changed:
             self._ready = self._ready or "ready" in message
             if "done" in message:
                 self._answers[message["done"]] = message["status"]
-            self._answered.notify_all()
+            self._changed.notify_all()

@@ -12,7 +12,7 @@ from foveacam_hardware.sim.agenda import Agenda
 from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
 from foveacam_hardware.sim.far_ends.grbl_firmware import GrblFirmware
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
-from foveacam_hardware.sim.pan_tilt import PanTiltCables
+from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 from foveacam_hardware.wire.grbl import REALTIME, LineReader
 
 ANSWER_NS = 1_500_000
@@ -23,10 +23,12 @@ class GrblFarEnd:
     """A Grbl board; its faults are attributes.
 
     `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `unplugged` has no link to the
-    host; `slow_ns` delays every answer by so much more.
+    host; `slow_ns` delays every answer by so much more. `start`: where its motors stand.
     """
 
-    def __init__(self, clock: Clock, cables: PanTiltCables, *, has_rail: bool = False) -> None:
+    def __init__(
+        self, clock: Clock, cables: PanTiltCables, *, has_rail: bool = False, start: Place = SET_UP
+    ) -> None:
         self._clock = clock
         self.to_device = LineFaults()
         self.to_host = LineFaults()
@@ -39,7 +41,9 @@ class GrblFarEnd:
         self._agenda = Agenda()
         self._reader = LineReader()
         self._inbox: deque[str] = deque()
-        self.firmware = GrblFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
+        self.firmware = GrblFirmware(
+            clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, start=start
+        )
         if has_rail:
             self.firmware.add_rail()
 

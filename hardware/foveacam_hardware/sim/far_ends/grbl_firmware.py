@@ -9,8 +9,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.sim.agenda import Agenda, Entry
-from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, Place, pace_along
-from foveacam_hardware.sim.pan_tilt import PanTiltCables
+from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, pace_along
+from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 
 VERSION = "1.1h"
 SWITCHES_DEG = (72.0, 32.0)
@@ -59,7 +59,9 @@ Send = Callable[[int, str], None]
 class GrblFirmware:
     """The state machine. `has_switches` false: their cable is off; `seized`: jogs wait for a faulty drive."""
 
-    def __init__(self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send) -> None:
+    def __init__(
+        self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send, start: Place = SET_UP
+    ) -> None:
         self.settings = dict(SETTINGS)
         self.has_switches = True
         self.seized = False
@@ -67,10 +69,10 @@ class GrblFirmware:
         self._agenda = agenda
         self._send = send
         self._busy_until_ns = t_ns
-        self.motors = Motors(cables, steps_per_unit=SETTINGS[100])
+        self.motors = Motors(cables, steps_per_unit=SETTINGS[100], start=start)
         self._queue: deque[tuple[Place, Pace]] = deque()
         self._moving: Entry | None = None
-        self._goal: Place = (0.0, 0.0, 0.0)
+        self._goal: Place = SET_UP
         self._legs: deque[tuple[int, float, float]] = deque()
         self._acceleration = SETTINGS[120]
         self.boot(t_ns)

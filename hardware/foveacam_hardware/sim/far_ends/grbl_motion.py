@@ -4,10 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, PanTiltCables, Turning, TurningHistory
-
-Place = tuple[float, float, float]
-"""Pan and tilt in degrees, the rail in millimetres: one way, as Grbl plans it."""
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, Turning, TurningHistory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,16 +28,16 @@ def pace_along(way: Sequence[float], settings: Mapping[int, float], *, feed_per_
 
 
 class Motors:
-    """Where the motors are and what they will do, from where the rig was set up."""
+    """Where the motors are and what they will do, from `start` on."""
 
-    def __init__(self, cables: PanTiltCables, *, steps_per_unit: float) -> None:
+    def __init__(self, cables: PanTiltCables, *, steps_per_unit: float, start: Place = SET_UP) -> None:
         self._cables = cables
-        self._track = TurningHistory()
+        self._track = TurningHistory(start)
         self._steps_per_unit = steps_per_unit
 
     def place(self, t_ns: int) -> Place:
         """Return where they are."""
-        return (*self._track.bearing_deg(t_ns), self._track.slide_mm(t_ns)[0])
+        return self._track.place(t_ns)
 
     def speed_per_s(self, t_ns: int) -> float:
         """Return how fast they are, along the way."""

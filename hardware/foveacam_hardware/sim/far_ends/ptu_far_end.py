@@ -12,7 +12,7 @@ from foveacam_hardware.sim.agenda import Agenda
 from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
-from foveacam_hardware.sim.pan_tilt import PanTiltCables
+from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 
 ANSWER_NS = 9_000_000
 """From a word's end to its reply: a few bytes at 9600 baud, and thinking."""
@@ -20,9 +20,9 @@ _DELIMITER = re.compile(rb"[ \r\n]")
 
 
 class PtuFarEnd:
-    """A unit; its faults are attributes, as those of `grbl_far_end.GrblFarEnd`."""
+    """A unit; its faults are attributes, as those of `grbl_far_end.GrblFarEnd`. `start`: where it stands."""
 
-    def __init__(self, clock: Clock, cables: PanTiltCables) -> None:
+    def __init__(self, clock: Clock, cables: PanTiltCables, *, start: Place = SET_UP) -> None:
         self._clock = clock
         self.to_device = LineFaults()
         self.to_host = LineFaults()
@@ -35,7 +35,9 @@ class PtuFarEnd:
         self._agenda = Agenda()
         self._rest = b""
         self._inbox: deque[str] = deque()
-        self.firmware = PtuFirmware(clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send)
+        self.firmware = PtuFirmware(
+            clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, start=start
+        )
 
     @property
     def state(self) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.sim.agenda import Agenda, Entry
 from foveacam_hardware.sim.far_ends.ptu_motion import PtuMotors, StepMotor
-from foveacam_hardware.sim.pan_tilt import PanTiltCables
+from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 
 VERSION = "Pan-Tilt Controller v2.14.0(C14/E), (C)2006 Directed Perception, Inc., All Rights Reserved"
 BANNER = "### PAN-TILT CONTROLLER v2.14.0"
@@ -45,14 +45,16 @@ class _Axis:
 class PtuFirmware:
     """The state machine. `seized`: an axis does not reach its limits, so that a reset fails."""
 
-    def __init__(self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send) -> None:
+    def __init__(
+        self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send, start: Place = SET_UP
+    ) -> None:
         self.seized = False
         self.fastest = FASTEST
         self.acceleration = ACCELERATION
         self.reset_speed = RESET_SPEED
         self._agenda = agenda
         self._send = send
-        self.motors = PtuMotors(cables, t_ns, seconds_a_step=SECONDS_A_STEP)
+        self.motors = PtuMotors(cables, t_ns, seconds_a_step=SECONDS_A_STEP, start=start)
         self._axes = {
             "P": _Axis(self.motors.pan, REACH["P"]),
             "T": _Axis(self.motors.tilt, REACH["T"]),

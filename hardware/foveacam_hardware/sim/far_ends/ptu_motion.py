@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, PanTiltCables, Turning
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, Turning
 
 ARC_SECONDS_A_DEG = 3600.0
 
@@ -28,8 +28,8 @@ class _Leg:
 class StepMotor:
     """One axis, in steps as its windings count; exact where it rests."""
 
-    def __init__(self, t_ns: int) -> None:
-        self.legs = [_Leg(t_ns=t_ns, at=0.0)]
+    def __init__(self, t_ns: int, *, at: float) -> None:
+        self.legs = [_Leg(t_ns=t_ns, at=at)]
 
     def at(self, t_ns: int) -> float:
         """Return where it is."""
@@ -86,12 +86,14 @@ class StepMotor:
 
 
 class PtuMotors:
-    """Both axes, and the rig on them. `seconds_a_step`: of arc."""
+    """Both axes, and the rig on them. `seconds_a_step`: of arc. It counts to the left and up."""
 
-    def __init__(self, cables: PanTiltCables, t_ns: int, *, seconds_a_step: float) -> None:
+    def __init__(
+        self, cables: PanTiltCables, t_ns: int, *, seconds_a_step: float, start: Place = SET_UP
+    ) -> None:
         self._cables = cables
         self.deg_a_step = seconds_a_step / ARC_SECONDS_A_DEG
-        self.pan, self.tilt = StepMotor(t_ns), StepMotor(t_ns)
+        self.pan, self.tilt = (StepMotor(t_ns, at=-place_deg / self.deg_a_step) for place_deg in start[:2])
 
     def tell(self, t_ns: int) -> None:
         """Tell the rig what both will do from `t_ns` on; what was told of later is void."""
@@ -99,7 +101,7 @@ class PtuMotors:
         for moment_ns in sorted({t_ns} | moments):
             pan, tilt = self.pan.leg_at(moment_ns), self.tilt.leg_at(moment_ns)
             place, speed, acceleration = (
-                (-self.deg_a_step * of_pan, -self.deg_a_step * of_tilt)  # it counts to the left and up
+                (-self.deg_a_step * of_pan, -self.deg_a_step * of_tilt)
                 for of_pan, of_tilt in zip(pan, tilt, strict=True)
             )
             self._cables.turn(

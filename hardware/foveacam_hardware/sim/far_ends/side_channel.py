@@ -4,6 +4,7 @@ To the world: `{"event": drive|rail|low_pass|trigger, "t_ns", …}`, `{"ask": "s
 `{"done": id, "status"}`, `{"ready"}`. To the far end: `{"strobe_us"}`, `{"command", "id", …}`.
 """
 
+import contextlib
 import json
 import socket
 import threading
@@ -37,6 +38,17 @@ class SideChannel:
         self._connection = connection
         self._lock = threading.Lock()
         self._rest = b""
+
+    def hang_up(self) -> None:
+        """Tell whoever receives, at either end, that there is nothing more; harmless when told."""
+        with contextlib.suppress(OSError):
+            self._connection.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """Hang up and release the socket, which nobody receives from any more; harmless when closed."""
+        self.hang_up()
+        with self._lock:
+            self._connection.close()
 
     @property
     def file(self) -> int:
