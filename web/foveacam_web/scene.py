@@ -115,8 +115,13 @@ class ViewerScene:
             if self._rig is not None:
                 self._rig.draw(shape)
 
-    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
-        """Turn the foveae; at most a few times a second, since viewers are told of every call."""
+    def show_gaze(
+        self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None = None
+    ) -> None:
+        """Turn the foveae, or hide one whose gaze nobody knows; at most a few times a second.
+
+        Viewers are told of every call.
+        """
         with self._lock:
             if self._rig is not None:
                 self._rig.look(left=left, right=right, distance_m=distance_m)

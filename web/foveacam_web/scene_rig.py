@@ -60,7 +60,7 @@ class RigDrawing:
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self._shape: RigShape | None = None
-        self._gaze: dict[str, EyeGaze] = {"left": _STRAIGHT, "right": _STRAIGHT}
+        self._gaze: dict[str, EyeGaze | None] = {"left": _STRAIGHT, "right": _STRAIGHT}
         self._ray_m = DEFAULT_RAY_M
         self._eyes: dict[str, viser.CameraFrustumHandle] = {}
         self._rays: dict[str, viser.LineSegmentsHandle] = {}
@@ -112,8 +112,11 @@ class RigDrawing:
             )
         self._turn(shape)
 
-    def look(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None) -> None:
-        """Turn the eyes, their rays as long as `distance_m`; nothing is sent when they look there already."""
+    def look(self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None) -> None:
+        """Turn the eyes, their rays as long as `distance_m`; nothing is sent when they look there already.
+
+        An eye whose gaze nobody knows is hidden.
+        """
         gaze = {"left": left, "right": right}
         ray_m = DEFAULT_RAY_M if distance_m is None else distance_m
         if (gaze, ray_m) == (self._gaze, self._ray_m):
@@ -125,11 +128,15 @@ class RigDrawing:
     def show_rays(self, *, visible: bool) -> None:
         """Show or hide the gaze rays."""
         self._rays_visible = visible
-        for ray in self._rays.values():
-            ray.visible = visible
+        for eye, ray in self._rays.items():
+            ray.visible = visible and self._gaze[eye] is not None
 
     def _turn(self, shape: RigShape) -> None:
         for eye, gaze in self._gaze.items():
+            self._eyes[eye].visible = gaze is not None
+            self._rays[eye].visible = gaze is not None and self._rays_visible
+            if gaze is None:
+                continue
             self._eyes[eye].scale = frustum_scale(shape.fovea_fov_rad, depth_m=self._ray_m)
             self._eyes[eye].wxyz = transforms.SO3.from_matrix(rig_from_gaze(gaze)).wxyz
             ends_m = np.stack((np.zeros(3), self._ray_m * gaze_direction(gaze)))

@@ -5,7 +5,7 @@ import math
 
 from fastapi import APIRouter
 
-from foveacam_hardware.contract import MirrorVolts, Role
+from foveacam_hardware.contract import Role, StereoVolts
 from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.api.mirror_link import controller_document, link_document
@@ -17,6 +17,8 @@ from foveacam_server.runtime.fixation_request import check_direction
 from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
+
+NOWHERE = EyeDocument(x_v=None, y_v=None, ax_deg=None, ay_deg=None)
 
 
 @router.get("", summary="Both mirrors")
@@ -80,12 +82,12 @@ def mirrors_document(services: Services) -> MirrorsDocument:
     """Return both mirrors as REST shows them."""
     status = services.hardware.status
     state, telemetry = status.mirrors, status.telemetry
-    gaze = services.hardware.gaze
+    connected, pose = state is not None and state.connected, services.hardware.pose
     return MirrorsDocument(
-        connected=state is not None and state.connected,
-        enabled=state is not None and state.enabled,
-        left=_eye(services, Role.LEFT, eye_volts(gaze, Role.LEFT)),
-        right=_eye(services, Role.RIGHT, eye_volts(gaze, Role.RIGHT)),
+        connected=connected,
+        enabled=state.enabled if state is not None and connected else None,
+        left=_eye(services, Role.LEFT, pose),
+        right=_eye(services, Role.RIGHT, pose),
         fault=None if state is None else state.fault,
         rtt_p50_ms=rounded(telemetry.rtt_p50_ms, 3) if telemetry else None,
         rtt_p99_ms=rounded(telemetry.rtt_p99_ms, 3) if telemetry else None,
@@ -100,7 +102,10 @@ def mirrors_document(services: Services) -> MirrorsDocument:
     )
 
 
-def _eye(services: Services, role: Role, volts: MirrorVolts) -> EyeDocument:
+def _eye(services: Services, role: Role, pose: StereoVolts | None) -> EyeDocument:
+    if pose is None:
+        return NOWHERE
+    volts = eye_volts(pose, role)
     calibration = services.calibration.current
     angles_rad = None if calibration is None else calibration.eye(role).mirror.angles_rad(volts)
     return EyeDocument(

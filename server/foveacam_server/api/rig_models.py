@@ -15,10 +15,13 @@ class DeviceProblemDocument(Told):
 
 
 class EyeDocument(Told):
-    """One mirror's drive, and the direction that the calibration gives it."""
+    """One mirror's drive, and the direction that the calibration gives it; null while nobody knows.
 
-    x_v: float
-    y_v: float
+    Nobody does while the mirrors' controller is not connected: it may have stopped, or lost its supply.
+    """
+
+    x_v: float | None
+    y_v: float | None
     ax_deg: float | None
     ay_deg: float | None
 
@@ -81,7 +84,8 @@ class MirrorsDocument(Told):
     """Both mirrors and their controller."""
 
     connected: bool
-    enabled: bool
+    enabled: bool | None
+    """Whether the mirrors' rail is on; null while nobody knows."""
     left: EyeDocument
     right: EyeDocument
     fault: str | None

@@ -98,6 +98,12 @@ class HardwareThread:
         return self._gaze
 
     @property
+    def pose(self) -> StereoVolts | None:
+        """Where the mirrors are, volts; None while nobody knows, for their controller is gone."""
+        state = self._status.mirrors
+        return self._gaze if state is not None and state.connected else None
+
+    @property
     def halted(self) -> bool:
         """Whether the stop is engaged."""
         return self._halted.is_set()
@@ -289,7 +295,7 @@ class HardwareThread:
     def _wide(self, rig: Rig, max_age_ms: float) -> Frame:
         self._live.wide_begins(in_session=self._session_of is not None)
         try:
-            frame = self._live.take_wide(rig, gaze=self._gaze, max_age_ms=max_age_ms)
+            frame = self._live.take_wide(rig, gaze=self.pose, max_age_ms=max_age_ms)
         except FoveaError as error:
             self._watch.wide_failed(error)
             raise

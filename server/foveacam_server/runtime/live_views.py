@@ -20,8 +20,8 @@ LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
 
-OverlayOf = Callable[[StereoVolts], Mapping[str, object] | None]
-"""What is drawn over the wide view under a gaze."""
+OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
+"""What is drawn over the wide view under a gaze, or while nobody knows it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +77,7 @@ class LiveViews:
             rate_hz = min(rate_hz, SESSION_WIDE_HZ)
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
-    def take_wide(self, rig: Rig, *, gaze: StereoVolts, max_age_ms: float = LIVE_AGE_MS) -> Frame:
+    def take_wide(self, rig: Rig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS) -> Frame:
         """Show and return the newest wide frame, after those that wait where somebody wants all."""
         overlay = self._overlay(gaze)
         for _ in range(rig.wide.waiting if self._sink.wants_every(Role.WIDE.value) else 0):

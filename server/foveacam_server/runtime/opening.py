@@ -222,7 +222,7 @@ def _open_measurements(
     tools = MeasuringTools(
         shelf=clouds,
         wide=lambda: lore.calibration.require().wide,
-        shown=Shown(volts=lambda: hardware.gaze, picture_t_ns=picture_t_ns),
+        shown=Shown(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
         events=ground.events,
         viewer=sights.viewer,
     )
@@ -247,7 +247,7 @@ def _follow(ground: Ground, lore: Lore, sights: Sights, hardware: HardwareThread
         current = lore.calibration.current
         if current is None:
             return None
-        return Sight(calibration=current, volts=hardware.gaze, distance_m=sights.overlay.distance_m)
+        return Sight(calibration=current, volts=hardware.pose, distance_m=sights.overlay.distance_m)
 
     follower = SceneFollower(sights.viewer, sight=sight)
     follower.start()

@@ -8,6 +8,8 @@ from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_server.runtime.store import Document
 
+NOWHERE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
+
 
 class Overlay:
     """Computes the overlay of a gaze; keeps the last, for the gaze rests most of the time."""
@@ -26,11 +28,16 @@ class Overlay:
         """Take the outlines at `distance_m` from now on, metres from the rig's origin."""
         self._distance_m = distance_m
 
-    def of(self, gaze: StereoVolts) -> Document | None:
-        """Return footprints and directions under `gaze`; None while the rig is not calibrated."""
+    def of(self, gaze: StereoVolts | None) -> Document | None:
+        """Return footprints and directions under `gaze`; None while the rig is not calibrated.
+
+        A gaze that nobody knows has neither: what was drawn goes.
+        """
         calibration = self._calibration()
         if calibration is None:
             return None
+        if gaze is None:
+            return NOWHERE
         distance_m = self._distance_m
         last = self._last
         if last is not None and last[0] is calibration and last[1] == gaze and last[2] == distance_m:

@@ -175,8 +175,10 @@ class Viewer(Protocol):
         """Draw the rig itself."""
         ...
 
-    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
-        """Turn the foveae; at most a few times a second."""
+    def show_gaze(
+        self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None = None
+    ) -> None:
+        """Turn the foveae, or hide one whose gaze nobody knows; at most a few times a second."""
         ...
 
     def remove_fixation(self, fixation_id: str) -> None:

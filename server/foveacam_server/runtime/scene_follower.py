@@ -20,10 +20,13 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sight:
-    """Where the rig looks: the mirrors' volts, what they mean, the distance looked at (may be infinite)."""
+    """Where the rig looks: the mirrors' volts, what they mean, the distance looked at (may be infinite).
+
+    `volts`: None while nobody knows them.
+    """
 
     calibration: Calibration
-    volts: StereoVolts
+    volts: StereoVolts | None
     distance_m: float
 
 
@@ -87,6 +90,8 @@ class SceneFollower:
                 _log.debug("the scene does not follow: %s", error)
 
 
-def _gaze(sight: Sight, role: Role) -> EyeGaze:
+def _gaze(sight: Sight, role: Role) -> EyeGaze | None:
+    if sight.volts is None:
+        return None
     ax_rad, ay_rad = sight.calibration.eye(role).mirror.angles_rad(eye_volts(sight.volts, role))
     return EyeGaze(ax_rad=ax_rad, ay_rad=ay_rad)

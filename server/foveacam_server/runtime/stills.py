@@ -46,7 +46,7 @@ class StillWatch:
 
     def saw(self, frames: tuple[Frame, ...]) -> None:
         """Show what was just taken in the live views."""
-        gaze = self._tools.hardware.gaze
+        gaze = self._tools.hardware.pose
         for frame in frames:
             meta = self._tools.overlay(gaze) if frame.role is Role.WIDE else None
             self._tools.sink.publish_frame(frame, meta=meta)

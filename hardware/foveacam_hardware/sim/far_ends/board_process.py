@@ -1,7 +1,8 @@
 """A simulated pan-tilt's or rail's board in a process of its own: a pty for the host, a socket for the world.
 
 `python -m foveacam_hardware.sim.far_ends.board_process --socket FD --port PATH --kind KIND
---place PAN TILT RAIL` is started by `board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC. Messages are JSON lines.
+--place PAN TILT RAIL` is started by `board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC.
+Messages are JSON lines.
 """
 
 import dataclasses

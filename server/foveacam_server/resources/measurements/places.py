@@ -52,7 +52,7 @@ class Placed:
 class Shown:
     """What the views show now: the mirrors' drive, and the time of a view's picture (None: none yet)."""
 
-    volts: Callable[[], StereoVolts]
+    volts: Callable[[], StereoVolts | None]
     picture_t_ns: Callable[[str], int | None]
 
 
@@ -135,8 +135,10 @@ class Places:
         )
 
 
-def same_gaze(a: StereoVolts, b: StereoVolts) -> bool:
-    """Tell whether both mirrors stand the same, within `SAME_GAZE_V`."""
+def same_gaze(a: StereoVolts, b: StereoVolts | None) -> bool:
+    """Tell whether both mirrors stand the same, within `SAME_GAZE_V`; not while nobody knows."""
+    if b is None:
+        return False
     pairs = ((a.left.x_v, b.left.x_v), (a.left.y_v, b.left.y_v), (a.right.x_v, b.right.x_v))
     return all(abs(one - other) <= SAME_GAZE_V for one, other in (*pairs, (a.right.y_v, b.right.y_v)))
 
