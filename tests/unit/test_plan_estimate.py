@@ -18,7 +18,8 @@ from foveacam_pipeline.capture.plan import (
     estimate,
     point_limit_ms,
 )
-from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, RESERVE_BYTES
+from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS
+from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 
 GREY = ImageSize(width=1440, height=1080)
 FRAME_BYTES = 1440 * 1080
@@ -128,7 +129,7 @@ def test_a_resumed_plan_counts_what_is_left() -> None:
 def test_a_disk_too_small_is_refused_with_both_figures() -> None:
     needed = of(RasterPlan())
     check_disk(needed, free_bytes=needed.stored_bytes + RESERVE_BYTES)
-    with pytest.raises(OutOfRange, match=r"243 images need about \d+\.\d MB, 100\.0 MB are free") as refused:
+    with pytest.raises(OutOfRange, match=r"243 images need about \S+ \wB, .*; 100\.0 MB are free") as refused:
         check_disk(needed, free_bytes=100_000_000)
     assert refused.value.asked == f"{needed.stored_bytes + RESERVE_BYTES} bytes"
     assert refused.value.found == "100000000 bytes"

@@ -1,14 +1,16 @@
 """`foveacam record` and `foveacam recording`: what they make and say, and one line for what is refused."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from tests.unit.played import PlayedRig
 
-from foveacam_hardware.contract import InvalidInput, VirtualClock
+from foveacam_hardware.contract import InvalidInput, OutOfRange, VirtualClock
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_server import cli
 from foveacam_server.recording_command.record import RecordWish, record_opened
 
@@ -54,12 +56,39 @@ def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
-        record_opened(
+        found = record_opened(
             rig, RecordWish(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, tell=interrupt
         )
+    assert found["ended"] == "stopped"
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.finalized
         assert 1 < len(recording.stream("left")) < 10
+
+
+def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = [RESERVE_BYTES + 3]
+
+    def less(_folder: Path) -> int:
+        free[0] -= 1
+        return free[0]
+
+    monkeypatch.setattr("foveacam_server.recording_command.record.free_bytes", less)
+    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+        wish = RecordWish(file=tmp_path / "a.fcap", seconds=9.0)
+        found = record_opened(rig, wish, calibration=None, tell=lambda *_: None)
+        with pytest.raises(OutOfRange, match="MB that are kept free"):
+            record_opened(
+                rig, replace(wish, file=tmp_path / "b.fcap"), calibration=None, tell=lambda *_: None
+            )
+
+    assert found["ended"] == "disk_reserve"
+    assert "what was recorded is whole" in str(found["why"])
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert recording.finalized
+        assert 1 <= len(recording.stream("left")) < 5
+    assert not (tmp_path / "b.fcap").exists()
 
 
 def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
+from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_server.errors import NotFound
-from foveacam_server.recordings.begin import RESERVE_BYTES, check_room
+from foveacam_server.recordings.begin import check_room
 from foveacam_server.recordings.live import LiveRecording
 from foveacam_server.recordings.tap import FrameTap
 from foveacam_server.runtime.calibrations import CalibrationService
@@ -35,6 +37,7 @@ class Bench:
     """A server's recordings on a fake rig."""
 
     def __init__(self, folder: Path, limits: LiveRates = RATES) -> None:
+        self.free_bytes = 1 << 40
         self.store = Store(folder)
         self.events = EventLog(self.store)
         clock = MonotonicClock()
@@ -55,6 +58,7 @@ class Bench:
             rates=limits,
             events=self.events,
             clock=clock,
+            free_bytes=lambda _: self.free_bytes,
         )
         self.recordings = RecordingService(folder / "recordings", tools)
         self.jobs.handle("other", self._other)
@@ -133,7 +137,7 @@ def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: B
 
     found = bench.recordings.stop(recording_id)
 
-    assert found["state"] == "complete"
+    assert (found["state"], found["ended"], found["why"]) == ("complete", Ended.STOPPED, "")
     assert bench.ended(job).state is JobState.SUCCEEDED
     for stream in found["streams"]:
         assert stream["published"] == stream["written"] == stream["frames"] >= 2
@@ -156,6 +160,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
     assert "the disk took no more" in ended.problem["detail"]
     assert (found["state"], found["playable"]) == ("truncated" if read_only else "partial", True)
     assert "the disk took no more" in found["why"]
+    assert found["ended"] is Ended.FAILED
     for stream in found["streams"]:
         assert stream["published"] == stream["written"] + stream["dropped"]
         assert stream["written"] == stream["frames"]
@@ -187,6 +192,50 @@ def test_a_cancelled_job_keeps_what_was_recorded_and_says_that_it_was_cancelled(
     assert bench.ended(job).state is JobState.CANCELLED
     found = bench.recordings.document(recording_id)
     assert (found["state"], found["why"], found["label"]) == ("partial", "the job was cancelled", "half")
+    assert found["ended"] is Ended.CANCELLED
+
+
+def test_a_disk_that_comes_to_its_reserve_ends_it_soundly_and_says_so(bench: Bench) -> None:
+    job, recording_id = bench.begin()
+    bench.until(recording_id, some)
+    bench.free_bytes = RESERVE_BYTES - 1
+
+    assert bench.ended(job).state is JobState.SUCCEEDED
+    found = bench.recordings.document(recording_id)
+    assert (found["state"], found["ended"]) == ("complete", Ended.DISK_RESERVE)
+    assert "down to the 537 MB that are kept free" in found["why"]
+    with Recording(bench.recordings.shelf.folder / "one.fcap") as recording:
+        assert recording.finalized
+        assert len(list(recording.frames())) == sum(stream["frames"] for stream in found["streams"])
+
+
+def test_a_start_with_less_than_the_reserve_is_refused_with_both_figures(bench: Bench) -> None:
+    bench.free_bytes = RESERVE_BYTES - 1_000_000
+    with pytest.raises(OutOfRange, match=r"537 MB that are kept free .* 536 MB are free") as refused:
+        bench.begin()
+    assert refused.value.found == "535870912 bytes"
+    assert list(bench.recordings.shelf.folder.iterdir()) == []
+
+
+def test_a_recording_for_which_nobody_gave_a_time_says_when_it_ends(bench: Bench) -> None:
+    job, recording_id = bench.begin()
+    asked = job.document()["progress"]
+    found = bench.until(recording_id, lambda document: document["room_s"] is not None)
+    bench.recordings.stop(recording_id)
+
+    assert asked["total"] == USUAL_S
+    assert "ends by itself after 300 s" in asked["note"]
+    assert found["asked_s"] == USUAL_S
+    assert USUAL_S - PATIENCE_S < found["left_s"] < USUAL_S
+    assert found["room_bytes"] == bench.free_bytes - RESERVE_BYTES
+    assert found["room_s"] > 0.0
+
+
+def test_a_recording_ends_at_the_time_that_was_asked_for(bench: Bench) -> None:
+    job, recording_id = bench.begin(duration_s=0.2)
+    bench.ended(job)
+    found = bench.recordings.document(recording_id)
+    assert (found["state"], found["ended"], found["why"]) == ("complete", Ended.DURATION, "")
 
 
 def test_a_recording_that_is_being_made_is_not_played(bench: Bench) -> None:
@@ -222,7 +271,7 @@ def live(tmp_path: Path) -> LiveRecording:
     rig = RecordedRig(rig_id="fake", name="Fake rig", baseline_m=0.2)
     return LiveRecording(
         id="rec-1", job_id="job-1", path=tmp_path / "a.fcap", roles=(Role.LEFT,), rig=rig, label="",
-        asked_s=None, every=True, begun_ns=0,
+        bounds=Bounds(longest_s=1.0, free_bytes=lambda: 1 << 40), every=True, begun_ns=0,
     )  # fmt: skip
 
 
@@ -285,9 +334,9 @@ def test_an_error_at_a_frame_ends_the_recording_not_the_thread_of_the_cameras(li
 def test_a_disk_that_is_too_small_is_refused_with_both_figures() -> None:
     frames = [(1_000_000, 10.0), (500_000, 20.0)]
     check_room(frames, duration_s=10.0, free_bytes=RESERVE_BYTES + 200_000_000)
-    with pytest.raises(OutOfRange, match="264 MB are needed, 264 MB are free") as refused:
+    with pytest.raises(OutOfRange, match=r"737 MB are needed, .* 737 MB are free") as refused:
         check_room(frames, duration_s=10.0, free_bytes=RESERVE_BYTES + 199_999_999)
-    assert (refused.value.asked, refused.value.found) == ("264000000 bytes", "263999999 bytes")
+    assert (refused.value.asked, refused.value.found) == ("736870912 bytes", "736870911 bytes")
 
 
 def test_a_name_that_is_taken_is_refused_before_anything_begins(bench: Bench) -> None:

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from foveacam_pipeline.capture.recording.bounds import LONGEST_S, USUAL_S, Ended
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.capture_models import Text
 from foveacam_server.api.models import Asked, Told
@@ -15,14 +16,17 @@ Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
 class RecordingRequest(Asked):
-    """What is to be recorded, and under which name; without a duration until it is stopped."""
+    """What is to be recorded, and under which name."""
 
     name: Annotated[str, Field(max_length=1000)]
     """Becomes a file: up to 100 letters, digits, spaces, dots, dashes and underscores."""
     roles: Annotated[list[RoleName], Field(min_length=1, max_length=3)] = Field(
         default=["wide", "left", "right"]
     )
-    duration_s: Annotated[float, Field(ge=0.1, le=86_400.0)] | None = None
+    duration_s: Annotated[
+        Annotated[float, Field(ge=0.1, le=LONGEST_S)] | None,
+        Field(description=f"It ends by itself after so long, at the latest; null: after {USUAL_S:g} s."),
+    ] = None
     rate: Rate = "full"
     """Look after look with the wide camera's frames between them, or what live views show."""
     label: Text = ""
@@ -68,7 +72,11 @@ class TruncationDocument(Told):
 
 
 class RecordingDocument(Told):
-    """One recording. `why`: what ended one that is not complete. `playable`: whether it has frames to show.
+    """One recording. `why`: what ended one before its time. `playable`: whether it has frames to show.
+
+    `ended`: what ended it, null while it is being made and where nobody wrote it down. While it is being made,
+    `left_s`: until it ends by itself; `room_bytes`: what the disk has for it beyond what is kept free, and
+    `room_s`: how long that lasts at its rate.
 
     `truncated`: what was cut off; the rest is found by reading the file through, and is as good as any.
     """
@@ -79,10 +87,14 @@ class RecordingDocument(Told):
     label: str
     created_utc: str | None
     state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+    ended: Ended | None
     why: str
     removed: bool
     duration_s: float
     asked_s: float | None
+    left_s: float | None
+    room_s: float | None
+    room_bytes: int | None
     size_bytes: int
     rig_id: str | None
     calibration_id: str | None

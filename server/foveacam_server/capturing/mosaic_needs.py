@@ -1,6 +1,5 @@
 """Whether a mosaic can be made of a dataset, how large it will be, and whether the disk has room for it."""
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, OutOfRange, Role
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, free_bytes
 from foveacam_server.capturing.mosaic_process import MosaicWish
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ BYTES_PER_FOVEA_CELL = 12 * 3
 """What is kept of the pairs until the end, three numbers a cell; 14 bytes over 16 foveae of `bench`."""
 FIXED_BYTES = 20_000_000
 """Cloud and overview, whatever the size."""
-RESERVE_BYTES = 200_000_000
-"""Room that other work of the server keeps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +69,7 @@ def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
         width=chart.width,
         height=chart.height,
         needed_bytes=round(needed),
-        free_bytes=shutil.disk_usage(folder).free,
+        free_bytes=free_bytes(folder),
     )
 
 
@@ -81,7 +79,7 @@ def check_room(needs: MosaicNeeds) -> None:
     if wanted_bytes > needs.free_bytes:
         raise OutOfRange(
             f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
-            f" is made, {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
+            f" is made, with the {KEPT_FREE}; {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
             asked=f"{wanted_bytes} bytes",
             found=f"{needs.free_bytes} bytes",
             remedy="free some room on the disk",

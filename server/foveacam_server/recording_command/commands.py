@@ -16,6 +16,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from foveacam_pipeline.capture.recording.bounds import LONGEST_S
+from foveacam_pipeline.capture.reserve import KEPT_FREE
 from foveacam_server.calibrate_command.choices import JsonOption, Wish, on_rig
 
 app = typer.Typer(
@@ -26,6 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+SECONDS_HELP = f"how long; it ends sooner, whole, at the {KEPT_FREE}"
 FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the authors' older .fovea")]
 
 
@@ -34,7 +37,7 @@ def record(
     wish: Wish,
     file: Annotated[Path, typer.Argument(help="file to make; it must end in .fcap")],
     *,
-    seconds: Annotated[float, typer.Option(help="how long", min=0.1, max=86_400.0)] = 10.0,
+    seconds: Annotated[float, typer.Option(help=SECONDS_HELP, min=0.1, max=LONGEST_S)] = 10.0,
     ax_deg: Annotated[float, typer.Option(help="where to look, degrees to the right")] = 0.0,
     ay_deg: Annotated[float, typer.Option(help="where to look, degrees down")] = 0.0,
     distance_m: Annotated[

@@ -12,15 +12,17 @@ from rich.table import Table
 
 from foveacam_hardware.contract import PARKED, Frame, InvalidInput, StereoVolts
 from foveacam_hardware.rig import Rig
+from foveacam_pipeline.capture.recording.bounds import Bounds, Ended, reserve_words
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import Session
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
+from foveacam_pipeline.capture.reserve import free_bytes
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import Wish
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
-from foveacam_server.recordings.begin import identity_of
+from foveacam_server.recordings.begin import check_room, identity_of
 
 Tell = Callable[[float, str], None]
 """Called with seconds recorded and a few words."""
@@ -54,13 +56,18 @@ def record_opened(
 ) -> dict[str, object]:
     """Record a rig that is open and enabled; raise what ended it early, as a full disk."""
     volts = gaze_of(recorded, calibration)
+    if recorded.file.parent.is_dir():  # else the recorder says so
+        check_room((), duration_s=None, free_bytes=free_bytes(recorded.file.parent))
     session = Session(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
     options = RecordingOptions(compress=recorded.compress)
     recorder = Recorder(recorded.file, session, options=options)
+    ended = Ended.STOPPED
     with recorder, suppress(KeyboardInterrupt):
-        _looks(rig, recorder, recorded, volts=volts, calibration=calibration, tell=tell)
+        ended = _looks(rig, recorder, recorded, volts=volts, calibration=calibration, tell=tell)
     return {
         "file": str(recorded.file),
+        "ended": ended.value,
+        "why": reserve_words(recorded.file) if ended is Ended.DISK_RESERVE else "",
         "bytes": recorder.bytes_written,
         "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
     }
@@ -87,15 +94,16 @@ def _looks(
     volts: StereoVolts,
     calibration: Calibration | None,
     tell: Tell,
-) -> None:
-    """Look again and again until the time is over, the disk fails, or somebody presses Ctrl-C."""
+) -> Ended:
+    """Look again and again until a bound is reached or the disk fails; return which bound."""
 
     def publish(frame: Frame) -> None:
         found = raw_frame(frame, calibration=calibration, packed=recorded.packed)
         recorder.publish(STREAM_OF_ROLE[frame.role], found)
 
-    begin_ns, last_wide = rig.clock.now_ns(), -1
-    while (done_s := (rig.clock.now_ns() - begin_ns) / 1e9) < recorded.seconds and recorder.failure is None:
+    bounds = Bounds(longest_s=recorded.seconds, free_bytes=lambda: free_bytes(recorded.file.parent))
+    begin_ns, last_wide, done_s = rig.clock.now_ns(), -1, 0.0
+    while (ended := bounds.reached(done_s)) is None and recorder.failure is None:
         sighting = rig.head.look(volts)
         for wide in (*sighting.wide_before, sighting.wide):
             if wide.seq > last_wide:
@@ -103,7 +111,9 @@ def _looks(
                 publish(wide)
         publish(sighting.left.with_volts(sighting.volts.left))
         publish(sighting.right.with_volts(sighting.volts.right))
+        done_s = (rig.clock.now_ns() - begin_ns) / 1e9
         tell(done_s, _told(recorder.statistics, recorder.bytes_written))
+    return ended or Ended.FAILED
 
 
 def _told(streams: dict[str, StreamStatistics], size: int) -> str:
@@ -114,7 +124,8 @@ def _told(streams: dict[str, StreamStatistics], size: int) -> str:
 
 def record_table(found: dict[str, object]) -> Table:
     """Return what became of the frames, for people."""
-    table = Table(title=f"{found['file']}: {int(str(found['bytes'])) / 1e6:.1f} MB")
+    title = f"{found['file']}: {int(str(found['bytes'])) / 1e6:.1f} MB"
+    table = Table(title=title, caption=str(found["why"]) or None)
     for name in ("stream", "published", "written", "dropped", "why", "missing", "fps"):
         table.add_column(name, justify="left" if name in ("stream", "why") else "right")
     streams = found["streams"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from foveacam_pipeline.capture.recording.bounds import Ended
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, role_of
 from foveacam_server.recordings.live import LiveRecording
 from foveacam_server.recordings.shelf import KeptRecording
@@ -22,6 +23,7 @@ def recording_document(kept: KeptRecording) -> Document:
         **_named(notes.id, kept.name, notes.label, notes.created_utc),
         "file": kept.path.name,
         "state": state,
+        "ended": notes.ended,
         "why": why,
         "removed": kept.removed,
         "duration_s": round((held or {}).get("duration_s", 0.0), 3),
@@ -33,6 +35,9 @@ def recording_document(kept: KeptRecording) -> Document:
         "streams": [_stream(name, told, counted.get(name)) for name, told in streams.items()],
         "playable": any(told["frames"] > 0 for told in streams.values()),
         "asked_s": None,
+        "left_s": None,
+        "room_s": None,
+        "room_bytes": None,
         "job_id": None,
     }
 
@@ -52,6 +57,7 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
         **_named(live.id, live.name, live.label, live.created_utc),
         "file": live.path.name,
         "state": live.state,
+        "ended": None,
         "why": "",
         "removed": False,
         "duration_s": round(elapsed_s, 3),
@@ -62,9 +68,17 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
         "truncated": None,
         "streams": streams,
         "playable": False,
-        "asked_s": live.asked_s,
+        "asked_s": live.bounds.longest_s,
+        "left_s": round(max(0.0, live.bounds.longest_s - elapsed_s), 3),
+        **_room(live, elapsed_s=elapsed_s),
         "job_id": live.job_id,
     }
+
+
+def _room(live: LiveRecording, *, elapsed_s: float) -> Document:
+    """Return how much it may still write, and for how long at the rate so far; None before there is one."""
+    room_bytes, rate = live.bounds.room_bytes(), live.size_bytes / max(elapsed_s, 1.0)
+    return {"room_bytes": room_bytes, "room_s": round(room_bytes / rate, 1) if rate > 0.0 else None}
 
 
 def _named(recording_id: str, name: str, label: str, created_utc: str) -> Document:
@@ -105,5 +119,5 @@ def _state(kept: KeptRecording) -> tuple[str, str]:
         lost = held["truncated"]
         return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes'] / 1e6:.1f} MB are lost"
     if held["finalized"]:
-        return "complete", ""
+        return "complete", kept.notes.why if kept.notes.ended is Ended.DISK_RESERVE else ""
     return "partial", kept.notes.why or "its program did not end it as meant; what it holds is whole"

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, Frame, Role
+from foveacam_pipeline.capture.recording.bounds import Bounds
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordedRig
@@ -26,7 +27,7 @@ class LiveRecording:
     roles: tuple[Role, ...]
     rig: RecordedRig
     label: str
-    asked_s: float | None
+    bounds: Bounds
     every: bool
     """Whether frames come as fast as the rig can bring them, or as live views show them."""
     begun_ns: int

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from foveacam_pipeline.capture.recording.bounds import Ended
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.whole_file import read_document, write_document
 
@@ -17,11 +18,12 @@ NOTES = ".json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Notes:
-    """`why`: what ended it, where it did not end as meant. `statistics`: of every stream."""
+    """`ended`: what ended it; `why`: in words, where that was not meant. `statistics`: of every stream."""
 
     id: str
     label: str = ""
     created_utc: str = field(default_factory=utc_now)
+    ended: Ended | None = None
     why: str = ""
     statistics: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -39,7 +41,9 @@ def write_notes(recording: Path, notes: Notes) -> None:
 def read_notes(recording: Path) -> Notes | None:
     """Return the notes of a recording; None where there are none that can be read."""
     try:
-        return Notes(**read_document(notes_path(recording), form=FORM, version=VERSION))
+        found = read_document(notes_path(recording), form=FORM, version=VERSION)
+        ended = found.pop("ended", None)
+        return Notes(**found, ended=None if ended is None else Ended(ended))
     except FileNotFoundError:
         return None
     except (OSError, ValueError, TypeError) as error:

@@ -113,8 +113,19 @@ class JobRunner:
                 thread.join(timeout=15.0)
         self._save_ended()
 
-    def submit(self, kind: str, request: Document, *, idempotency_key: str | None = None) -> Job:
-        """Enqueue a job, or return the earlier one with the same idempotency key."""
+    def submit(
+        self,
+        kind: str,
+        request: Document,
+        *,
+        idempotency_key: str | None = None,
+        total: int = 0,
+        note: str = "",
+    ) -> Job:
+        """Enqueue a job, or return the earlier one with the same idempotency key.
+
+        `total` and `note`: its progress before it reports any.
+        """
         if kind not in self._handlers:
             raise InvalidInput(f"there is no kind of job called {kind}")
         with self._lock:
@@ -125,7 +136,14 @@ class JobRunner:
                 found=f"{WAITING} jobs waiting",
                 remedy="wait, or cancel some",
             )
-        job = Job(id=new_id("job"), kind=kind, request=request, idempotency_key=idempotency_key)
+        job = Job(
+            id=new_id("job"),
+            kind=kind,
+            request=request,
+            idempotency_key=idempotency_key,
+            total=total,
+            note=note,
+        )
         kept = self._table.add(job)
         if kept is not job:
             return self.get(kept.id)

@@ -1,16 +1,18 @@
 """Recordings as jobs that run beside all others: begun, watched, stopped; and those on the disk."""
 
 import logging
-import shutil
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, InvalidInput, Role
+from foveacam_hardware.contract import Busy, Cancelled, Clock, DeviceFault, FoveaError, InvalidInput, Role
 from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended, reserve_words
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import Session
+from foveacam_pipeline.capture.reserve import free_bytes
 from foveacam_server.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.recordings.depth import DepthDesk
 from foveacam_server.recordings.documents import URL, live_document, recording_document
@@ -54,6 +56,8 @@ class RecordingTools:
     rates: LiveRates
     events: EventLog
     clock: Clock
+    free_bytes: Callable[[Path], int] = free_bytes
+    """Free space on the disk of a folder."""
 
 
 class RecordingService:
@@ -89,7 +93,14 @@ class RecordingService:
                 asked="who it is",
             )
             self._check_room(roles, request["duration_s"], full if every else self._tools.rates)
-            job = jobs.submit(KIND, request, idempotency_key=idempotency_key)  # its thread waits for the lock
+            bounds = self._bounds(request["duration_s"])
+            job = jobs.submit(  # its thread waits for the lock
+                KIND,
+                request,
+                idempotency_key=idempotency_key,
+                total=_whole(bounds.longest_s),
+                note=f"ends by itself after {bounds.longest_s:g} s",
+            )
             self._live = LiveRecording(
                 id=ID_PREFIX + job.id.partition("-")[2],
                 job_id=job.id,
@@ -97,11 +108,12 @@ class RecordingService:
                 roles=roles,
                 rig=rig,
                 label=request["label"],
-                asked_s=request["duration_s"],
+                bounds=bounds,
                 every=every,
                 begun_ns=self._tools.clock.now_ns(),
             )
-        self._tell("recording.created", f"recording {path.stem} has begun", self._live.id)
+        begun = f"recording {path.stem} has begun; it ends by itself after {bounds.longest_s:g} s"
+        self._tell("recording.created", begun, self._live.id)
         return job
 
     def stop(self, recording_id: str) -> Document:
@@ -184,46 +196,58 @@ class RecordingService:
             live = self._live
         if live is None or live.job_id != context.job.id:
             raise AssertionError("a recording is begun under the lock that it is known by")
-        why = "an error that nobody foresaw; the cause is in the server's log"
+        ended, why = Ended.FAILED, "an error that nobody foresaw; the cause is in the server's log"
         try:
-            self._record(context, live)
-            why = ""
+            ended = self._record(context, live)
+            why = reserve_words(live.path) if ended is Ended.DISK_RESERVE else ""
         except FoveaError as error:
+            ended = Ended.CANCELLED if isinstance(error, Cancelled) else Ended.FAILED
             why = str(error)
             raise
         finally:
-            self._end(live, why=why)
+            self._end(live, ended=ended, why=why)
         return f"{URL}/{live.id}"
 
-    def _record(self, context: JobContext, live: LiveRecording) -> None:
-        """Record until it shall end; raise what ended it early."""
+    def _record(self, context: JobContext, live: LiveRecording) -> Ended:
+        """Record until it shall end, and return why it did; raise what broke it off."""
         live.recorder = recorder = _begun(live)
         try:
             with self._tools.tap.listening(live.roles, live.take, every=live.every):
-                self._wait(context, live)
+                ended = self._wait(context, live)
         finally:
             recorder.close(as_meant=not context.cancelled() and live.failure is None)
         if live.failure is not None:
             raise live.failure
         context.check()
+        return ended
 
-    def _wait(self, context: JobContext, live: LiveRecording) -> None:
+    def _wait(self, context: JobContext, live: LiveRecording) -> Ended:
+        """Return what ends it, unless it was cancelled or is broken."""
         due_ns = 0
         while not (context.cancelled() or live.broken or live.stopping.wait(LOOK_S)):
             now_ns = self._tools.clock.now_ns()
             elapsed_s = (now_ns - live.begun_ns) / 1e9
-            if live.asked_s is not None and elapsed_s >= live.asked_s:
-                return
+            if (bound := live.bounds.reached(elapsed_s)) is not None:
+                return bound
             if now_ns >= due_ns:
                 due_ns = now_ns + TELL_NS
-                left_s = None if live.asked_s is None else live.asked_s - elapsed_s
-                total = 0 if live.asked_s is None else max(1, round(live.asked_s))
-                context.progress(round(elapsed_s), total=total, note=live.told(), left_s=left_s)
+                longest_s = live.bounds.longest_s
+                context.progress(
+                    round(elapsed_s), total=_whole(longest_s), note=live.told(), left_s=longest_s - elapsed_s
+                )
+        return Ended.STOPPED
 
-    def _end(self, live: LiveRecording, *, why: str) -> None:
+    def _end(self, live: LiveRecording, *, ended: Ended, why: str) -> None:
         """Write down what became of it, and tell; a disk that took no more may not take that either."""
         counts = {stream: found.document() for stream, found in live.statistics.items()}
-        notes = Notes(id=live.id, label=live.label, created_utc=live.created_utc, why=why, statistics=counts)
+        notes = Notes(
+            id=live.id,
+            label=live.label,
+            created_utc=live.created_utc,
+            ended=ended,
+            why=why,
+            statistics=counts,
+        )
         try:
             if live.recorder is not None:  # else there is no file that they would belong to
                 write_notes(live.path, notes)
@@ -233,7 +257,7 @@ class RecordingService:
             self._live = None
         live.ended.set()
         told = f"recording {live.name} has ended: {why or live.told()}"
-        data = {"recording_id": live.id, "name": live.name, "why": why}
+        data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
         level = Level.ERROR if why else Level.INFO
         self._tools.events.emit("recording.ended", told, level=level, data=data)
 
@@ -266,8 +290,13 @@ class RecordingService:
             newest = self._tools.hub.newest(role.value)
             rate_hz = rates.wide_hz if role is Role.WIDE else rates.fovea_hz
             frames.append((0 if newest is None else newest.image.nbytes, rate_hz))
-        free_bytes = shutil.disk_usage(self.shelf.folder).free
-        check_room(frames, duration_s=duration_s, free_bytes=free_bytes)
+        check_room(frames, duration_s=duration_s, free_bytes=self._free_bytes())
+
+    def _bounds(self, duration_s: float | None) -> Bounds:
+        return Bounds(longest_s=USUAL_S if duration_s is None else duration_s, free_bytes=self._free_bytes)
+
+    def _free_bytes(self) -> int:
+        return self._tools.free_bytes(self.shelf.folder)
 
     def _shown(self, live: LiveRecording) -> Document:
         return live_document(live, elapsed_s=(self._tools.clock.now_ns() - live.begun_ns) / 1e9)
@@ -287,6 +316,10 @@ def _begun(live: LiveRecording) -> Recorder:
             notes_path(live.path).unlink(missing_ok=True)
             live.path.unlink(missing_ok=True)
         raise
+
+
+def _whole(seconds: float) -> int:
+    return max(1, round(seconds))
 
 
 def _roles(asked: list[str]) -> tuple[Role, ...]:

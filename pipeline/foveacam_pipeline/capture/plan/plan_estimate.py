@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.capture.plan.plan_document import RasterPlan
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
 
 READOUT_10BIT_MS = 4.38
 """IMX273: 1080 + 42 lines of 290 / 74.25 MHz; a frame is read out while the mirrors move on."""
@@ -23,8 +24,6 @@ STORED_RATIO = {1: 0.6, 2: 0.7}
 RECORD_BYTES = 2_000
 """Of index and journal, for each image."""
 MORE_ROOM = "free some, choose another folder, or take fewer points"
-RESERVE_BYTES = 64 << 20
-"""Kept free on the disk beside the capture."""
 ASSUMED_WEIGHT_BYTES = 16 << 20
 """The assumed ratio counts as much as so many bytes measured: some ten images."""
 
@@ -197,8 +196,8 @@ def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") ->
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
         raise OutOfRange(
-            f"capture: {needed.files} images need about {_size(needed_bytes)}, {_size(free_bytes)} are free"
-            f" on {where}; {MORE_ROOM}",
+            f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {KEPT_FREE};"
+            f" {_size(free_bytes)} are free on {where}; {MORE_ROOM}",
             asked=f"{needed_bytes} bytes",
             found=f"{free_bytes} bytes",
             remedy=MORE_ROOM,

@@ -2,10 +2,9 @@
 
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.capture.plan import ImageSize
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
 from foveacam_pipeline.capture.still.values import StillKeep, StillPlan
 
-RESERVE_BYTES = 64 << 20
-"""Of the disk, left for everything else."""
 MOST_BYTES = 1 << 30
 """Of frames, held in memory until they are written."""
 
@@ -28,8 +27,8 @@ def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
         )
     if needed_bytes + RESERVE_BYTES > free_bytes:
         raise OutOfRange(
-            f"still: it needs up to {(needed_bytes + RESERVE_BYTES) / 1e6:.0f} MB, {free_bytes / 1e6:.0f} MB"
-            " are free on the disk; free some, or keep the mean of fewer frames",
+            f"still: it needs up to {(needed_bytes + RESERVE_BYTES) / 1e6:.0f} MB, with the {KEPT_FREE};"
+            f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or keep the mean of fewer frames",
             asked=f"{needed_bytes + RESERVE_BYTES} bytes",
             found=f"{free_bytes} bytes free",
         )
