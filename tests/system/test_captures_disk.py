@@ -1,8 +1,10 @@
-"""Captures by REST on a disk of their own that fills up, or cannot be written any more."""
+"""Captures and recordings by REST on a disk of their own that fills up, or cannot be written any more."""
 
 import re
 import shutil
 import subprocess
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -11,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_server.runtime.store import Document
 
 from .conftest import Running, running
@@ -139,3 +143,29 @@ def test_a_disk_that_turns_read_only_fails_the_capture_and_it_goes_on_once_it_is
         problem = failed_by_disk(server, capture_id, job)
     assert problem["found"] == "the disk cannot be written (Read-only file system)"
     gone_on_with(server, capture_id)
+
+
+def test_a_recording_ends_whole_when_only_what_is_kept_free_is_left(server: Running, disk: Disk) -> None:
+    job = server.post("/recordings", {"name": "endless", "roles": ["left"], "rate": "live"}).json()
+    path = f"/recordings/{job['id'].replace('job-', 'rec-')}"
+    until_recorded(server, path)
+    disk.fill(but=RESERVE_BYTES - 1_000_000)
+
+    assert ended(server, job)["state"] == "succeeded"
+    found = server.get(path).json()
+    assert (found["state"], found["ended"]) == ("complete", "disk_reserve")
+    assert f"the disk of {disk.folder}" in found["why"]
+    with Recording(disk.folder / "data" / "recordings" / found["file"]) as recording:
+        assert recording.finalized
+        assert len(list(recording.frames())) == found["streams"][0]["frames"] >= 1
+    refused = server.post("/recordings", {"name": "another"})
+    assert (refused.status_code, "MB that are kept free" in refused.json()["detail"]) == (422, True)
+    disk.ballast.unlink()
+
+
+def until_recorded(server: Running, path: str) -> None:
+    """Wait for a frame."""
+    waiting, end_s = threading.Event(), time.monotonic() + 60.0
+    while sum(stream["frames"] for stream in server.get(path).json()["streams"]) == 0:
+        assert time.monotonic() < end_s
+        waiting.wait(0.1)

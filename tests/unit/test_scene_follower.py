@@ -18,12 +18,14 @@ class Recorder(ViewerScene):
     def __init__(self) -> None:
         super().__init__()
         self.shapes: list[RigShape] = []
-        self.gazes: list[tuple[EyeGaze, EyeGaze, float | None]] = []
+        self.gazes: list[tuple[EyeGaze | None, EyeGaze | None, float | None]] = []
 
     def show_rig(self, shape: RigShape) -> None:
         self.shapes.append(shape)
 
-    def show_gaze(self, *, left: EyeGaze, right: EyeGaze, distance_m: float | None = None) -> None:
+    def show_gaze(
+        self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None = None
+    ) -> None:
         self.gazes.append((left, right, distance_m))
 
 
@@ -52,9 +54,18 @@ def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: C
     assert len(scene.shapes) == 1
     (parked_left, parked_right, distance_m), (turned_left, turned_right, _) = scene.gazes
     assert distance_m is None
+    assert turned_left is not None
+    assert parked_left is not None
     # 0.060 degrees a volt
     assert math.degrees(turned_left.ax_rad - parked_left.ax_rad) == pytest.approx(3.6, rel=0.2)
     assert turned_right == parked_right
+
+
+def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) -> None:
+    scene = Recorder()
+    unknown = Sight(calibration=certificate, volts=None, distance_m=2.0)
+    SceneFollower(scene, sight=lambda: unknown).tell()
+    assert scene.gazes == [(None, None, 2.0)]
 
 
 def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:

@@ -48,13 +48,12 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
         mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=PATIENT)
         mirrors.connect()
         mirrors.steer(ASIDE)
-        mirrors.ping()
-        assert cables.rail_on
+        assert cables.rails[-1][1]
 
         os.kill(killed, signal.SIGKILL)
         killed_s = time.monotonic()
         wait_until(lambda: cables.codes == NO_CODES)
-        assert not cables.rail_on
+        assert not cables.rails[-1][1]
         assert reaped(killed)
         with pytest.raises(NotConnected):
             mirrors.ping()
@@ -65,7 +64,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
         mirrors.connect()
         assert mirrors.state.connected
         assert mirrors.state.volts == PARKED
-        assert cables.rail_on
+        assert cables.rails[-1][1]
         mirrors.close()
 
 

@@ -79,7 +79,8 @@ def check_room(needs: MosaicNeeds) -> None:
     if wanted_bytes > needs.free_bytes:
         raise OutOfRange(
             f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
-            f" is made, with the {KEPT_FREE}; {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
+            f" is made, with the {KEPT_FREE};"
+            f" {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
             asked=f"{wanted_bytes} bytes",
             found=f"{needs.free_bytes} bytes",
             remedy="free some room on the disk",

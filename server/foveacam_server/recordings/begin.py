@@ -32,7 +32,7 @@ def full_rates(rig: Rig) -> LiveRates:
 def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:
     """Raise OutOfRange with both figures when the disk is too small; without a duration, for one second.
 
-    `frames`: bytes of a frame and rate, Hz, of every camera. A recording that comes to the reserve ends there.
+    `frames`: bytes of a frame and rate, Hz, of every camera. It ends by itself at the reserve.
     """
     asked_s = 1.0 if duration_s is None else duration_s
     needed_bytes = RESERVE_BYTES + round(asked_s * sum(size * rate_hz for size, rate_hz in frames))

@@ -42,7 +42,7 @@ export type EyePose = { x_v: number | null; y_v: number | null; ax_deg: number |
 
 export type MirrorsDocument = {
   connected: boolean;
-  enabled: boolean;
+  enabled: boolean | null;
   left: EyePose | null;
   right: EyePose | null;
   fault: string | null;

@@ -27,10 +27,14 @@ export type RecordingDocument = {
   label: string;
   created_utc: string | null;
   state: "starting" | "recording" | "ending" | "complete" | "partial" | "truncated" | "damaged";
+  ended: "duration" | "stopped" | "disk_reserve" | "cancelled" | "failed" | null;
   why: string;
   removed: boolean;
   duration_s: number;
   asked_s: number | null;
+  left_s: number | null;
+  room_s: number | null;
+  room_bytes: number | null;
   size_bytes: number;
   rig_id: string | null;
   calibration_id: string | null;

@@ -1,6 +1,6 @@
 // Recordings in words. Nothing here touches the page.
 
-import { count, number, sentence } from "../format.js";
+import { count, number, sentence, span } from "../format.js";
 import { sizeWords } from "./dataset_words.js";
 
 /**
@@ -39,7 +39,8 @@ export function recordingPath(id, rest = "") {
 }
 
 /** @param {RecordingDocument} recording */
-export function stateWords({ state }) {
+export function stateWords({ state, ended }) {
+  if (state === "complete" && ended === "disk_reserve") return STATES.partial;
   return STATES[state] ?? { text: state, tone: "plain" };
 }
 
@@ -63,6 +64,15 @@ export function tallyWords(recording) {
   const dropped = droppedOf(recording);
   const counted = recording.streams.some((stream) => stream.dropped !== null);
   return [`${count(framesOf(recording))} frames`, counted && (dropped > 0 ? `${count(dropped)} dropped` : "none dropped"), sizeWords(recording.size_bytes)].filter(Boolean).join(", ");
+}
+
+/**
+ * When a recording that is being made ends by itself, and how long the disk has room for it.
+ * @param {RecordingDocument} recording
+ */
+export function boundWords({ left_s, room_s, room_bytes }) {
+  const room = room_bytes != null && `room for ${room_s == null ? "" : `${span(room_s)}, `}${sizeWords(room_bytes)}`;
+  return [left_s != null && `ends by itself in ${clockWords(left_s, 0)}`, room].filter(Boolean).join("; ");
 }
 
 /**

@@ -9,7 +9,7 @@ import { makeDrawn } from "./drawn.js";
 import { KeptReader } from "./kept_reader.js";
 import { cardsIn, makeSearch, makeTrashDoor } from "./list_parts.js";
 import { RecordingOrders } from "./recording_orders.js";
-import { clockWords, isBeingMade, stateWords, tallyWords } from "./recording_words.js";
+import { boundWords, clockWords, isBeingMade, stateWords, tallyWords } from "./recording_words.js";
 import { galleryAddress } from "./route.js";
 
 /**
@@ -107,6 +107,7 @@ function wordsOf(recording) {
   return [
     recording.label !== "" && h("p", { class: "label", text: recording.label }),
     h("p", { class: "facts" }, badge(tone, text), h("span", { class: "number", text: clockWords(recording.duration_s, 1) }), h("span", { class: "tally-words", text: tallyWords(recording) })),
+    isBeingMade(recording) && h("p", { class: "bound", text: sentence(boundWords(recording)) }),
     recording.why !== "" && h("p", { class: "reason", text: sentence(recording.why) }),
     h("p", { class: "when" }, recording.created_utc !== null && h("time", { datetime: recording.created_utc, text: whenWords(recording.created_utc) })),
   ];

@@ -3,7 +3,7 @@
 import { fill, h, say } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
-import { clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
+import { boundWords, clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
 
 /**
  * @param {{store: import("../store.js").Store, live: import("./live.js").LiveRecording}} context
@@ -31,7 +31,7 @@ export function makeRecordButton({ store, live }) {
     }
     const name = now ? `Stop the recording “${recording.name}”` : "Record";
     button.setAttribute("aria-label", name);
-    button.title = now ? `${name}: ${tallyWords(recording)}` : "Record what the cameras deliver";
+    button.title = now ? `${name}: ${tallyWords(recording)}; ${boundWords(recording)}` : "Record what the cameras deliver, until it is stopped, for five minutes at most";
     button.disabled = recording?.state === "ending";
     if (recording) fill(words, h("span", { class: "number", text: clockWords(recording.duration_s, 0) }), dropWords(droppedOf(recording)));
   });
