@@ -165,18 +165,22 @@ class _Content(_Document):
 
 def save_calibration(calibration: Calibration, path: Path) -> None:
     """Write the calibration to `path`: whole and on disk first, then renamed into place."""
-    document = calibration_document(calibration)
+    content = calibration_bytes(calibration)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with temporary.open("w", encoding="utf-8") as file:
-            json.dump(document, file, indent=1, allow_nan=False)
-            file.write("\n")
+        with temporary.open("wb") as file:
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def calibration_bytes(calibration: Calibration) -> bytes:
+    """Return the content of a calibration file."""
+    return (json.dumps(calibration_document(calibration), indent=1, allow_nan=False) + "\n").encode()
 
 
 def calibration_document(calibration: Calibration) -> dict[str, Plain]:

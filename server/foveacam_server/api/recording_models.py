@@ -75,8 +75,8 @@ class RecordingDocument(Told):
     """One recording. `why`: what ended one before its time. `playable`: whether it has frames to show.
 
     `ended`: what ended it; null while it is made, and where nobody wrote it down. While it is made, `left_s`:
-    until it ends by itself; `room_bytes`: what the disk has for it beyond what is kept free, `room_s`: how long
-    that lasts at its rate.
+    until it ends by itself; `room_bytes`: what the disk has for it beyond what is kept free, `room_s`: how
+    long that lasts at its rate.
 
     `truncated`: what was cut off; the rest is found by reading the file through, and is as good as any.
     """

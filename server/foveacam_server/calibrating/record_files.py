@@ -2,7 +2,6 @@
 
 import json
 import math
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.models.calibration_file import FORMAT, calibration_from, save_calibration
+from foveacam_pipeline.models.calibration_file import FORMAT, calibration_bytes, calibration_from
 from foveacam_server.calibrating.sessions import SessionShelf
 from foveacam_server.errors import NotFound
 
@@ -42,10 +41,7 @@ class ImportFacts:
 def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionShelf) -> bytes:
     """Return the file of a calibration; the authors' format needs the session that measured it."""
     if file_format == "foveacam":
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "calibration.json"
-            save_calibration(calibration, path)
-            return path.read_bytes()
+        return calibration_bytes(calibration)
     from foveacam_pipeline.calibrate.exchange import bundle_document, bundle_of
 
     sweeps = [load_sweep(path) for path in _sweeps_of(calibration, sessions)]
