@@ -231,6 +231,16 @@ def test_a_recording_for_which_nobody_gave_a_time_says_when_it_ends(bench: Bench
     assert found["room_s"] > 0.0
 
 
+def test_a_film_that_a_killed_server_left_unfinished_is_cleared_at_the_next_start(tmp_path: Path) -> None:
+    films = tmp_path / "recordings" / ".films" / "rec-1"
+    films.mkdir(parents=True)
+    left, whole = films / ".wide-00.part.mp4", films / "wide-11.mp4"
+    left.touch()
+    whole.touch()
+    Bench(tmp_path).close()
+    assert list(films.iterdir()) == [whole]
+
+
 def test_a_recording_ends_at_the_time_that_was_asked_for(bench: Bench) -> None:
     job, recording_id = bench.begin(duration_s=0.2)
     bench.ended(job)

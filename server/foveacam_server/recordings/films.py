@@ -6,13 +6,20 @@ from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset.disk import disk_errors
-from foveacam_pipeline.capture.recording.movie import SUFFIX, Layout, MovieWish, Progress, export_movie
+from foveacam_pipeline.capture.recording.movie import (
+    SUFFIX,
+    UNFINISHED,
+    Layout,
+    MovieWish,
+    Progress,
+    export_movie,
+)
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.errors import NotFound
 from foveacam_server.recording_command.export import quiet_encoders
 from foveacam_server.recordings.documents import URL
 from foveacam_server.recordings.moments import stream_of
-from foveacam_server.recordings.shelf import KeptRecording, RecordingShelf
+from foveacam_server.recordings.shelf import FILMS, KeptRecording, RecordingShelf
 from foveacam_server.runtime.store import Document
 
 LAYOUTS = {layout.value for layout in Layout}
@@ -58,6 +65,12 @@ def make_film(shelf: RecordingShelf, kept: KeptRecording, wish: FilmWish, *, pro
             asked = MovieWish(show=show, fps=wish.fps, start_s=wish.start_s, end_s=wish.end_s)
             export_movie(recording, asked, target, progress=progress)
     return target
+
+
+def clear_unfinished(shelf: RecordingShelf) -> None:
+    """Remove the films that a killed server left unfinished; only while no film is made."""
+    for left in (shelf.folder / FILMS).glob(f"*/{UNFINISHED}"):
+        left.unlink(missing_ok=True)
 
 
 def film_file(shelf: RecordingShelf, kept: KeptRecording, name: str) -> Path:

@@ -3,7 +3,14 @@
 import threading
 from typing import Protocol
 
-from foveacam_server.recordings.films import FilmWish, check_film, film_document, film_file, make_film
+from foveacam_server.recordings.films import (
+    FilmWish,
+    check_film,
+    clear_unfinished,
+    film_document,
+    film_file,
+    make_film,
+)
 from foveacam_server.recordings.opened import OpenRecordings
 from foveacam_server.recordings.shelf import KeptRecording, RecordingShelf
 from foveacam_server.runtime.job_table import Job
@@ -40,6 +47,7 @@ class FilmService:
         self._library = library
         self._jobs = jobs
         self._encoding = threading.Lock()
+        clear_unfinished(library.shelf)
         jobs.handle(KIND, self._work, beside=True)
 
     def start(self, recording_id: str, request: Document, *, idempotency_key: str | None = None) -> Job:

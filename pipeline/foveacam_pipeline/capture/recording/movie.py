@@ -17,6 +17,8 @@ from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 
 SUFFIX = ".mp4"
+UNFINISHED = f".*.part{SUFFIX}"
+"""Names of films that are being written, as a pattern."""
 SLOWEST_HZ, FASTEST_HZ = 0.1, 240.0
 Progress = Callable[[int, int], None]
 """Called with frames done and frames in all."""
