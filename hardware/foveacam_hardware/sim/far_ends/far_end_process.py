@@ -133,10 +133,12 @@ class FarEndProcess:
     def _keep(self) -> None:
         """Receive from one process after the other, until closed."""
         while True:
-            self._receive()
-            with self._changed:
-                self._gone = True
-                self._changed.notify_all()
+            try:
+                self._receive()
+            finally:
+                with self._changed:
+                    self._gone = True
+                    self._changed.notify_all()
             if self._closing:
                 return
             self._lose()

@@ -79,11 +79,12 @@ function mirrorRows(mirrors, { overlay }) {
   if (!mirrors) return [["Controller", "not there"]];
   const lamp = mirrors.fault ? "bad" : mirrors.connected ? "good" : "bad";
   const word = mirrors.fault ?? (mirrors.connected ? (mirrors.enabled ? "enabled" : "connected, parked") : "missing");
-  const left = overlay?.gaze.left ?? mirrors.left;
-  const right = overlay?.gaze.right ?? mirrors.right;
+  const gaze = mirrors.connected ? overlay?.gaze : null;
+  const left = gaze?.left ?? mirrors.left;
+  const right = gaze?.right ?? mirrors.right;
   const verge = left?.ax_deg != null && right?.ax_deg != null ? angle(left.ax_deg - right.ax_deg, 3) : MISSING;
-  const eye = (/** @type {typeof left} */ gaze, /** @type {import("../types.js").EyePose | null} */ pose) =>
-    `${angle(gaze?.ax_deg)} ${angle(gaze?.ay_deg)}  (${number(pose?.x_v, 2)} V, ${number(pose?.y_v, 2)} V)`;
+  const eye = (/** @type {typeof left} */ looks, /** @type {import("../types.js").EyePose | null} */ pose) =>
+    `${angle(looks?.ax_deg)} ${angle(looks?.ay_deg)}  (${number(pose?.x_v, 2)} V, ${number(pose?.y_v, 2)} V)`;
   return [
     ["Controller", h("span", {}, h("span", { class: `lamp ${lamp}` }), word)],
     ["Left eye", eye(left, mirrors.left)],
