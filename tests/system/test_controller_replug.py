@@ -2,13 +2,22 @@
 
 import os
 import signal
+from typing import Any
 
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 
-from .conftest import Running
+from .conftest import PATIENCE_S, Running
 
 ASIDE = {"direction": {"ax_deg": 3.0, "ay_deg": 1.0}}
 NOWHERE = {"x_v": None, "y_v": None, "ax_deg": None, "ay_deg": None}
+
+
+def seen(server: Running) -> dict[str, Any]:  # Any: a JSON document
+    """Return the mirrors as they are now: the hardware thread has looked at them again."""
+    hardware = server.services.hardware
+    hardware.submit(hardware.refresh).result(PATIENCE_S)
+    found: dict[str, Any] = server.get("/mirrors").json()
+    return found
 
 
 def test_mirrors_whose_controller_was_killed_are_unknown_until_it_is_back_and_parked(server: Running) -> None:
@@ -18,13 +27,12 @@ def test_mirrors_whose_controller_was_killed_are_unknown_until_it_is_back_and_pa
 
     os.kill(controller.pid, signal.SIGKILL)
     assert server.wait_for_event("device.fault", after=began)["device"] == "mirrors"
-    gone = server.get("/mirrors").json()
+    gone = seen(server)
     assert (gone["connected"], gone["enabled"]) == (False, None)
     assert (gone["left"], gone["right"]) == (NOWHERE, NOWHERE)
     assert server.services.hardware.pose is None
 
     assert server.wait_for_event("device.recovered", after=began)["device"] == "mirrors"
-    server.services.hardware.submit(lambda rig: None).result(60.0)  # what follows a return is over
-    back = server.get("/mirrors").json()
+    back = seen(server)
     assert (back["connected"], back["enabled"], back["left"]["x_v"]) == (True, True, 0.0)
     assert server.post("/mirrors/steer", ASIDE).status_code == 200

@@ -53,6 +53,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
         mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=PATIENT)
         mirrors.connect()
         mirrors.steer(ASIDE)
+        controller.status()  # every event before it was delivered
         assert rail_on(cables)
 
         os.kill(killed, signal.SIGKILL)
@@ -68,6 +69,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
         mirrors.connect()
         assert mirrors.state.connected
         assert mirrors.state.volts == PARKED
+        controller.status()
         assert rail_on(cables)
         mirrors.close()
 
