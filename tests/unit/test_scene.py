@@ -126,6 +126,23 @@ def test_the_scene_works_while_nobody_watches(scene: ViewerScene) -> None:
     assert expected <= nodes(scene)
 
 
+def test_eyes_whose_gaze_nobody_knows_are_hidden_until_it_is_known_again(scene: ViewerScene) -> None:
+    scene.show_rig(SHAPE)
+    drawn = scene._rig
+    assert drawn is not None
+    gaze = EyeGaze(ax_rad=0.02, ay_rad=-0.01)
+    visible = []
+    for left in (gaze, None, gaze):
+        scene.show_gaze(left=left, right=gaze)
+        visible.append([part["left"].visible for part in (drawn._eyes, drawn._rays)])
+    assert visible == [[True, True], [False, False], [True, True]]
+    assert drawn._eyes["right"].visible
+
+    scene.show_gaze(left=None, right=gaze)
+    drawn.show_rays(visible=True)
+    assert not drawn._rays["left"].visible
+
+
 def test_a_cloud_is_sent_around_its_own_centre(scene: ViewerScene) -> None:
     show(scene, "fix-1")
     node = fixation_in(scene, "fix-1")._cloud

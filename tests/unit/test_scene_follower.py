@@ -7,6 +7,7 @@ import foveacam_server
 from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.runtime.overlay import Overlay
 from foveacam_server.runtime.scene_follower import SceneFollower, Sight, rig_shape
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import EyeGaze, RigShape
@@ -66,6 +67,13 @@ def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) ->
     unknown = Sight(calibration=certificate, volts=None, distance_m=2.0)
     SceneFollower(scene, sight=lambda: unknown).tell()
     assert scene.gazes == [(None, None, 2.0)]
+
+
+def test_no_footprint_is_drawn_while_nobody_knows_where_the_mirrors_stand(certificate: Calibration) -> None:
+    overlay = Overlay(lambda: certificate)
+    drawn, unknown = overlay.of(PARKED), overlay.of(None)
+    assert drawn is not None and len(drawn["footprints"]["left"]) == 4
+    assert unknown is not None and unknown["footprints"] == unknown["gaze"] == {"left": None, "right": None}
 
 
 def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:
