@@ -7,6 +7,9 @@ from pydantic import BaseModel, ConfigDict, Field
 CameraName: TypeAlias = Literal["wide", "left", "right"]
 EyeName: TypeAlias = Literal["left", "right"]
 MirrorAxis: TypeAlias = Literal["left x", "left y", "right x", "right y"]
+CameraNames: TypeAlias = Annotated[list[CameraName], Field(max_length=3)]
+EyeNames: TypeAlias = Annotated[list[EyeName], Field(max_length=2)]
+MirrorAxes: TypeAlias = Annotated[list[MirrorAxis], Field(max_length=4)]
 CAMERA_NAMES: tuple[CameraName, ...] = ("wide", "left", "right")
 EYE_NAMES: tuple[EyeName, ...] = ("left", "right")
 MIRROR_AXES: tuple[MirrorAxis, ...] = ("left x", "left y", "right x", "right y")
@@ -31,15 +34,15 @@ class Knock(_Table):
 class SimulatedFaults(_Table):
     """Everything works when all lists are empty and nothing is knocked."""
 
-    unplugged: list[CameraName] = []
+    unplugged: CameraNames = []
     """Cameras off the bus."""
-    frozen: list[CameraName] = []
+    frozen: CameraNames = []
     """Cameras that go on counting frames but repeat the last picture."""
-    no_trigger: list[EyeName] = []
+    no_trigger: EyeNames = []
     """Cameras whose trigger cable is off."""
-    no_strobe: list[EyeName] = []
+    no_strobe: EyeNames = []
     """Cameras whose strobe cable is off; the exposure still happens."""
-    dead_axes: list[MirrorAxis] = []
+    dead_axes: MirrorAxes = []
     """Axes of the mirrors that stay where they are."""
     knocked_left: Knock = Knock()
     knocked_right: Knock = Knock()

@@ -1,10 +1,9 @@
 """Cameras as asked for and as answered: settings, ranges, link, counters, trigger tests."""
 
-from typing import Annotated, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from foveacam_server.api.models import Asked, Told
+from foveacam_server.quantities import BlackLevel, Decibels, ExposureMs, Hertz
 
 PixelFormatName = Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]
 ExposureAutoName = Literal["off", "once", "continuous"]
@@ -102,11 +101,11 @@ class CameraPatch(Asked):
     An exposure or a rate by itself is one by hand: it switches the automatic off.
     """
 
-    exposure_ms: Annotated[float, Field(ge=0.0)] | None = None
+    exposure_ms: ExposureMs | None = None
     exposure_auto: ExposureAutoName | None = None
-    gain_db: float | None = None
-    black_level: float | None = None
-    frame_rate_hz: float | None = None
+    gain_db: Decibels | None = None
+    black_level: BlackLevel | None = None
+    frame_rate_hz: Hertz | None = None
     frame_rate_auto: bool | None = None
     pixel_format: PixelFormatName | None = None
     linked: bool = False

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from foveacam_pipeline.capture.plan import RasterPlan
 from foveacam_server.api.models import Asked, Told
+from foveacam_server.quantities import DistanceM
 
 Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """One line for people: no control characters."""
@@ -29,7 +30,7 @@ class EstimateRequest(Asked):
 
     plan: RasterPlan = RasterPlan()
     codec: CodecName = "tiff"
-    distance_m: Annotated[float, Field(gt=0.0)] | None = None
+    distance_m: DistanceM | None = None
 
 
 class CapturePatch(Asked):

@@ -10,12 +10,13 @@ from foveacam_server.api.answers import file_responses, problems
 from foveacam_server.api.capture_models import CaptureChecked, PointsDocument
 from foveacam_server.api.captures import CaptureId, Form, media_type
 from foveacam_server.capturing.points import point_of, point_picture, points_document, readable
+from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/captures", tags=["captures"])
 
-PointIndex = Annotated[int, Path(ge=0, le=1_000_000)]
+PointIndex = Annotated[Index, Path()]
 Bracket = Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")]
 
 

@@ -27,6 +27,7 @@ from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
 from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
 from foveacam_server.capturing.points import readable
+from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -213,7 +214,7 @@ def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: Se
 )
 def anaglyph(
     capture_id: CaptureId,
-    index: Annotated[int, Path(ge=0, le=1_000_000)],
+    index: Annotated[Index, Path()],
     form: Form,
     services: ServicesDep,
     bracket: Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")] = "0",

@@ -6,14 +6,13 @@ from fastapi import APIRouter, Query
 
 from foveacam_server.api.answers import problems
 from foveacam_server.api.models import DepthDocument
+from foveacam_server.quantities import Pixels
 from foveacam_server.runtime.names import age_s
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(tags=["depth"])
 
-PixelQuery = Annotated[
-    float, Query(allow_inf_nan=False, description="wide pixel; the first one's centre is 0")
-]
+PixelQuery = Annotated[Pixels, Query(description="wide pixel; the first one's centre is 0")]
 
 
 @router.get("/depth", summary="Depth at a wide pixel", responses=problems(404, 409))

@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from foveacam_server.quantities import Degrees, DistanceM, Metres, Pixels
+
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A name for people: no control characters."""
 
@@ -39,31 +41,31 @@ class Problem(BaseModel):
 class Pixel(Asked):
     """A point of the wide image, px; the centre of the first pixel is (0, 0)."""
 
-    x_px: float
-    y_px: float
+    x_px: Pixels
+    y_px: Pixels
 
 
 class Rectangle(Asked):
     """A rectangle of the wide image, px."""
 
-    x_px: float
-    y_px: float
-    width_px: float
-    height_px: float
+    x_px: Pixels
+    y_px: Pixels
+    width_px: Pixels
+    height_px: Pixels
 
 
 class Direction(Asked):
     """Axis-wise angles in the rig frame: tan ax = X/Z, tan ay = Y/Z; +x right, +y down."""
 
-    ax_deg: float
-    ay_deg: float
+    ax_deg: Degrees
+    ay_deg: Degrees
 
 
 class Within(Asked):
     """Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest."""
 
-    nearest_m: Annotated[float, Field(ge=0.0)]
-    farthest_m: Annotated[float, Field(gt=0.0)] | None = None
+    nearest_m: Metres
+    farthest_m: DistanceM | None = None
 
 
 class FixationRequest(Asked):
@@ -85,7 +87,7 @@ class SteerRequest(Asked):
     """Where both eyes shall look; without a distance they look parallel."""
 
     direction: Direction
-    distance_m: Annotated[float, Field(gt=0.0)] | None = None
+    distance_m: DistanceM | None = None
 
 
 class LeaseRequest(Asked):

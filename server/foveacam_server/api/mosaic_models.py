@@ -1,10 +1,9 @@
 """The shapes of requests and answers about mosaics."""
 
-from typing import Annotated, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from foveacam_server.api.models import Asked, JobProgress, Problem, Told
+from foveacam_server.quantities import Bracket, Index
 
 Eye = Literal["left", "right"]
 State = Literal["none", "unfinished", "building", "complete"]
@@ -14,8 +13,8 @@ class MosaicRequest(Asked):
     """Whose picture, of which scan and exposure of the dataset."""
 
     eye: Eye = "left"
-    scan: Annotated[int, Field(ge=0, le=1_000_000)] = 0
-    bracket: Annotated[int, Field(ge=0, le=99)] = 0
+    scan: Index = 0
+    bracket: Bracket = 0
 
 
 class MosaicNeedsDocument(Told):

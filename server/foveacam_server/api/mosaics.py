@@ -15,6 +15,7 @@ from foveacam_server.api.mosaic_models import MosaicDocument, MosaicRequest
 from foveacam_server.capturing.mosaic_process import MosaicWish
 from foveacam_server.capturing.mosaic_shelf import FILES, FORMS
 from foveacam_server.errors import NotFound
+from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import Services, ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -22,7 +23,7 @@ router = APIRouter(prefix="/captures/{capture_id}/mosaic", tags=["mosaics"])
 
 Layer = Literal["picture", "depth"]
 Level = Annotated[int, InPath(ge=0, le=32)]
-Index = Annotated[int, InPath(ge=0, le=1_000_000)]
+TileIndex = Annotated[Index, InPath()]
 Made = Annotated[str | None, Query(max_length=40, description="version of the mosaic, from its document")]
 IfNoneMatch = Annotated[str | None, Header(max_length=400, description="what the caller has kept")]
 _MEDIA = {"jpg": "image/jpeg", "png": "image/png"}
@@ -116,8 +117,8 @@ def tile(
     capture_id: CaptureId,
     layer: Layer,
     level: Level,
-    x: Index,
-    y: Index,
+    x: TileIndex,
+    y: TileIndex,
     form: Literal["jpg", "png"],
     services: ServicesDep,
     made: Made = None,

@@ -5,10 +5,14 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from foveacam_server.api.models import Asked, Told
+from foveacam_server.quantities import MapMetres, Metres
 
-Length = Annotated[float, Field(ge=0.0, le=1e6)]
-Place = Annotated[list[Annotated[float, Field(ge=-1e7, le=1e7)]], Field(min_length=2, max_length=2)]
+Place = Annotated[list[MapMetres], Field(min_length=2, max_length=2)]
 """A point of the map: x, y, m."""
+AgentRadius = Annotated[float, Field(ge=0.0, le=100.0)]
+ObstacleRadius = Annotated[float, Field(gt=0.0, le=1000.0)]
+Scale = Annotated[float, Field(gt=0.0, le=1e6)]
+"""Metres for one unit of a map."""
 MOST_TARGETS = 50
 MOST_POINTS = 1000
 MOST_BASE64 = 24_000_000
@@ -26,9 +30,9 @@ class RingAsked(Asked):
     """How many pixels the feature must fill."""
     small_angle: bool = False
     """Whether D_max is the approximation S / theta instead of the exact S / (2 tan(theta / 2))."""
-    d_min_m: Length = 0.0
+    d_min_m: Metres = 0.0
     """Nearer than this the observer is noticed."""
-    near_error_m: Length = 0.0
+    near_error_m: Metres = 0.0
     """The observer's own depth error at D_min."""
     bound: Literal["inflated", "plain", "as_printed"] = "inflated"
     """What that error does to D_min: added, nothing, or subtracted as Eq. 9 is printed."""
@@ -101,9 +105,9 @@ class RandomMapAsked(Asked):
     size_m: Annotated[float, Field(ge=1.0, le=10_000.0)] = 60.0
     obstacles: Annotated[int, Field(ge=0, le=400)] = 40
     targets: Annotated[int, Field(ge=1, le=MOST_TARGETS)] = 5
-    smallest_radius_m: Annotated[float, Field(gt=0.0, le=1000.0)] = 0.6
-    largest_radius_m: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.8
-    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
+    smallest_radius_m: ObstacleRadius = 0.6
+    largest_radius_m: ObstacleRadius = 1.8
+    agent_radius_m: AgentRadius = 0.3
 
 
 class GeojsonMapAsked(Asked):
@@ -111,7 +115,7 @@ class GeojsonMapAsked(Asked):
 
     kind: Literal["geojson"]
     document: dict[str, Any]  # Any: GeoJSON, checked where it is read
-    m_per_unit: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+    m_per_unit: Scale = 1.0
     """Metres for one unit of its coordinates."""
 
 
@@ -120,7 +124,7 @@ class PictureMapAsked(Asked):
 
     kind: Literal["picture"]
     picture_base64: Annotated[str, Field(max_length=MOST_BASE64)]
-    m_per_px: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    m_per_px: Scale | None = None
     """Its scale; a picture without one is refused."""
 
 
@@ -156,7 +160,7 @@ class RegionsAsked(Asked):
     targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
     """In place of the map's own targets."""
     ring: RingAsked = RingAsked()
-    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
+    agent_radius_m: AgentRadius = 0.3
     points_m: list[Place] = Field(default_factory=list, max_length=MOST_POINTS)
     """Places at which to count the targets in sight."""
 

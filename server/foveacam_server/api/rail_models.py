@@ -2,6 +2,7 @@
 
 from foveacam_server.api.models import Asked, Told
 from foveacam_server.api.rig_models import DeviceInfoDocument
+from foveacam_server.quantities import Millimetres
 
 
 class RailLimitsDocument(Told):
@@ -40,4 +41,4 @@ class RailMove(Asked):
     """Where the rig shall stand: a place by its name, or millimetres from the middle."""
 
     place: str | None = None
-    position_mm: float | None = None
+    position_mm: Millimetres | None = None

@@ -8,11 +8,11 @@ from foveacam_pipeline.capture.recording.bounds import LONGEST_S, USUAL_S, Ended
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.capture_models import Text
 from foveacam_server.api.models import Asked, Told
+from foveacam_server.quantities import Seconds
 
 RoleName = Literal["wide", "left", "right"]
 Rate = Literal["full", "live"]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
-Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
 class RecordingRequest(Asked):

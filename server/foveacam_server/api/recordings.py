@@ -29,6 +29,7 @@ from foveacam_server.api.recording_models import (
     RoleName,
     TimelineDocument,
 )
+from foveacam_server.quantities import Seconds
 from foveacam_server.recordings import moments
 from foveacam_server.recordings.documents import URL
 from foveacam_server.recordings.films import film_file
@@ -39,9 +40,7 @@ from foveacam_server.runtime.store import Document
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 
 RecordingId = Annotated[str, Path(max_length=100)]
-Moment = Annotated[
-    float, Query(ge=0.0, le=1e6, allow_inf_nan=False, description="seconds from the recording's begin")
-]
+Moment = Annotated[Seconds, Query(description="seconds from the recording's begin")]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half")]
 BackendQuery = Annotated[
     DepthBackend, Query(description="sgbm: at full size; live: several times faster, coarser")

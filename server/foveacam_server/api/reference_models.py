@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from foveacam_server.api.models import Asked, JobProgress, Problem, Told
+from foveacam_server.quantities import Bracket, Index
 
 Place = tuple[float, float, float]
 
@@ -16,8 +17,8 @@ class ReferenceRequest(Asked):
     a place on the rail; 0: exact.
     """
 
-    scan: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    bracket: Annotated[int, Field(ge=0, le=99)] = 0
+    scan: Index | None = None
+    bracket: Bracket = 0
     across: Annotated[int, Field(ge=2, le=40)] = 10
     rail_sigma_m: Annotated[float, Field(ge=0.0, le=0.05)] = 1e-4
 

@@ -4,6 +4,7 @@ from typing import Literal
 
 from foveacam_server.api.camera_models import CameraDocument, DifferenceDocument
 from foveacam_server.api.models import Asked, CalibrationDocument, Told
+from foveacam_server.quantities import Degrees
 
 
 class DeviceProblemDocument(Told):
@@ -205,5 +206,5 @@ class PanTiltMove(Asked):
     """Where to turn the rig: a station by its name, or a bearing."""
 
     station: str | None = None
-    pan_deg: float | None = None
-    tilt_deg: float | None = None
+    pan_deg: Degrees | None = None
+    tilt_deg: Degrees | None = None

@@ -26,6 +26,7 @@ PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
 HalfDeg: TypeAlias = Annotated[float, Field(gt=0.0, le=45.0)]
 ExposureMs: TypeAlias = Annotated[float, Field(gt=0.0, le=10_000.0)]
 PlaceMm: TypeAlias = Annotated[float, Field(ge=-2000.0, le=2000.0)]
+_SetPointList: TypeAlias = Annotated[tuple[SetPoint, ...], Field(max_length=MOST_SET_POINTS)]
 
 
 class Grid(Document):
@@ -72,7 +73,7 @@ class SetPoints(Document):
     points: Annotated[
         tuple[SetPoint, ...],
         Field(max_length=MOST_SET_POINTS, strict=False),
-        BeforeValidator(_written_out, json_schema_input_type=tuple[SetPoint, ...] | str),
+        BeforeValidator(_written_out, json_schema_input_type=_SetPointList | str),
     ]
 
     @model_validator(mode="after")

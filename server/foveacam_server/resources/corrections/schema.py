@@ -1,16 +1,15 @@
 """The shapes of the operator's corrections."""
 
-from typing import Annotated, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from foveacam_server.api.models import Asked
+from foveacam_server.quantities import Index
 
 
 class ChoiceRequest(Asked):
     """Which alternative of the fixation is the true one, counted from 0."""
 
-    alternative: Annotated[int, Field(ge=0)]
+    alternative: Index
 
 
 class CorrectionRequest(Asked):

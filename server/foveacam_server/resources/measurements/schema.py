@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from foveacam_server.api.models import Asked, Label, Told
+from foveacam_server.quantities import Pixels
 
 MeasurementKind = Literal["point", "length", "plane", "profile"]
 ViewName = Literal["wide", "left", "right", "anaglyph", "difference", "depth"]
@@ -20,8 +21,8 @@ class PlaceRequest(Asked):
     """
 
     view: ViewName
-    x_px: float
-    y_px: float
+    x_px: Pixels
+    y_px: Pixels
     fixation_id: Annotated[str | None, Field(max_length=40)] = None
 
 
