@@ -117,7 +117,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.gate = security.install(app, settings)
     for resource in _RESOURCES:
         app.include_router(
-            resource.router, prefix=API, responses=problems(413, 422), max_body_size=BODY_BYTES
+            resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES
         )
     for module in (health, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)

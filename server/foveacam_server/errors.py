@@ -4,9 +4,11 @@ The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets 
 """
 
 import logging
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from http import HTTPStatus
+from pathlib import Path
 from typing import Any, cast
 
 from fastapi import FastAPI, Request
@@ -24,8 +26,10 @@ from foveacam_hardware.contract import (
     NotConnected,
     OutOfRange,
     Stopped,
+    StorageFull,
     Timeout,
 )
+from foveacam_pipeline.capture.dataset.disk import disk_fault, takes_no_more
 from foveacam_server.plain_words import explain_validation
 
 _log = logging.getLogger(__name__)
@@ -68,6 +72,7 @@ KINDS: dict[type[FoveaError], Kind] = {
     OutOfRange: Kind(slug="out-of-range", status=422, title="The rig cannot do that"),
     NotCalibrated: Kind(slug="not-calibrated", status=409, title="The rig is not calibrated"),
     NotConnected: Kind(slug="not-connected", status=503, title="A device is missing"),
+    StorageFull: Kind(slug="storage-full", status=507, title="The disk takes no more"),
     Busy: Kind(slug="busy", status=409, title="Somebody else is using it"),
     Stopped: Kind(slug="stopped", status=409, title="The stop is engaged"),
     Cancelled: Kind(slug="cancelled", status=409, title="It was cancelled"),
@@ -120,6 +125,8 @@ def _sendable(text: str) -> str:
 
 def problem_of(error: BaseException) -> Problem:
     """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
+    if isinstance(error, OSError) and takes_no_more(error):
+        error = _of_full_disk(error)
     for branch in type(error).__mro__:
         kind = KINDS.get(branch)
         if kind is not None and isinstance(error, FoveaError):
@@ -130,6 +137,19 @@ def problem_of(error: BaseException) -> Problem:
         kind=INTERNAL,
         detail="The server met an error that it did not foresee; the cause is in its log.",
         remedy="Try again; when it stays, report it together with the log.",
+    )
+
+
+def _of_full_disk(error: OSError) -> FoveaError:
+    """Return the error for a full disk where nobody has said what was to be written."""
+    if error.filename is not None:
+        path = Path(os.fsdecode(error.filename))
+        return disk_fault(error, what=path.name, folder=path.parent)
+    remedy = "free some space on the server's disks, then try again"
+    return StorageFull(
+        f"What was asked could not be written: {error.strerror}; {remedy}.",
+        found=error.strerror,
+        remedy=remedy,
     )
 
 
@@ -169,6 +189,13 @@ def install(app: FastAPI) -> None:
     async def on_fovea_error(request: Request, error: Exception) -> JSONResponse:
         return problem_of(error).response(instance=request.url.path)
 
+    async def on_os_error(request: Request, error: Exception) -> JSONResponse:
+        problem = problem_of(error)
+        if problem.kind is INTERNAL:
+            raise error
+        _log.warning("%s %s: %s", request.method, request.url.path, error)
+        return problem.response(instance=request.url.path)
+
     async def on_http_error(request: Request, error: Exception) -> JSONResponse:
         known = cast(HTTPException, error)
         problem = _of_status(
@@ -185,6 +212,7 @@ def install(app: FastAPI) -> None:
         return problem_of(error).response(instance=request.url.path)
 
     app.add_exception_handler(FoveaError, on_fovea_error)
+    app.add_exception_handler(OSError, on_os_error)
     app.add_exception_handler(HTTPException, on_http_error)
     app.add_exception_handler(RequestValidationError, on_validation_error)
     app.add_exception_handler(Exception, on_anything)

@@ -23,6 +23,9 @@ _NEEDED = {
     "tuple_type": "a list",
 }
 
+LONGEST_SHOWN = 40
+"""Characters of what was sent that a message repeats."""
+
 Failure = Mapping[str, Any]
 """One of pydantic's error dictionaries, whose values are anything."""
 
@@ -117,7 +120,7 @@ def _path(location: Sequence[str | int]) -> str:
 
 def _show(value: object) -> str:
     if isinstance(value, str):
-        return f'the text "{value if len(value) <= 40 else value[:40] + "…"}"'
+        return f'the text "{value if len(value) <= LONGEST_SHOWN else value[:LONGEST_SHOWN] + "…"}"'
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not math.isfinite(value):
@@ -128,4 +131,5 @@ def _show(value: object) -> str:
         return "an object"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
-    return str(value)
+    shown = str(value)
+    return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}… ({len(shown)} characters)"

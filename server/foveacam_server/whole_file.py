@@ -5,18 +5,27 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from foveacam_pipeline.capture.dataset.disk import write_file
+from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Put `text` on the disk, over an older file, for good; the folder is made. Raise `OSError`."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_file(path, text.encode())
+def write_whole(path: Path, text: str, *, what: str) -> None:
+    """Put `text` on the disk, over an older file, for good; the folder is made.
+
+    Raise `StorageFull` or `DeviceFault` that names `what` was to be written; an older file is then as it was.
+    """
+    with disk_errors(what, path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, text.encode())
 
 
-def write_document(path: Path, document: Mapping[str, object]) -> None:
-    """Write a JSON document whole. Raise `OSError`, or `ValueError` for a number that JSON cannot carry."""
-    write_whole(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
+def write_document(path: Path, document: Mapping[str, object], *, what: str) -> None:
+    """Write a JSON document as `write_whole` does; `ValueError` for a number that JSON cannot carry."""
+    write_whole(path, document_text(document), what=what)
+
+
+def document_text(document: Mapping[str, object]) -> str:
+    """Return the text of a JSON document's file."""
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
 def read_document(path: Path, *, form: str, version: int) -> dict[str, Any]:

@@ -31,6 +31,7 @@ from foveacam_hardware.contract.errors import (
     NotConnected,
     OutOfRange,
     Stopped,
+    StorageFull,
     Timeout,
 )
 from foveacam_hardware.contract.extras import install_command
@@ -108,6 +109,7 @@ __all__ = [
     "StationTarget",
     "StereoVolts",
     "Stopped",
+    "StorageFull",
     "StreamTelemetry",
     "Timeout",
     "TriggerBudget",

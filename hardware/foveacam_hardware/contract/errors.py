@@ -5,6 +5,7 @@
     ├── OutOfRange       the caller's: ask for something the rig can do
     ├── NotCalibrated    the operator's: calibrate, or load the right calibration
     ├── NotConnected     the operator's: plug in, power up, free the port
+    ├── StorageFull      the operator's: make room on the disk, or make it writable
     ├── Busy             wait, or take the lease
     ├── Stopped          the operator's: release the stop
     ├── Cancelled        nobody's: it was asked for
@@ -59,6 +60,12 @@ class NotConnected(FoveaError):
     """A device that is missing, unplugged or held by another program."""
 
     code = "not_connected"
+
+
+class StorageFull(FoveaError):
+    """A disk that takes no more: full, over a quota, or not writable; what was asked was not done."""
+
+    code = "storage_full"
 
 
 class Busy(FoveaError):

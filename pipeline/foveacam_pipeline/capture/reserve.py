@@ -3,6 +3,8 @@
 import shutil
 from pathlib import Path
 
+from foveacam_hardware.contract import FoveaError, OutOfRange, StorageFull
+
 RESERVE_BYTES = 512 << 20
 """Kept free on the disk for the database, the events and the ends of files: nothing large is begun that would
 take from it, and a recording that has come so far ends by itself."""
@@ -13,3 +15,12 @@ KEPT_FREE = f"{RESERVE_BYTES / 1e6:.0f} MB that are kept free for the database a
 def free_bytes(folder: Path) -> int:
     """Return how much is free on the disk of a folder. Raise OSError."""
     return shutil.disk_usage(folder).free
+
+
+def no_room(message: str, *, needed_bytes: int, free_bytes: int, remedy: str) -> FoveaError:
+    """Return the error for what needs more room, the reserve included, than a disk has.
+
+    OutOfRange where less could be asked; StorageFull where not even the reserve is free.
+    """
+    kind = StorageFull if free_bytes <= RESERVE_BYTES else OutOfRange
+    return kind(message, asked=f"{needed_bytes} bytes", found=f"{free_bytes} bytes", remedy=remedy)

@@ -44,6 +44,7 @@ _TITLES = {
     502: "a device failed",
     503: "a device is missing",
     504: "a device did not answer",
+    507: "the disk takes no more",
 }
 
 

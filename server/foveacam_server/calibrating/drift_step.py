@@ -44,7 +44,9 @@ def keep_check(
         corrected = applied(calibration, found, created_utc=created_utc)
         corrected = replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
         registry.add(corrected)
+    new_id = None if corrected is None else corrected.id
+    document = records.add(found, created_utc=created_utc, new_calibration_id=new_id)
+    if corrected is not None:  # last: a disk that takes no more changes nothing that is in force
         registry.activate(corrected.id)
         watch.fitted(corrected)
-    new_id = None if corrected is None else corrected.id
-    return records.add(found, created_utc=created_utc, new_calibration_id=new_id)
+    return document

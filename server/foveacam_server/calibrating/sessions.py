@@ -6,12 +6,14 @@ The procedures write their own files into it; here are its name, its label, and 
 import json
 import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.aggregate import combine_sessions
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document
@@ -98,8 +100,8 @@ class CalibrationSession:
         return found
 
     def write(self, name: str, document: Document) -> None:
-        """Write one of its JSON files whole, then rename it into place."""
-        write_document(self.folder / name, document)
+        """Write one of its JSON files; raise as `write_document`."""
+        write_document(self.folder / name, document, what=f"{name} of calibration session {self.id}")
 
     @property
     def empty(self) -> bool:
@@ -121,8 +123,9 @@ class SessionShelf:
     def create(self, *, label: str, rig_id: str, baseline_m: float) -> CalibrationSession:
         """Begin a session."""
         session = CalibrationSession(self.folder / new_id("ses"))
-        session.folder.mkdir(parents=True)
-        _write_head(session, label=label, rig_id=rig_id, baseline_m=baseline_m)
+        with _whole_or_not(session):
+            session.folder.mkdir(parents=True)
+            _write_head(session, label=label, rig_id=rig_id, baseline_m=baseline_m)
         return session
 
     def combine(self, ids: Sequence[str], *, label: str | None = None) -> CalibrationSession:
@@ -136,15 +139,16 @@ class SessionShelf:
             raise InvalidInput(f"{len(heads)} session was given to be put together; name two or more")
         with_lens = [self.folder / head.id for head in heads if (self.folder / head.id / VIEWS).is_file()]
         combined = CalibrationSession(self.folder / new_id("ses"))
-        found = combine_sessions(
-            [session.folder for session in sessions],
-            combined.folder,
-            rig_id=heads[-1].rig_id,
-            wide_from=(with_lens or [self.folder / heads[-1].id])[-1],
-        )
-        _write_head(
-            combined, label=label or found.label, rig_id=found.rig_id, baseline_m=heads[-1].baseline_m
-        )
+        with _whole_or_not(combined):
+            found = combine_sessions(
+                [session.folder for session in sessions],
+                combined.folder,
+                rig_id=heads[-1].rig_id,
+                wide_from=(with_lens or [self.folder / heads[-1].id])[-1],
+            )
+            _write_head(
+                combined, label=label or found.label, rig_id=found.rig_id, baseline_m=heads[-1].baseline_m
+            )
         return combined
 
     def every(self) -> list[CalibrationSession]:
@@ -170,7 +174,20 @@ class SessionShelf:
 
     def remove(self, session_id: str) -> None:
         """Delete a session and everything measured in it; the calibrations fitted from it stay."""
-        shutil.rmtree(self.get(session_id).folder)
+        session = self.get(session_id)
+        with disk_errors(f"removing calibration session {session.id}", self.folder):
+            shutil.rmtree(session.folder)
+
+
+@contextmanager
+def _whole_or_not(session: CalibrationSession) -> Iterator[None]:
+    """Leave nothing of a new session that could not be written; raise StorageFull, DeviceFault."""
+    try:
+        with disk_errors("a calibration session", session.folder.parent):
+            yield
+    except FoveaError:
+        shutil.rmtree(session.folder, ignore_errors=True)
+        raise
 
 
 def _write_head(session: CalibrationSession, *, label: str, rig_id: str, baseline_m: float) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_hardware.contract import NotCalibrated
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import read_document, write_document
 
@@ -71,33 +72,15 @@ class SettleTimes:
         return found if found.rig_id == rig_id else None
 
     def keep(self, time: SettleTime) -> None:
-        """Put a settle time in use, now and at every start; written whole, then renamed."""
-        path = self._path(time.rig_id)
+        """Put a settle time in use, now and at every start; raise as `write_document`."""
         document = {"format": FORMAT, "version": VERSION, **time.model_dump()}
-        try:
-            write_document(path, document)
-        except OSError as error:
-            raise InvalidInput(
-                f"{path}: {error.strerror}; the measured settle time was not put in use; make the data "
-                "directory writable",
-                asked=f"a settle time of {time.settle_us / 1e3:g} ms in use",
-                found=str(error.strerror),
-                remedy="make the data directory writable",
-            ) from error
+        what = f"a settle time of {time.settle_us / 1e3:g} ms"
+        write_document(self._path(time.rig_id), document, what=what)
 
     def forget(self, rig_id: str) -> None:
         """Let the rig file's settle time count again; nothing happens when it does."""
-        path = self._path(rig_id)
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise InvalidInput(
-                f"{path}: {error.strerror}; the measured settle time stays in use; make the data directory "
-                "writable",
-                asked="the rig file's settle time",
-                found=str(error.strerror),
-                remedy="make the data directory writable",
-            ) from error
+        with disk_errors("removing the measured settle time", self._folder):
+            self._path(rig_id).unlink(missing_ok=True)
 
     def _path(self, rig_id: str) -> Path:
         return self._folder / f"{rig_id}.json"

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated, OutOfRange, Role
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, free_bytes
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, free_bytes, no_room
 from foveacam_server.capturing.mosaic_process import MosaicWish
 
 if TYPE_CHECKING:
@@ -74,15 +74,15 @@ def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
 
 
 def check_room(needs: MosaicNeeds) -> None:
-    """Raise OutOfRange with both figures when the disk is too small."""
+    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
-        raise OutOfRange(
+        raise no_room(
             f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
             f" is made, with the {KEPT_FREE};"
             f" {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
-            asked=f"{wanted_bytes} bytes",
-            found=f"{needs.free_bytes} bytes",
+            needed_bytes=wanted_bytes,
+            free_bytes=needs.free_bytes,
             remedy="free some room on the disk",
         )
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable
 
-from foveacam_hardware.contract import OutOfRange, Role
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.session import RecordedRig
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.ports import Rig
@@ -30,18 +30,19 @@ def full_rates(rig: Rig) -> LiveRates:
 
 
 def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:
-    """Raise OutOfRange with both figures when the disk is too small; without a duration, for one second.
+    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit.
 
-    `frames`: bytes of a frame and rate, Hz, of every camera. It ends by itself at the reserve.
+    Without a duration, for one second: it ends by itself at the reserve.
+    `frames`: bytes of a frame and rate, Hz, of every camera.
     """
     asked_s = 1.0 if duration_s is None else duration_s
     needed_bytes = RESERVE_BYTES + round(asked_s * sum(size * rate_hz for size, rate_hz in frames))
     if needed_bytes > free_bytes:
-        raise OutOfRange(
+        raise no_room(
             f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed, with the {KEPT_FREE};"
             f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or record fewer cameras or a"
             " shorter time",
-            asked=f"{needed_bytes} bytes",
-            found=f"{free_bytes} bytes",
+            needed_bytes=needed_bytes,
+            free_bytes=free_bytes,
             remedy="free some, or record fewer cameras or a shorter time",
         )

@@ -34,8 +34,9 @@ def notes_path(recording: Path) -> Path:
 
 
 def write_notes(recording: Path, notes: Notes) -> None:
-    """Write them whole. Raise `OSError`."""
-    write_document(notes_path(recording), {"format": FORM, "version": VERSION, **asdict(notes)})
+    """Write them whole; raise as `write_document`."""
+    document = {"format": FORM, "version": VERSION, **asdict(notes)}
+    write_document(notes_path(recording), document, what=f"the notes of recording {recording.stem}")
 
 
 def read_notes(recording: Path) -> Notes | None:

@@ -79,8 +79,7 @@ class RecordingShelf:
 
     def describe(self, kept: KeptRecording, *, label: str) -> None:
         """Change the label."""
-        with disk_errors(f"the notes of recording {kept.name}", self.folder):
-            write_notes(kept.path, replace(kept.notes, label=label))
+        write_notes(kept.path, replace(kept.notes, label=label))
 
     def remove(self, kept: KeptRecording) -> None:
         """Move a recording to the trash."""
@@ -151,10 +150,15 @@ def _files(home: Path) -> list[Path]:
 
 
 def _move(kept: KeptRecording, target: Path) -> None:
-    """Rename a recording with its notes, which keep its id. Raise `OSError`."""
-    write_notes(target, kept.notes)
+    """Rename a recording with its notes, which keep its id. Raise `OSError`, or as `write_notes`."""
+    notes, moved = notes_path(kept.path), notes_path(target)
+    moved.unlink(missing_ok=True)
+    try:
+        moved.hardlink_to(notes)  # takes no room: also on a full disk something can be thrown away
+    except OSError:
+        write_notes(target, kept.notes)
     kept.path.rename(target)
-    notes_path(kept.path).unlink(missing_ok=True)
+    notes.unlink(missing_ok=True)
 
 
 def _newest_first(found: list[KeptRecording]) -> list[KeptRecording]:

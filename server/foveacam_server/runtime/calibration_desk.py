@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
@@ -69,10 +70,11 @@ class CalibrationDesk:
 
         session = self._shelf.get(session_id)
         self._runs.check_idle(session_id, "remove a view")
-        fits = remove_sample(session, sample_id)
-        samples = samples_of(session)
-        if samples is not None:
-            redraw(session, samples, fits[0] if fits else None)
+        with disk_errors(f"the views of calibration session {session.id}", session.folder):
+            fits = remove_sample(session, sample_id)
+            samples = samples_of(session)
+            if samples is not None:
+                redraw(session, samples, fits[0] if fits else None)
         return self._document(session)
 
     def settle_time(self, session_id: str) -> SettleTime:

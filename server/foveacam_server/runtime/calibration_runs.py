@@ -14,6 +14,7 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     Role,
 )
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.calibrating.options import (
     STEPS,
     AllRun,
@@ -138,7 +139,10 @@ class CalibrationRuns:
         before = self._bearing()
         workplace = self._workplace_of(self._with.hardware.status, context)
         try:
-            run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+            with disk_errors(
+                f"a step of calibration session {session.id}", session.folder, again="then run it again"
+            ):
+                run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
         finally:
             self._ask_no_more()
         self._turn_back(before, workplace)

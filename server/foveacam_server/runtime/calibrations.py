@@ -112,14 +112,10 @@ class CalibrationService:
 
     def add(self, calibration: Calibration) -> None:
         """Keep a calibration of this rig; what is in force stays so, also after a restart."""
-        if self._rig_id is not None:
-            calibration.check_rig(self._rig_id)
+        self._prepare_new(calibration)
         self.records.add(calibration)
         with self._lock:
             self._known[calibration.id] = calibration
-        current = self._current
-        if current is not None and pinned_id(self._folder, current.rig_id) not in self._known:
-            write_pin(self._folder, current.rig_id, current.id)
 
     def discard(self, calibration_id: str) -> None:
         """Put a calibration in the trash; raise `Busy` for the one in force, `InvalidInput` for a shipped."""
@@ -150,8 +146,10 @@ class CalibrationService:
                 "/api/v1/calibrations?removed=true",
                 asked=calibration_id,
             )
+        self._prepare_new(RecordStore(self.records.trash).get(calibration_id))
         restored = self.records.restore(calibration_id)
-        self.add(restored)
+        with self._lock:
+            self._known[restored.id] = restored
         return restored
 
     def activate(self, calibration_id: str) -> Calibration:
@@ -161,6 +159,14 @@ class CalibrationService:
         if calibration is not self._current:
             self._put_in_force(calibration)
         return calibration
+
+    def _prepare_new(self, calibration: Calibration) -> None:
+        """Check that it is this rig's, and pin the one in force before a newer one could take its place."""
+        if self._rig_id is not None:
+            calibration.check_rig(self._rig_id)
+        current = self._current
+        if current is not None and pinned_id(self._folder, current.rig_id) not in self._known:
+            write_pin(self._folder, current.rig_id, current.id)
 
     def _put_in_force(self, calibration: Calibration) -> None:
         reach_rad = calibration.reach_rad()

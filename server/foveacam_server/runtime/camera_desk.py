@@ -1,7 +1,7 @@
 """Settings of cameras as the operator wants them: changed, kept by serial number, asked again at a start."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 
 from foveacam_hardware.contract import (
@@ -9,10 +9,12 @@ from foveacam_hardware.contract import (
     Camera,
     CameraPhase,
     CameraSettings,
+    DeviceFault,
     FoveaError,
     InvalidInput,
     Role,
     Span,
+    StorageFull,
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.camera_pair import Difference, differences
@@ -71,9 +73,14 @@ class CameraDesk:
         for camera in (rig.wide, rig.left, rig.right):
             if camera.role in self._seeking and camera.settings.exposure_auto is AutoMode.OFF:
                 self._seeking.discard(camera.role)
-                self._keep_exposure(camera)
                 found_ms = camera.settings.exposure_ns / 1e6
-                self._tell(f"camera {camera.role.value} found an exposure of {found_ms:.3g} ms", [camera])
+                message = f"camera {camera.role.value} found an exposure of {found_ms:.3g} ms"
+                try:
+                    self._records.keep(self._with_exposure(camera))
+                except (StorageFull, DeviceFault) as error:  # nobody waits for it: it counts until the end
+                    self._tell(f"{message}, which is not kept: {error}", [camera], level=Level.WARNING)
+                else:
+                    self._tell(message, [camera])
 
     def change(self, hardware: HardwareThread, roles: tuple[Role, ...], wish: CameraWish) -> "Future[None]":
         """Change cameras, all or none; raise `Busy` and `InvalidInput` at once, others by the future."""
@@ -100,14 +107,20 @@ class CameraDesk:
         """
         _check_free(hardware)
         self._check_alike(hardware.status)
+        before = {camera.role: camera.settings for camera in hardware.status.cameras}
         with hardware.session("the search for an exposure", cancelled=lambda: False) as head:
             found = find_exposure(head, _pair(hardware.status), gaze=hardware.gaze)
 
         def work(rig: Rig) -> None:
-            for camera in (rig.left, rig.right):
-                self._keep_exposure(camera)
+            cameras = [rig.left, rig.right]
+            try:
+                with self._records.keeping([self._with_exposure(camera) for camera in cameras]):
+                    pass
+            except FoveaError:
+                _put_back([(camera, before[camera.role]) for camera in cameras])
+                raise
             level = Level.INFO if found.good else Level.WARNING
-            self._tell(found.told, [rig.left, rig.right], level=level)
+            self._tell(found.told, cameras, level=level)
             hardware.refresh(rig)
 
         answer_of(hardware.submit(work), asked="the exposure that was found")
@@ -130,11 +143,15 @@ class CameraDesk:
 
         def work(rig: Rig) -> None:
             camera = _camera(rig, role)
-            before = self._before.get(camera.info.serial)
+            found, before = camera.settings, self._before.get(camera.info.serial)
             if before is not None:
                 camera.configure(before)
+            try:
+                self._records.forget(camera.info.serial)
+            except FoveaError:
+                _put_back([(camera, found)])
+                raise
             self._seeking.discard(role)
-            self._records.forget(camera.info.serial)
             self._tell(f"camera {role.value} runs as the rig file says", [camera], reset=True)
             hardware.refresh(rig)
 
@@ -155,16 +172,15 @@ class CameraDesk:
     def _change_all(self, cameras: list[Camera], wish: CameraWish) -> None:
         done: list[tuple[Camera, CameraSettings]] = []
         try:
-            for camera in cameras:
-                before = camera.settings
-                self._configure(camera, wish)
-                done.append((camera, before))
+            with self._records.keeping([self._record(camera, wish.lasting) for camera in cameras]):
+                for camera in cameras:
+                    before = camera.settings
+                    self._configure(camera, wish)
+                    done.append((camera, before))
         except FoveaError:
-            for camera, before in done:  # all or none
-                camera.configure(before)
+            _put_back(done)  # all or none
             raise
         for camera in cameras:
-            self._keep(camera.info.serial, wish.lasting)
             if "exposure_auto" in wish.changes:
                 self._seeking.discard(camera.role)
             if wish.exposure_auto is AutoMode.ONCE:
@@ -176,13 +192,14 @@ class CameraDesk:
         refuse_own_exposure(camera, asked)
         camera.configure(asked)
 
-    def _keep(self, serial: str, changes: Mapping[str, object]) -> None:
+    def _record(self, camera: Camera, changes: Mapping[str, object]) -> CameraRecord:
+        serial = camera.info.serial
         before = self._records.of(serial) or CameraRecord(serial=serial)
-        self._records.keep(before.model_copy(update=dict(changes)))
+        return before.model_copy(update=dict(changes))
 
-    def _keep_exposure(self, camera: Camera) -> None:
+    def _with_exposure(self, camera: Camera) -> CameraRecord:
         by_hand = {"exposure_ns": camera.settings.exposure_ns, "exposure_auto": AutoMode.OFF}
-        self._keep(camera.info.serial, by_hand)
+        return self._record(camera, by_hand)
 
     def _ask_again(self, camera: Camera, record: CameraRecord) -> None:
         wish = CameraWish(**{name: getattr(record, name) for name in WISHED})
@@ -208,6 +225,11 @@ class CameraDesk:
 def _check_free(hardware: HardwareThread) -> None:
     if hardware.busy_with is not None:
         raise refusals.in_use("change a camera", hardware.busy_with)
+
+
+def _put_back(changed: Sequence[tuple[Camera, CameraSettings]]) -> None:
+    for camera, before in changed:
+        camera.configure(before)
 
 
 def _camera(rig: Rig, role: Role) -> Camera:

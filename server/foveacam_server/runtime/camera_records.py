@@ -2,12 +2,21 @@
 
 import hashlib
 import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat
-from foveacam_server.whole_file import read_document, write_document
+from foveacam_hardware.contract import AutoMode, PixelFormat
+from foveacam_pipeline.capture.dataset.disk import (
+    disk_errors,
+    finish_part,
+    part_of,
+    sync_folder,
+    write_part,
+)
+from foveacam_server.whole_file import document_text, read_document
 
 _log = logging.getLogger(__name__)
 
@@ -55,27 +64,47 @@ class CameraRecords:
         return found if found.serial == serial else None
 
     def keep(self, record: CameraRecord) -> None:
-        """Write a record, whole, then renamed; raise `InvalidInput` when the directory cannot be written."""
-        path = self._path(record.serial)
-        document = {"format": FORMAT, "version": VERSION, **record.model_dump(mode="json", exclude_none=True)}
+        """Write a record; raise `StorageFull`, `DeviceFault`."""
+        with self.keeping([record]):
+            pass
+
+    @contextmanager
+    def keeping(self, records: Sequence[CameraRecord]) -> Iterator[None]:
+        """Write records on entry, and let them count, all of them, once the block has ended well.
+
+        Raise `StorageFull` or `DeviceFault`, before the block unless the very renaming is refused; the
+        records are then as they were.
+        """
+        what = f"settings of camera {' and '.join(record.serial for record in records)}"
+        paths = [self._path(record.serial) for record in records]
         try:
-            write_document(path, document)
-        except OSError as error:
-            raise InvalidInput(
-                f"{path}: {error.strerror}; the camera took its settings, and they are not kept for the next"
-                " start; make the data directory writable",
-                asked=f"settings of camera {record.serial} kept",
-                found=str(error.strerror),
-                remedy="make the data directory writable",
-            ) from error
-        self._known[record.serial] = record
+            with disk_errors(what, self._folder):
+                self._folder.mkdir(parents=True, exist_ok=True)
+                for path, record in zip(paths, records, strict=True):
+                    write_part(path, _text(record).encode())
+            yield
+            with disk_errors(what, self._folder):
+                for path in paths:
+                    finish_part(path)
+                sync_folder(self._folder)
+        finally:
+            for path in paths:
+                with suppress(OSError):
+                    part_of(path).unlink(missing_ok=True)
+        self._known.update({record.serial: record for record in records})
 
     def forget(self, serial: str) -> None:
-        """Take a camera's record away; harmless when there is none."""
-        self._path(serial).unlink(missing_ok=True)
+        """Take a camera's record away; harmless when there is none. Raise `StorageFull`, `DeviceFault`."""
+        with disk_errors(f"removing the settings of camera {serial}", self._folder):
+            self._path(serial).unlink(missing_ok=True)
         self._known[serial] = None
 
     def _path(self, serial: str) -> Path:
         """Return a file for any serial number, also for one that is an address or a path."""
         plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in serial)[:40]
         return self._folder / f"{plain}-{hashlib.sha256(serial.encode()).hexdigest()[:8]}.json"
+
+
+def _text(record: CameraRecord) -> str:
+    values = record.model_dump(mode="json", exclude_none=True)
+    return document_text({"format": FORMAT, "version": VERSION, **values})

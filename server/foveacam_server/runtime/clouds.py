@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import save_look
 from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
@@ -51,12 +52,27 @@ class CloudShelf:
                 self.patches.add(load_patch(path))
 
     def put(self, shape: Shape) -> Document:
-        """Write the files, then the row; return the cloud's document."""
+        """Write the files, then the row; return the cloud's document. Without room nothing is left of it."""
         cloud_id = new_id("cld")
+        has_mesh = len(shape.mesh.faces) > 0
+        document = _document(cloud_id, shape, has_mesh=has_mesh)
+        try:
+            with disk_errors(f"the shape of fixation {shape.fixation_id}", self._folder):
+                self._write(cloud_id, shape, has_mesh=has_mesh)
+            with self._store.session() as session:
+                session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=document))
+        except FoveaError:
+            shutil.rmtree(self._folder / f"{cloud_id}.part", ignore_errors=True)
+            shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
+            raise
+        if shape.patch is not None:
+            self.patches.add(shape.patch)
+        return document
+
+    def _write(self, cloud_id: str, shape: Shape, *, has_mesh: bool) -> None:
         partial = self._folder / f"{cloud_id}.part"
         partial.mkdir()
         (partial / "cloud.ply").write_bytes(ply_bytes(shape.cloud))
-        has_mesh = len(shape.mesh.faces) > 0
         if has_mesh:
             (partial / "mesh.glb").write_bytes(write_glb(shape.mesh, y_up=True))
         (partial / "depth.png").write_bytes(_png(shape.depth_picture))
@@ -65,12 +81,6 @@ class CloudShelf:
         if shape.look is not None:
             save_look(shape.look, partial / "depth.npz")
         partial.rename(self._folder / cloud_id)
-        document = _document(cloud_id, shape, has_mesh=has_mesh)
-        with self._store.session() as session:
-            session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=document))
-        if shape.patch is not None:
-            self.patches.add(shape.patch)
-        return document
 
     def get(self, cloud_id: str) -> Document:
         """Return one or raise `NotFound`."""

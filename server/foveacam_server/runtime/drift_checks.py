@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.runtime.calibration_runs import Equipment
 from foveacam_server.runtime.calibration_watch import JobWatch
@@ -17,6 +18,7 @@ class DriftChecks:
     """Queues checks, runs them, keeps what they found."""
 
     def __init__(self, folder: Path, equipment: Equipment) -> None:
+        self._folder = folder
         self.records = DriftRecords(folder)
         self._with = equipment
         equipment.jobs.handle(KIND, self._work)
@@ -48,13 +50,14 @@ class DriftChecks:
                 clock=self._with.clock,
                 watch=watch,
             )
-        document = keep_check(
-            found,
-            calibration,
-            apply=bool(wished.get("apply")),
-            records=self.records,
-            registry=self._with.calibration,
-            watch=watch,
-        )
+        with disk_errors("the drift check", self._folder):
+            document = keep_check(
+                found,
+                calibration,
+                apply=bool(wished.get("apply")),
+                records=self.records,
+                registry=self._with.calibration,
+                watch=watch,
+            )
         self._with.events.emit("calibration.drift", document["detail"], data=document)
         return f"{DRIFT_URL}/{document['id']}"

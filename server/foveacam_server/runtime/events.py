@@ -17,7 +17,7 @@ from enum import StrEnum
 from sqlalchemy import delete, func, insert, select
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
-from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.contract import DeviceFault, StorageFull
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document, EventRow, Store
 
@@ -198,7 +198,7 @@ class EventLog:
         """Write them down; tell whether they are off one's hands."""
         try:
             self._save(events, prune=prune)
-        except DeviceFault as error:  # full, read-only: it may pass
+        except (StorageFull, DeviceFault) as error:  # full, read-only: it may pass
             self._tell_fault(error.found or str(error))
             return False
         except OperationalError as error:  # locked: so may that

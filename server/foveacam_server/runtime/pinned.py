@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from foveacam_hardware.contract import InvalidInput
 from foveacam_server.whole_file import write_whole
 
 _ID_LENGTHS = range(1, 65)
@@ -18,18 +17,9 @@ def pinned_id(folder: Path, rig_id: str) -> str | None:
 
 
 def write_pin(folder: Path, rig_id: str, calibration_id: str) -> None:
-    """Write down which calibration is in force; whole, then renamed."""
-    path = _path(folder, rig_id)
-    try:
-        write_whole(path, calibration_id + "\n")
-    except OSError as error:
-        raise InvalidInput(
-            f"{path}: {error.strerror}; calibration {calibration_id} was not put in force; make the data "
-            "directory writable",
-            asked=f"calibration {calibration_id} in force",
-            found=str(error.strerror),
-            remedy="make the data directory writable",
-        ) from error
+    """Write down which calibration is in force, whole; raise as `write_whole`."""
+    what = f"calibration {calibration_id} as the one in force"
+    write_whole(_path(folder, rig_id), calibration_id + "\n", what=what)
 
 
 def _path(folder: Path, rig_id: str) -> Path:

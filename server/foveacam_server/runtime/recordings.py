@@ -7,8 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, DeviceFault, FoveaError, InvalidInput, Role
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Role
 from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended, reserve_words
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import Session
@@ -251,7 +250,7 @@ class RecordingService:
         try:
             if live.recorder is not None:  # else there is no file that they would belong to
                 write_notes(live.path, notes)
-        except OSError as error:
+        except FoveaError as error:
             _log.warning("recording %s: its notes could not be written: %s", live.name, error)
         with self._lock:
             self._live = None
@@ -308,10 +307,9 @@ class RecordingService:
 def _begun(live: LiveRecording) -> Recorder:
     """Return the recorder of a new file with its notes; where the disk takes neither, nothing is left."""
     try:
-        with disk_errors(f"the notes of recording {live.name}", live.path.parent):
-            write_notes(live.path, Notes(id=live.id, label=live.label, created_utc=live.created_utc))
+        write_notes(live.path, Notes(id=live.id, label=live.label, created_utc=live.created_utc))
         return Recorder(live.path, Session(timestamp=live.created_utc, rig=live.rig))
-    except DeviceFault:
+    except FoveaError:
         with suppress(OSError):
             notes_path(live.path).unlink(missing_ok=True)
             live.path.unlink(missing_ok=True)

@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import os
+import shutil
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +29,8 @@ _DISK_ERRORS = {
     sqlite3.SQLITE_IOERR: errno.EIO,
     sqlite3.SQLITE_CANTOPEN: errno.EIO,
 }
+_LEAST_FREE_BYTES = 65_536
+"""With less, an error of input and output is one of a full disk."""
 
 
 class Row(DeclarativeBase):
@@ -124,7 +127,7 @@ class Store:
     def session(self) -> Iterator[Session]:
         """Open a transaction: committed at the end of the block, rolled back on an error.
 
-        Raise DeviceFault when the disk is full or cannot be written.
+        Raise StorageFull when the disk is full or cannot be written, DeviceFault when it failed.
         """
         try:
             with Session(self._engine, expire_on_commit=False) as session, session.begin():
@@ -133,6 +136,8 @@ class Store:
             number = _DISK_ERRORS.get(getattr(error.orig, "sqlite_errorcode", 0) & 0xFF)
             if number is None:
                 raise
+            if number == errno.EIO and shutil.disk_usage(self.folder).free < _LEAST_FREE_BYTES:
+                number = errno.ENOSPC  # its own files beside the database cannot be made
             told = OSError(number, str(error.orig))
             raise disk_fault(told, what="the database", folder=self.folder) from error
 

@@ -118,7 +118,7 @@ class TriggerTests:
 
     def _keep(self, document: Document) -> None:
         path = self._folder / f"{document['created_utc'].replace(':', '')}-{document['id']}.json"
-        write_document(path, document)
+        write_document(path, document, what="the trigger test")
 
 
 def _eyes(rig: Rig) -> tuple[Camera, Camera]:

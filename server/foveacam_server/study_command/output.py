@@ -14,18 +14,19 @@ from foveacam_server.study_command.recipes import versions
 from foveacam_server.whole_file import write_document, write_whole
 
 REPORT = "report.html"
+_WHAT = "the report of the studies"
 
 
 def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ()) -> Path:
-    """Write drawings (SVG, PNG), findings (JSON) and the report; return its path. Raise DeviceFault."""
-    with disk_errors("the report of the studies", folder):
+    """Write drawings (SVG, PNG), findings (JSON) and the report; return its path. Raise as `disk_errors`."""
+    with disk_errors(_WHAT, folder):
         for one in told:
             for picture in one.study.pictures:
                 name = _name_of(one.study, picture)
-                write_whole(folder / f"{name}.svg", picture.drawing.svg)
+                write_whole(folder / f"{name}.svg", picture.drawing.svg, what=_WHAT)
                 write_file(folder / f"{name}.png", picture.drawing.png)
-            write_document(folder / f"{one.study.name}.json", _findings(one))
-        write_whole(folder / REPORT, report_html(told, versions=versions(), failed=failed))
+            write_document(folder / f"{one.study.name}.json", _findings(one), what=_WHAT)
+        write_whole(folder / REPORT, report_html(told, versions=versions(), failed=failed), what=_WHAT)
     return folder / REPORT
 
 

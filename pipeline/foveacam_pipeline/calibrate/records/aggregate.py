@@ -101,11 +101,13 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
 
 def _fill(folder: Path, combined: Aggregate, wide_from: Path) -> None:
     folder.mkdir(parents=True)
-    for path in wide_from.glob("wide*"):
+    files = (path for found in wide_from.glob("wide*") for path in (found, *found.rglob("*")))
+    for path in files:  # one by one: `copytree` gathers its errors, and loses what ails the disk
+        target = folder / path.relative_to(wide_from)
         if path.is_dir():
-            shutil.copytree(path, folder / path.name)
+            target.mkdir()
         else:
-            shutil.copy2(path, folder / path.name)
+            shutil.copy2(path, target)
     taken: set[str] = set()
     for sweep in sorted(combined.sweeps, key=lambda sweep: sweep.header.created_utc):
         named = _named_apart(sweep, taken)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records.new_file import claim
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 
@@ -91,14 +92,16 @@ class RecordStore:
     def discard(self, calibration_id: str) -> None:
         """Put a calibration in the trash, whence `restore` brings it back; raise NotCalibrated without it."""
         path = self.path_of(self.get(calibration_id).id)
-        self.trash.mkdir(exist_ok=True)
-        path.replace(self.trash / path.name)
+        with disk_errors(f"calibration {path.stem} in the trash", self.trash):
+            self.trash.mkdir(exist_ok=True)
+            path.replace(self.trash / path.name)
 
     def restore(self, calibration_id: str) -> Calibration:
         """Take a calibration, named whole or by its beginning, out of the trash and return it."""
         discarded = RecordStore(self.trash)
         found = discarded.get(calibration_id)
-        discarded.path_of(found.id).replace(self.path_of(found.id))
+        with disk_errors(f"calibration {found.id}", self._folder):
+            discarded.path_of(found.id).replace(self.path_of(found.id))
         return found
 
     @property
@@ -131,11 +134,12 @@ class RecordStore:
         return calibration
 
     def _write(self, calibration: Calibration, path: Path) -> Path:
-        path.parent.mkdir(parents=True, exist_ok=True)
         finished = path.with_name(f".{path.name}.{os.getpid()}.new")
-        try:
-            save_calibration(calibration, finished)
-            claim(finished, path)
-        finally:
-            finished.unlink(missing_ok=True)
+        with disk_errors(f"calibration {calibration.id}", path.parent):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                save_calibration(calibration, finished)
+                claim(finished, path)
+            finally:
+                finished.unlink(missing_ok=True)
         return path

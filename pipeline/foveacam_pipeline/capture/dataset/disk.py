@@ -11,12 +11,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.contract import DeviceFault, FoveaError, StorageFull
 
 PART = ".part"
 """How the name of a file ends that is not finished; it begins with a dot."""
 AGAIN = "then try again"
 """What follows once a disk is mended, where nothing better is said."""
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 def part_of(path: Path) -> Path:
@@ -59,24 +61,37 @@ def write_file(path: Path, content: bytes | memoryview) -> None:
 
 @contextmanager
 def disk_errors(what: str, folder: Path, *, again: str = AGAIN) -> Iterator[None]:
-    """Turn an OSError inside into a DeviceFault that says what was written, where, and what to do."""
+    """Turn an OSError inside into StorageFull or DeviceFault: what was written, where, and what to do."""
     try:
         yield
     except OSError as error:
         raise disk_fault(error, what=what, folder=folder, again=again) from error
 
 
-def disk_fault(error: OSError, *, what: str, folder: Path, again: str = AGAIN) -> DeviceFault:
+def disk_fault(error: OSError, *, what: str, folder: Path, again: str = AGAIN) -> FoveaError:
     """Return the error of the contract for an OSError met while writing."""
     found, remedy = disk_words(error, folder, again=again)
-    return DeviceFault(f"{what} in {folder}: {found}; {remedy}", asked=what, found=found, remedy=remedy)
+    kind = disk_kind(error)
+    return kind(f"{what} in {folder}: {found}; {remedy}", asked=what, found=found, remedy=remedy)
+
+
+def disk_kind(error: OSError) -> type[FoveaError]:
+    """Return StorageFull for a disk that refuses to be written, DeviceFault for one that failed."""
+    return StorageFull if error.errno in (*_FULL, *_NOT_WRITABLE) else DeviceFault
+
+
+def takes_no_more(error: OSError) -> bool:
+    """Tell whether an OSError, of whatever call, can only be that of a disk that takes no more."""
+    return error.errno in (*_FULL, errno.EROFS)
 
 
 def disk_words(error: OSError, folder: Path, *, again: str = AGAIN) -> tuple[str, str]:
     """Return what ails the disk of a folder, and what to do; `again`: what follows once it is mended."""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+    if error.errno == errno.EDQUOT:
+        return f"the quota of the disk is used up ({_free(folder)})", f"free some space, {again}"
+    if error.errno == errno.ENOSPC:
         return f"the disk is full ({_free(folder)})", f"free some space, {again}"
-    if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
+    if error.errno in _NOT_WRITABLE:
         return f"the disk cannot be written ({error.strerror})", f"make the folder writable, {again}"
     return f"the disk failed ({error.strerror or error})", f"check the disk, {again}"
 

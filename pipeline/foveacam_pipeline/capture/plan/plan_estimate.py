@@ -7,9 +7,9 @@ program adds to it is its own.
 import math
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import InvalidInput, OutOfRange
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan.plan_document import RasterPlan
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 
 READOUT_10BIT_MS = 4.38
 """IMX273: 1080 + 42 lines of 290 / 74.25 MHz; a frame is read out while the mirrors move on."""
@@ -192,14 +192,14 @@ def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:
 
 
 def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") -> None:
-    """Raise OutOfRange with both figures when the disk is too small for what is to come."""
+    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
-        raise OutOfRange(
+        raise no_room(
             f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {KEPT_FREE};"
             f" {_size(free_bytes)} are free on {where}; {MORE_ROOM}",
-            asked=f"{needed_bytes} bytes",
-            found=f"{free_bytes} bytes",
+            needed_bytes=needed_bytes,
+            free_bytes=free_bytes,
             remedy=MORE_ROOM,
         )
 

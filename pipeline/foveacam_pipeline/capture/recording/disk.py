@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
-from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_fault, disk_words
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset.disk import disk_fault, disk_kind, disk_words
 
 Buffer: TypeAlias = bytes | memoryview
 MOST_BUFFERS = 512
@@ -62,7 +62,7 @@ class FileDisk:
 
 
 def new_file(path: Path) -> Disk:
-    """Return a new file at `path`; raise `InvalidInput` for a name in use, `DeviceFault` for a bad disk."""
+    """Return a new file at `path`; raise `InvalidInput` for a name in use, else as `disk_fault`."""
     try:
         return FileDisk(path)
     except FileExistsError as error:
@@ -78,7 +78,7 @@ def new_file(path: Path) -> Disk:
 def disk_failure(path: Path, error: OSError, *, kept: str) -> FoveaError:
     """Return what ended a recording, for the operator; `kept`: what the file holds."""
     found, remedy = disk_words(error, path.parent, again="or choose another one, and record anew")
-    return DeviceFault(
+    return disk_kind(error)(
         f"recording {path}: the disk took no more: {found}; {kept}; {remedy}",
         asked="write a recording",
         found=found,

@@ -2,7 +2,7 @@
 
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.capture.plan import ImageSize
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
+from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 from foveacam_pipeline.capture.still.values import StillKeep, StillPlan
 
 MOST_BYTES = 1 << 30
@@ -17,7 +17,7 @@ def still_bytes(plan: StillPlan, *, fovea: ImageSize, wide: ImageSize) -> int:
 
 
 def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
-    """Raise OutOfRange with both figures when memory or disk is too small for it."""
+    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
     if needed_bytes > MOST_BYTES:
         raise OutOfRange(
             f"still: its frames take {needed_bytes / 1e9:.2f} GB, at most {MOST_BYTES / 1e9:.2f} GB are held"
@@ -25,10 +25,12 @@ def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
             asked=f"{needed_bytes} bytes",
             found=f"{MOST_BYTES} bytes at most",
         )
-    if needed_bytes + RESERVE_BYTES > free_bytes:
-        raise OutOfRange(
-            f"still: it needs up to {(needed_bytes + RESERVE_BYTES) / 1e6:.0f} MB, with the {KEPT_FREE};"
+    wanted_bytes = needed_bytes + RESERVE_BYTES
+    if wanted_bytes > free_bytes:
+        raise no_room(
+            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {KEPT_FREE};"
             f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or keep the mean of fewer frames",
-            asked=f"{needed_bytes + RESERVE_BYTES} bytes",
-            found=f"{free_bytes} bytes free",
+            needed_bytes=wanted_bytes,
+            free_bytes=free_bytes,
+            remedy="free some, or keep the mean of fewer frames",
         )

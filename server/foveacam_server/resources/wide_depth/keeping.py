@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.context.context_file import ContextOf, load_context, save_context
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
@@ -78,10 +79,11 @@ class ContextKeeper:
     def forget(self) -> None:
         """Forget the present context and the stored one."""
         with self._lock:
+            with disk_errors("removing the stored wide depth", self._path.parent):
+                self._path.unlink(missing_ok=True)
             if self._context is not None:
                 self._context.clear()
                 self._saved = self._context.revision
-            self._path.unlink(missing_ok=True)
 
     def _opened(self, calibration: Calibration, of: ContextOf) -> WideContext:
         context = WideContext(calibration.wide)
