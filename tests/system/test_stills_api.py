@@ -214,7 +214,7 @@ def test_a_disk_too_small_is_told_before_anything_is_taken(
     monkeypatch.setattr("foveacam_server.runtime.stills.shutil.disk_usage", lambda _: Usage)
     refused = server.post(URL, {})
 
-    assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes free")
+    assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")
 
 
 def test_there_is_no_still_by_that_id(server: Running) -> None:

@@ -1,3 +1,4 @@
+import errno
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -5,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import NotCalibrated
+from foveacam_hardware.contract import NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.records.records import RecordStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
@@ -148,3 +149,29 @@ def test_damaged_note_of_what_is_in_force_is_as_none(events: EventLog, folder: P
     service = CalibrationService(chosen=None, folder=folder, events=events)
     service.choose_for(RIG)
     assert service.require().id == newer.id
+
+
+def test_full_disk_changes_nothing_that_is_in_force_or_known(
+    events: EventLog, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    before, other = service.require(), replace(service.require(), label="mine")
+    service.add(other)
+    service.discard(other.id)
+    (folder / "in_force" / f"{RIG}.txt").unlink()
+    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+
+    for change in (service.activate, service.restore):
+        known = before.id if change == service.activate else other.id
+        with pytest.raises(StorageFull, match=f"calibration {before.id} as the one in force .* disk is full"):
+            change(known)
+    with pytest.raises(StorageFull, match="the disk is full"):
+        service.add(replace(other, label="another"))
+
+    assert service.require() is before
+    assert [known.id for known in service.every()] == [before.id]
+    assert [known.id for known in service.discarded()] == [other.id]

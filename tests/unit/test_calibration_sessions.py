@@ -1,3 +1,4 @@
+import errno
 import json
 import os
 from dataclasses import replace
@@ -5,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_hardware.contract import InvalidInput, NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_server.calibrating.documents import session_document
@@ -148,3 +149,30 @@ def test_what_cannot_be_put_together_is_refused_by_name(shelf: SessionShelf) -> 
     with pytest.raises(InvalidInput, match="no sweep was given to put together"):
         shelf.combine([one.id, other.id])
     assert len(shelf.every()) == 2
+
+
+def full(path: Path, content: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+
+def test_session_that_a_full_disk_does_not_take_leaves_no_folder(
+    shelf: SessionShelf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+    with pytest.raises(StorageFull, match=r"session\.json of calibration session .* the disk is full"):
+        shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
+    assert list(shelf.folder.iterdir()) == []
+
+
+def test_sessions_that_a_full_disk_cannot_hold_together_leave_no_folder(
+    shelf: SessionShelf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("first", "second")]
+    for session in made:
+        save_sweep(Bench(plan=SweepPlan(columns=3, rows=3)).sweep(), session.folder / "sweep-markers.jsonl")
+        session.write("wide.json", {"of": session.head.label})
+    before = sorted(path.name for path in shelf.folder.iterdir())
+    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)  # the very last file
+    with pytest.raises(StorageFull, match="the disk is full"):
+        shelf.combine([session.id for session in made])
+    assert sorted(path.name for path in shelf.folder.iterdir()) == before

@@ -10,10 +10,10 @@ from foveacam_hardware.contract import (
     AutoMode,
     CameraRanges,
     CameraSettings,
-    InvalidInput,
     PixelFormat,
     Role,
     Span,
+    StorageFull,
 )
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -90,7 +90,7 @@ def test_a_damaged_record_is_passed_over(tmp_path: Path, content: str) -> None:
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "cameras").write_text("a file", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="make the data directory writable"):
+    with pytest.raises(StorageFull, match=r"settings of camera 1 in .*cameras: the disk cannot be written"):
         CameraRecords(tmp_path / "cameras").keep(CameraRecord(serial="1", gain_db=3.0))
 
 

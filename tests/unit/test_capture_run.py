@@ -18,6 +18,7 @@ from foveacam_hardware.contract import (
     NotConnected,
     OutOfRange,
     Role,
+    StorageFull,
     VirtualClock,
 )
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, State, check
@@ -244,7 +245,7 @@ def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
 
     with monkeypatch.context() as disk:
         disk.setattr("foveacam_pipeline.capture.dataset.point_store.write_part", full)
-        with pytest.raises(DeviceFault, match=r"the disk is full .* then resume"):
+        with pytest.raises(StorageFull, match=r"the disk is full .* then resume"):
             captured(rig, tmp_path / "a", plan_of())
     assert [point.index for point in Dataset.open(tmp_path / "a")] == [0, 1]
 

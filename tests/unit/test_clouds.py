@@ -1,10 +1,11 @@
+import errno
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.clouds import CloudShelf, Shape
@@ -96,3 +97,18 @@ def test_damaged_file_is_told(store: Store) -> None:
     shelf.file(cloud_id, "cloud.ply").write_bytes(b"nonsense")
     with pytest.raises(InvalidInput, match="damaged"):
         shelf.points(cloud_id)
+
+
+def test_shape_that_a_full_disk_does_not_take_leaves_nothing_behind(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    shelf = CloudShelf(store)
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(StorageFull, match=r"the shape of fixation fix-1 in .*clouds: the disk is full"):
+        shelf.put(shape())
+    assert list((store.folder / "clouds").iterdir()) == []
+    assert shelf.newest(10) == []
+    assert not shelf.patches.covering(11.0, 21.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import Busy, DeviceFault, FoveaError, InvalidInput, Role
+from foveacam_hardware.contract import Busy, DeviceFault, FoveaError, InvalidInput, Role, StorageFull
 from foveacam_pipeline.capture.dataset import (
     Codec,
     Dataset,
@@ -164,15 +164,20 @@ def broken_disk(first: str, number: int) -> Callable[[Path, memoryview], None]:
 
 
 @pytest.mark.parametrize(
-    ("number", "words"),
-    [(errno.ENOSPC, "disk is full"), (errno.EROFS, "cannot be written"), (errno.EIO, "disk failed")],
+    ("number", "kind", "words"),
+    [
+        (errno.ENOSPC, StorageFull, "disk is full"),
+        (errno.EDQUOT, StorageFull, "quota of the disk is used up"),
+        (errno.EROFS, StorageFull, "cannot be written"),
+        (errno.EIO, DeviceFault, "disk failed"),
+    ],
 )
 def test_an_error_of_the_disk_comes_back_and_costs_no_earlier_point(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, number: int, words: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, number: int, kind: type[FoveaError], words: str
 ) -> None:
     monkeypatch.setattr(point_store, "write_part", broken_disk("00001-left", number))
     with (
-        pytest.raises(DeviceFault, match=f"point 1.*{words}"),
+        pytest.raises(kind, match=f"point 1.*{words}"),
         DatasetWriter.create(folder, header(9)) as writer,
     ):
         for index in range(9):
@@ -199,7 +204,7 @@ def test_a_journal_that_cannot_grow_leaves_no_half_line(
         writer.add(noise_point(0))
         writer.flush()
         writer.add(noise_point(1))
-        with pytest.raises(DeviceFault, match="full"):
+        with pytest.raises(StorageFull, match="full"):
             writer.flush()
     assert (folder / JOURNAL).read_bytes().count(b"\n") == 1
     assert (folder / JOURNAL).read_bytes().endswith(b"\n")

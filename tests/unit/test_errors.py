@@ -1,7 +1,10 @@
+import errno
+import os
+from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, create_model
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
 from foveacam_server.errors import KINDS, problem_of
@@ -31,6 +34,7 @@ def test_every_branch_of_the_error_tree_has_its_own_problem_type() -> None:
         ("cancelled", 409),
         ("timeout", 504),
         ("device-fault", 502),
+        ("storage-full", 507),
         ("not-found", 404),
     ],
 )
@@ -118,3 +122,36 @@ def test_lists_and_kinds_are_told_without_the_words_of_the_library(
     with pytest.raises(ValidationError) as refused:
         _Asked.model_validate(sent)
     assert explain_validation(refused.value.errors()).detail == told
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS])
+def test_a_disk_that_takes_no_more_is_no_mistake_of_the_server_wherever_it_is_met(
+    number: int, tmp_path: Path
+) -> None:
+    problem = problem_of(OSError(number, os.strerror(number), str(tmp_path / "new.json"))).document()
+
+    assert (problem["type"], problem["status"]) == ("/problems/storage-full", 507)
+    assert problem["detail"].startswith(f"new.json in {tmp_path}: the ")
+    assert problem["remedy"].endswith(", then try again")
+
+
+def test_a_full_disk_is_told_where_nobody_knows_the_file() -> None:
+    problem = problem_of(OSError(errno.ENOSPC, "No space left on device")).document()
+
+    assert problem["status"] == 507
+    assert "No space left on device; free some space" in problem["detail"]
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EIO, errno.ENOENT])
+def test_another_error_of_the_system_shows_no_details(number: int) -> None:
+    assert problem_of(OSError(number, "secret", "/secret")).document()["status"] == 500
+
+
+def test_a_long_number_is_told_shortly() -> None:
+    model = create_model("Asked", count=(Annotated[int, Field(le=9)], ...))
+    with pytest.raises(ValidationError) as refused:
+        model.model_validate({"count": 10**400})
+    words = explain_validation(refused.value.errors())
+
+    assert "401 characters" in words.detail
+    assert len(words.detail) < 120

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import DeviceFault, Timeout
+from foveacam_hardware.contract import StorageFull, Timeout
 from foveacam_pipeline.capture.recording.disk import Buffer, FileDisk
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
@@ -50,7 +50,7 @@ def test_a_full_disk_ends_it_with_the_reason_and_a_whole_file(tmp_path: Path, ro
     disk = SmallDisk(tmp_path / "a.fcap", room=room)
     recorder = Recorder(tmp_path / "a.fcap", SESSION, disk=disk)
     publish_all(recorder)
-    with pytest.raises(DeviceFault, match="the disk is full"):
+    with pytest.raises(StorageFull, match="the disk is full"):
         recorder.close()
 
     counts = recorder.statistics
@@ -69,7 +69,7 @@ def test_a_disk_that_turns_read_only_leaves_what_it_took(tmp_path: Path) -> None
     disk = SmallDisk(tmp_path / "a.fcap", room=20_000, read_only=True)
     recorder = Recorder(tmp_path / "a.fcap", SESSION, disk=disk)
     publish_all(recorder)
-    with pytest.raises(DeviceFault, match="Read-only"):
+    with pytest.raises(StorageFull, match="Read-only"):
         recorder.close()
 
     check_sums(recorder.statistics)
@@ -88,7 +88,7 @@ def test_numbers_that_never_came_are_counted_beside_what_was_published(tmp_path:
 
 
 def test_a_disk_without_room_for_the_beginning_is_told_at_once(tmp_path: Path) -> None:
-    with pytest.raises(DeviceFault, match="nothing was recorded"):
+    with pytest.raises(StorageFull, match="nothing was recorded"):
         Recorder(tmp_path / "a.fcap", SESSION, disk=SmallDisk(tmp_path / "a.fcap", room=100))
 
 

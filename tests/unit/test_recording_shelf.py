@@ -1,5 +1,6 @@
 """Recordings of a data directory: found, removed, restored; those cut off or damaged are said to be so."""
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -109,3 +110,15 @@ def test_recordings_stay_open_while_they_are_looked_at_and_the_oldest_is_closed(
     with opened.reading(paths[0]) as again:
         assert again is not anew
     opened.close()
+
+
+def test_a_recording_goes_to_the_trash_of_a_full_disk_and_comes_back(
+    shelf: RecordingShelf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+    shelf.remove(shelf.get("rec-1"))
+    assert [kept.id for kept in shelf.trash()] == ["rec-1"]
+    assert shelf.restore("rec-1").notes.label == "first"

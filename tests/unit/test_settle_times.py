@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import InvalidInput, VirtualClock
+from foveacam_hardware.contract import StorageFull, VirtualClock
 from foveacam_server.calibrating.settle_times import SettleTime, SettleTimes
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.settle_desk import SettleDesk
@@ -101,5 +101,5 @@ def test_newest_settle_time_counts_and_nothing_is_left_half_written(
 
 def test_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "settle").write_text("a file in the way")
-    with pytest.raises(InvalidInput, match="not put in use"):
+    with pytest.raises(StorageFull, match=r"a settle time of .* ms in .*settle: the disk cannot be written"):
         SettleTimes(tmp_path / "settle").keep(MEASURED)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
-from foveacam_hardware.contract import DeviceFault, VirtualClock
+from foveacam_hardware.contract import StorageFull, VirtualClock
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.job_table import Job, JobState, JobTable
 from foveacam_server.runtime.jobs import JobRunner
@@ -38,7 +38,7 @@ def ended(jobs: JobRunner, job: Job) -> Job:
 def test_a_database_that_cannot_be_written_is_a_fault_with_its_folder_and_a_remedy(store: Store) -> None:
     with store.session() as session:
         session.execute(text("PRAGMA query_only = 1"))
-    with pytest.raises(DeviceFault, match="the disk cannot be written") as refused:
+    with pytest.raises(StorageFull, match="the disk cannot be written") as refused:
         JobTable(store).add(Job(id="job-1", kind="quick", request={}))
     assert str(store.folder) in str(refused.value)
     assert refused.value.remedy == "make the folder writable, then try again"
@@ -47,7 +47,7 @@ def test_a_database_that_cannot_be_written_is_a_fault_with_its_folder_and_a_reme
 def test_a_full_database_is_a_fault_too(store: Store) -> None:
     with store.session() as session:
         session.execute(text("PRAGMA max_page_count = 1"))
-    with pytest.raises(DeviceFault, match=r"the disk is full \([0-9.]+ MB free\)"):
+    with pytest.raises(StorageFull, match=r"the disk is full \([0-9.]+ MB free\)"):
         JobTable(store).add(Job(id="job-1", kind="quick", request={"long": "x" * 100_000}))
 
 
@@ -55,11 +55,11 @@ def test_a_job_that_ends_on_a_bad_disk_has_ended_and_is_written_down_later(
     store: Store, jobs: JobRunner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refused(_table: JobTable, _job: Job) -> None:
-        raise DeviceFault("the database: the disk is full; free some space")
+        raise StorageFull("the database: the disk is full; free some space")
 
     def failing(_context: object) -> str:
         monkeypatch.setattr(JobTable, "save", refused)
-        raise DeviceFault("point 3: the disk is full; free some space")
+        raise StorageFull("point 3: the disk is full; free some space")
 
     handlers: dict[str, Callable[..., str]] = {"fail": failing, "quick": lambda _: "/done"}
     for kind, handler in handlers.items():

@@ -74,7 +74,7 @@ def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
 
 
 def check_room(needs: MosaicNeeds) -> None:
-    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
+    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
         raise no_room(

@@ -30,7 +30,7 @@ def full_rates(rig: Rig) -> LiveRates:
 
 
 def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:
-    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit.
+    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit.
 
     Without a duration, for one second: it ends by itself at the reserve.
     `frames`: bytes of a frame and rate, Hz, of every camera.

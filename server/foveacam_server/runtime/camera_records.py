@@ -72,8 +72,7 @@ class CameraRecords:
     def keeping(self, records: Sequence[CameraRecord]) -> Iterator[None]:
         """Write records on entry, and let them count, all of them, once the block has ended well.
 
-        Raise `StorageFull` or `DeviceFault`, before the block unless the very renaming is refused; the
-        records are then as they were.
+        Raise `StorageFull` or `DeviceFault`, before the block unless the very renaming is refused.
         """
         what = f"settings of camera {' and '.join(record.serial for record in records)}"
         paths = [self._path(record.serial) for record in records]

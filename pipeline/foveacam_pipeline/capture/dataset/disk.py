@@ -18,7 +18,7 @@ PART = ".part"
 AGAIN = "then try again"
 """What follows once a disk is mended, where nothing better is said."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
-_NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM)
+_NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM, errno.EEXIST, errno.ENOTDIR)
 
 
 def part_of(path: Path) -> Path:

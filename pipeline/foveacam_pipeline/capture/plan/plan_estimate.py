@@ -192,7 +192,7 @@ def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:
 
 
 def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") -> None:
-    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
+    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
         raise no_room(

@@ -17,7 +17,7 @@ def still_bytes(plan: StillPlan, *, fovea: ImageSize, wide: ImageSize) -> int:
 
 
 def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
-    """Raise OutOfRange or, without any room, StorageFull with both figures when it does not fit."""
+    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     if needed_bytes > MOST_BYTES:
         raise OutOfRange(
             f"still: its frames take {needed_bytes / 1e9:.2f} GB, at most {MOST_BYTES / 1e9:.2f} GB are held"

@@ -1,5 +1,6 @@
-"""Captures and recordings by REST on a disk of their own that fills up, or cannot be written any more."""
+"""A server on a disk of its own that fills up, or cannot be written: nothing is half done, all is told."""
 
+import errno
 import re
 import shutil
 import subprocess
@@ -7,17 +8,20 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import httpx
 import pytest
 
+from foveacam_hardware.contract import CameraSettings
 from foveacam_pipeline.capture.dataset import check
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_server.runtime.store import Document
 
-from .conftest import Running, running
+from .conftest import API, Running, running
 from .test_captures_api import URL, begin, ended, folder_of, plan, until
 
 pytestmark = pytest.mark.timeout(300)
@@ -96,7 +100,7 @@ def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
     found = ended(server, job)
     assert found["state"] == "failed"
     problem: Document = found["problem"]
-    assert (problem["type"], problem["status"]) == ("/problems/device-fault", 502)
+    assert (problem["type"], problem["status"]) == ("/problems/storage-full", 507)
     capture = server.get(f"{URL}/{capture_id}").json()
     assert str(folder_of(server, capture["name"])) in problem["detail"]
     assert "then resume: what was acknowledged is safe" in problem["remedy"]
@@ -128,7 +132,7 @@ def test_a_disk_that_fills_up_fails_the_capture_with_both_figures_and_it_goes_on
     for path, body in ((f"{URL}/{capture_id}/resume", None), (URL, {"name": "another", "plan": plan()})):
         disk.fill(but=0)
         refused = server.post(path, body)
-        assert (refused.status_code, refused.json()["found"]) == (422, "0 bytes")
+        assert (refused.status_code, refused.json()["found"]) == (507, "0 bytes")
         assert f"0.0 MB are free on the disk of {disk.folder}" in refused.json()["detail"]
     disk.ballast.unlink()
     gone_on_with(server, capture_id)
@@ -159,7 +163,7 @@ def test_a_recording_ends_whole_when_only_what_is_kept_free_is_left(server: Runn
         assert recording.finalized
         assert len(list(recording.frames())) == found["streams"][0]["frames"] >= 1
     refused = server.post("/recordings", {"name": "another"})
-    assert (refused.status_code, "MB that are kept free" in refused.json()["detail"]) == (422, True)
+    assert (refused.status_code, "MB that are kept free" in refused.json()["detail"]) == (507, True)
     disk.ballast.unlink()
 
 
@@ -169,3 +173,117 @@ def until_recorded(server: Running, path: str) -> None:
     while sum(stream["frames"] for stream in server.get(path).json()["streams"]) == 0:
         assert time.monotonic() < end_s
         waiting.wait(0.1)
+
+
+@pytest.fixture
+def second(server: Running) -> str:
+    """Keep a second calibration beside the one in force; return its id."""
+    answer = server.post("/calibrations/import", another_calibration(server, "second"))
+    assert answer.status_code == 201, answer.text
+    return str(answer.json()["id"])
+
+
+@pytest.fixture
+def full(disk: Disk) -> Iterator[None]:
+    """Leave not a byte."""
+    disk.fill(but=0)
+    yield
+    disk.ballast.unlink()
+
+
+def another_calibration(server: Running, label: str) -> Document:
+    """Return the file of the calibration in force under another label, which makes it another one."""
+    return calibration_document(replace(server.services.calibration.require(), label=label))
+
+
+def refused_by_disk(answer: httpx.Response, disk: Disk) -> Document:
+    problem: Document = answer.json()
+    assert (answer.status_code, problem["type"]) == (507, "/problems/storage-full"), problem
+    assert str(disk.folder) in problem["detail"]
+    assert "the disk is full (0.0 MB free)" in problem["found"]
+    assert problem["remedy"].startswith("free some space")
+    assert problem["asked"]
+    return problem
+
+
+def files(disk: Disk) -> set[Path]:
+    """Return what lies in the folders of calibrations and cameras."""
+    data = disk.folder / "data"
+    return {path for name in ("calibrations", "cameras") for path in (data / name).rglob("*")}
+
+
+@pytest.mark.parametrize("what", ["session", "import"])
+def test_a_full_disk_begins_no_session_and_takes_no_calibration(
+    server: Running, disk: Disk, second: str, full: None, what: str
+) -> None:
+    requests: dict[str, tuple[str, object]] = {
+        "session": ("/calibration_sessions", {"label": "no room"}),
+        "import": ("/calibrations/import", another_calibration(server, "no room")),
+    }
+    before = files(disk), server.get("/calibrations").json()
+
+    refused_by_disk(server.post(*requests[what]), disk)
+
+    assert (files(disk), server.get("/calibrations").json()) == before
+
+
+def test_a_full_disk_leaves_the_calibration_in_force(
+    server: Running, disk: Disk, second: str, full: None
+) -> None:
+    before = server.get("/calibrations/current").json()["id"]
+
+    problem = refused_by_disk(server.post(f"/calibrations/{second}/activate"), disk)
+
+    assert second in problem["asked"]
+    assert server.get("/calibrations/current").json()["id"] == before != second
+
+
+@pytest.mark.parametrize(
+    ("role", "body"),
+    [
+        ("wide", {"exposure_ms": 3.0}),
+        ("left", {"gain_db": 5.0, "linked": True}),
+        ("left", {"exposure_auto": "once", "linked": True}),
+    ],
+)
+def test_a_full_disk_leaves_cameras_as_they_are(
+    server: Running, disk: Disk, full: None, role: str, body: Document
+) -> None:
+    before = cameras(server)
+
+    refused_by_disk(server.http.patch(f"{API}/cameras/{role}", json=body), disk)
+
+    assert cameras(server) == before
+
+
+def test_cameras_are_put_back_when_a_record_does_not_get_its_name(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    before = cameras(server)
+    with monkeypatch.context() as patched:
+        patched.setattr("foveacam_server.runtime.camera_records.finish_part", refuse)
+        answer = server.http.patch(f"{API}/cameras/left", json={"gain_db": 5.0, "linked": True})
+
+    assert (answer.status_code, answer.json()["type"]) == (507, "/problems/storage-full")
+    assert "Read-only" in answer.json()["found"]
+    assert cameras(server) == before
+
+
+def cameras(server: Running) -> list[tuple[CameraSettings, bool]]:
+    """Return what each camera runs with, and whether anything is kept for it."""
+    rig, desk = server.rig, server.services.cameras
+    return [(camera.settings, desk.kept(camera.info.serial)) for camera in (rig.wide, rig.left, rig.right)]
+
+
+def test_what_needs_more_than_a_full_disk_has_is_the_disks_fault_too(
+    server: Running, disk: Disk, full: None
+) -> None:
+    requests = [(URL, {"name": "full", "plan": plan()}), ("/stills", {}), ("/recordings", {"name": "full"})]
+    for path, body in requests:
+        answer = server.post(path, body)
+        assert (answer.status_code, answer.json()["type"]) == (507, "/problems/storage-full"), answer.text
+        assert re.search(r"\b0(\.0)? MB are free on the disk", answer.json()["detail"]), answer.text
+        assert "free some" in answer.json()["remedy"]
