@@ -10,7 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.plan.set_point import AngleDeg, Distance, Document, SetPoint
+from foveacam_pipeline.capture.plan.set_point import LARGEST_DEG, AngleDeg, Distance, Document, SetPoint
 from foveacam_pipeline.capture.plan.set_point_commands import MOST_SET_POINTS
 from foveacam_pipeline.capture.plan.set_point_text import parse_set_points
 from foveacam_pipeline.models.content import content_id
@@ -53,6 +53,15 @@ class Grid(Document):
                 "one of half_width_deg and half_height_deg is missing; give both, or neither for all that"
                 " the rig can steer"
             )
+        for name, centre_deg, half_deg in (
+            ("ax_deg", self.centre_ax_deg, self.half_width_deg or 0.0),
+            ("ay_deg", self.centre_ay_deg, self.half_height_deg or 0.0),
+        ):
+            if abs(centre_deg) + half_deg > LARGEST_DEG:
+                raise ValueError(
+                    f"the grid reaches from {centre_deg - half_deg:g} to {centre_deg + half_deg:g} degrees in"
+                    f" {name}, at most {LARGEST_DEG:g} either way is a direction; make it smaller"
+                )
         return self
 
 

@@ -1,5 +1,6 @@
 """A recording as a film: one stream, both eyes side by side, or an anaglyph; MP4 by OpenCV's encoders."""
 
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,11 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput, Role
+from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, StorageFull
 from foveacam_pipeline.capture.recording.pixels import eight_bit
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
 from foveacam_pipeline.capture.recording.values import RecordedFrame
+from foveacam_pipeline.capture.room import FULL_BYTES
 
 SUFFIX = ".mp4"
 UNFINISHED = f".*.part{SUFFIX}"
@@ -254,12 +256,19 @@ class _Film:
             self._part.unlink(missing_ok=True)
 
     def _check_whole(self) -> None:
-        """Raise `DeviceFault` unless the film has its frames: the encoder does not tell of a full disk."""
+        """Raise unless the film has its frames: the encoder does not tell of a full disk."""
         film = cv2.VideoCapture(str(self._part))
         found = int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
         film.release()
         if found != self._frames:
-            raise DeviceFault(
-                f"export: {found} of {self._frames} frames are in the film; make room on its disk and"
-                " export again"
+            folder = self._part.parent
+            free_bytes = shutil.disk_usage(folder).free
+            free = f"{free_bytes / 1e6:.1f} MB"
+            kind = StorageFull if free_bytes < FULL_BYTES else DeviceFault
+            raise kind(
+                f"export: {found} of {self._frames} frames are in the film, {free} are free in {folder}; make"
+                " room on its disk and export again",
+                asked=f"a film of {self._frames} frames",
+                found=f"{free} free",
+                remedy="make room on its disk and export again",
             )
