@@ -66,7 +66,7 @@ class StudyCache:
             raise DamagedFile(f"{path}: it is not as it was written ({error})") from error
 
     def keep(self, key: str, kept: Kept) -> Path:
-        """Write a study over an older one. Raise DeviceFault when the disk will not take it."""
+        """Write a study over an older one. Raise as `disk_errors`."""
         path = self.path(kept.study.name, key)
         inside = {"took_s": kept.took_s, "made_utc": kept.made_utc, "study": kept.study.document()}
         text = json.dumps(inside, allow_nan=False)

@@ -95,13 +95,13 @@ class MosaicShelf:
         return self.file(capture_id, name)
 
     def prepare(self, capture_id: str) -> Path:
-        """Return the folder to make one in, whose parent is there. Raise DeviceFault."""
+        """Return the folder to make one in, whose parent is there. Raise as `disk_errors`."""
         with disk_errors("a mosaic", self.folder.parent):
             self.home(capture_id).mkdir(parents=True, exist_ok=True)
         return self.making(capture_id)
 
     def finish(self, capture_id: str) -> None:
-        """Put what was made in the place of what was there. Raise DeviceFault."""
+        """Put what was made in the place of what was there. Raise as `disk_errors`."""
         home, made = self.home(capture_id), self.home(capture_id) / MADE
         with disk_errors("the finished mosaic", self.folder.parent):
             if made.exists():

@@ -150,7 +150,7 @@ class DatasetWriter:
         """Hand the next point over to the disk; wait while it is busy with `depth` others.
 
         The images must not change afterwards. An error of the disk, of this point or an earlier one, comes
-        back as DeviceFault; points that are out of turn or out of the plan are refused.
+        back as StorageFull or DeviceFault; points that are out of turn or out of the plan are refused.
         """
         self._check_open()
         point = checked_point(point)
@@ -168,12 +168,12 @@ class DatasetWriter:
         self.add(Point(place=place, skipped=why))
 
     def check(self) -> None:
-        """Raise DeviceFault when the disk has failed a point that was added."""
+        """Raise StorageFull or DeviceFault when the disk has failed a point that was added."""
         self._check_open()
         self._hand_over.check()
 
     def flush(self) -> None:
-        """Wait until every point added is acknowledged. Raise DeviceFault for an error of the disk."""
+        """Wait until every point added is acknowledged. Raise StorageFull or DeviceFault for an error of the disk."""
         self._check_open()
         self._hand_over.flush()
 

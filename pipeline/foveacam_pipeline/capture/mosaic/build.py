@@ -69,7 +69,7 @@ def build_mosaic(
     """Make the mosaic of one scan in `folder`, or go on with it.
 
     Written are mosaic.dzi with its tiles, overview.png, depth.tiff, depth_sigma.tiff, depth.png, cloud.ply,
-    mosaic.json and, by `mesh_file`, mesh.glb. Raise Cancelled, NotCalibrated, InvalidInput, DeviceFault.
+    mosaic.json and, by `mesh_file`, mesh.glb. Raise Cancelled, NotCalibrated, InvalidInput, StorageFull.
     """
     calibration = calibration_of(dataset)
     scan = dataset.scan(settings.scan)

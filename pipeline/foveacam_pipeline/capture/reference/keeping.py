@@ -28,7 +28,7 @@ from foveacam_pipeline.capture.reference.values import Reference, Row
 def write_reference(dataset: Path, reference: Reference) -> Path:
     """Put a reference beside the frames of a dataset; return its folder. It takes an older one's place.
 
-    Raise DeviceFault when the disk does not take it.
+    Raise StorageFull or DeviceFault when the disk does not take it.
     """
     contents = {REFERENCE_SAMPLES: rows_text(reference.rows).encode()}
     pictures = comparison_pictures(reference)

@@ -25,7 +25,7 @@ class StillLabels:
 
 
 def write_still(folder: Path, still: Still, calibration: Calibration | None, labels: StillLabels) -> None:
-    """Write a still into a folder that does not exist yet; raise DeviceFault when the disk refuses.
+    """Write a still into a folder that does not exist yet; raise StorageFull when the disk refuses.
 
     Where the gazes cross, by the calibration, is the point's distance.
     """

@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.dataset.images import Codec, encode
 def new_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder beside `path` that gets its name when the block ends well, else goes.
 
-    Raise InvalidInput where something is already, DeviceFault when the disk fails.
+    Raise InvalidInput where something is already, StorageFull or DeviceFault when the disk does.
     """
     if path.exists():
         raise InvalidInput(f"{path} exists already, nothing was overwritten; give another name")
