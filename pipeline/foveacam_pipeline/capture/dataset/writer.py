@@ -168,12 +168,12 @@ class DatasetWriter:
         self.add(Point(place=place, skipped=why))
 
     def check(self) -> None:
-        """Raise StorageFull or DeviceFault when the disk has failed a point that was added."""
+        """Raise the disk's error when it has failed a point that was added."""
         self._check_open()
         self._hand_over.check()
 
     def flush(self) -> None:
-        """Wait until every point added is acknowledged. Raise StorageFull or DeviceFault for an error of the disk."""
+        """Wait until every point added is acknowledged. Raise StorageFull or DeviceFault."""
         self._check_open()
         self._hand_over.flush()
 
