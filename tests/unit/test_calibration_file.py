@@ -112,6 +112,9 @@ def test_a_changed_number_is_noticed(tmp_path: Path) -> None:
     ("key", "value", "words"),
     [
         ("baseline_m", -0.2, "baseline_m: Input should be greater than 0"),
+        ("baseline_m", 1e308, "baseline_m: Input should be less than or equal to 1000000000000"),
+        ("pupil_m", -1e308, "pupil_m: Input should be greater than or equal to -1000000000000"),
+        ("fovea_width", 10**9, "fovea_width: Input should be less than or equal to 1000000"),
         ("baseline_m", "0.2", "baseline_m: Input should be a valid number"),
         ("baseline_m", None, "baseline_m: Field required"),
         ("colour", "red", "colour: Extra inputs are not permitted"),

@@ -322,3 +322,12 @@ def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(tmp_path: Pa
     assert figures["kills"] >= 5
     bad = {name: figures[name] for name in ("lost", "damaged", "duplicates", "unequal", "findings")}
     assert not any(bad.values()), bad
+
+
+def test_a_dataset_that_a_full_disk_does_not_let_begin_leaves_no_folder(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(disk, "write_part", broken_disk("dataset", errno.ENOSPC))
+    with pytest.raises(StorageFull, match=f"dataset {folder.name} in .*: the disk is full"):
+        DatasetWriter.create(folder, header(1))
+    assert not folder.exists()

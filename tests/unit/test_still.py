@@ -1,5 +1,6 @@
 """A still on devices that take their time only: stacks where the mirrors stand, and cameras that stall."""
 
+import errno
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from foveacam_hardware.contract import (
     OutOfRange,
     Role,
     StereoVolts,
+    StorageFull,
     VirtualClock,
 )
 from foveacam_pipeline.capture.dataset import Codec, Dataset, State, check
@@ -229,3 +231,16 @@ def test_a_still_too_large_for_memory_or_disk_is_refused_with_both_figures() -> 
     mean = still_bytes(StillPlan(frames=64), fovea=replace(size, bits=8), wide=size)
     with pytest.raises(OutOfRange, match=r"up to 565 MB, .*; 50 MB"):
         check_still_room(mean, free_bytes=50_000_000)
+
+
+def test_a_still_that_a_full_disk_does_not_take_leaves_no_folder(
+    rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    still = taken(rig, frames=1)
+    monkeypatch.setattr("foveacam_pipeline.capture.dataset.point_store.write_part", full)
+    with pytest.raises(StorageFull, match=r"the disk is full .* then take the still again"):
+        write_still(tmp_path / "a", still, CALIBRATION, StillLabels())
+    assert not (tmp_path / "a").exists()

@@ -21,9 +21,12 @@ from foveacam_pipeline.models.mirror import MirrorModel
 FORMAT = "foveacam-calibration"
 VERSION = 2
 
-Positive: TypeAlias = Annotated[float, Field(gt=0.0)]
-NotNegative: TypeAlias = Annotated[float, Field(ge=0.0)]
-Pair: TypeAlias = tuple[float, float]
+Number: TypeAlias = Annotated[float, Field(ge=-1e12, le=1e12)]
+"""Of any kind: the bounds only keep what is computed with it finite."""
+Positive: TypeAlias = Annotated[float, Field(gt=0.0, le=1e12)]
+NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, le=1e12)]
+Pair: TypeAlias = tuple[Number, Number]
+PixelCount: TypeAlias = Annotated[int, Field(gt=0, le=1_000_000)]
 
 
 class _Document(BaseModel):
@@ -34,7 +37,7 @@ class _Polynomial(_Document):
     order: Annotated[int, Field(ge=0, le=12)]
     centre: Pair
     scale: tuple[Positive, Positive]
-    coefficients: list[list[float]]
+    coefficients: list[list[Number]]
 
     @model_validator(mode="after")
     def _has_its_rows(self) -> "_Polynomial":
@@ -98,7 +101,7 @@ class _Homography(_Document):
 class _Eye(_Document):
     mirror: _Mirror
     homography: _Homography
-    pivot_offset_m: tuple[float, float, float]
+    pivot_offset_m: tuple[Number, Number, Number]
     pivot_sigma_m: NotNegative
     reference_depth_m: Positive | None
 
@@ -113,13 +116,13 @@ class _Eye(_Document):
 
 
 class _Intrinsics(_Document):
-    width: Annotated[int, Field(gt=0)]
-    height: Annotated[int, Field(gt=0)]
+    width: PixelCount
+    height: PixelCount
     fx_px: Positive
     fy_px: Positive
-    cx_px: float
-    cy_px: float
-    distortion: Annotated[tuple[float, ...], Field(min_length=4, max_length=14)]
+    cx_px: Number
+    cy_px: Number
+    distortion: Annotated[tuple[Number, ...], Field(min_length=4, max_length=14)]
 
 
 class _Content(_Document):
@@ -132,9 +135,9 @@ class _Content(_Document):
     right: _Eye
     baseline_m: Positive
     fovea_f_px: Positive
-    fovea_width: Annotated[int, Field(gt=0)]
-    fovea_height: Annotated[int, Field(gt=0)]
-    pupil_m: float
+    fovea_width: PixelCount
+    fovea_height: PixelCount
+    pupil_m: Number
     parent_id: str | None
     session_id: str | None
 

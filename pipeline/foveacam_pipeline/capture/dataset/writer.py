@@ -9,13 +9,14 @@
 """
 
 import logging
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput, StorageFull
 from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
 from foveacam_pipeline.capture.dataset.document import (
     DOCUMENT,
@@ -53,12 +54,14 @@ RESUME = "then resume: what was acknowledged is safe"
 class WriterSettings:
     """How a writer works. `depth`: points that may wait for the disk. `encoders`: threads that make files.
 
-    `on_kept(index)` is called on the writer's thread when a point is acknowledged.
+    `on_kept(index)` is called on the writer's thread when a point is acknowledged. `again`: what is to be done
+    once a disk that refused is mended.
     """
 
     depth: int = 2
     encoders: int = 2
     on_kept: Callable[[int], None] | None = None
+    again: str = RESUME
 
 
 DEFAULT = WriterSettings()
@@ -76,6 +79,7 @@ class DatasetWriter:
         self._records = list(journal.records)
         self._next = len(self._records)
         self._ended = False
+        self._again = settings.again
         header = document.header
         self._store = PointStore(
             folder,
@@ -85,7 +89,11 @@ class DatasetWriter:
             encoders=settings.encoders,
         )
         self._keeper = _Keeper(
-            folder=folder, store=self._store, records=self._records, on_kept=settings.on_kept
+            folder=folder,
+            store=self._store,
+            records=self._records,
+            on_kept=settings.on_kept,
+            again=settings.again,
         )
         self._hand_over = HandOver(self._keeper, depth=settings.depth)
 
@@ -100,7 +108,11 @@ class DatasetWriter:
         with disk_errors(f"dataset {folder.name}", folder.parent):
             folder.mkdir(parents=True, exist_ok=True)
             sync_folder(folder.parent)
-        return cls._open(folder, document, settings)
+        try:
+            return cls._open(folder, document, settings)
+        except (StorageFull, DeviceFault):  # nobody was told of it
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
 
     @classmethod
     def resume(cls, folder: Path, settings: WriterSettings = DEFAULT) -> Self:
@@ -112,7 +124,7 @@ class DatasetWriter:
 
     @classmethod
     def _open(cls, folder: Path, document: DatasetDocument, settings: WriterSettings) -> Self:
-        with disk_errors(f"dataset {folder.name}", folder, again=RESUME):
+        with disk_errors(f"dataset {folder.name}", folder, again=settings.again):
             lock = FolderLock(folder)
             try:
                 return cls(folder, document, lock, settings)
@@ -215,7 +227,7 @@ class DatasetWriter:
         self._ended = True
         self._hand_over.close()
         try:
-            with disk_errors(f"the end of dataset {self._folder.name}", self._folder, again=RESUME):
+            with disk_errors(f"the end of dataset {self._folder.name}", self._folder, again=self._again):
                 write_index(self._folder, self._records)
                 self._document = self._document.ended(state, why)
                 write_document(self._folder, self._document)
@@ -232,6 +244,7 @@ class _Keeper:
     store: PointStore
     records: list[PointRecord]
     on_kept: Callable[[int], None] | None
+    again: str
     written_bytes: int = 0
 
     def begin(self, point: Point) -> BegunPoint:
@@ -240,7 +253,7 @@ class _Keeper:
     def keep(self, begun: BegunPoint) -> None:
         index = begun.place.index
         what = f"point {index} ({begun.raw_bytes / 1e6:.1f} MB of images)"
-        with disk_errors(what, self.folder, again=RESUME):
+        with disk_errors(what, self.folder, again=self.again):
             record = self.store.commit(begun)
         self.records.append(record)
         self.written_bytes += sum(frame.size_bytes for frame in record.frames)

@@ -1,17 +1,20 @@
 """Keeps a still: a dataset of one point, on the disk when the call returns."""
 
 import math
+import shutil
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from pydantic import JsonValue
 
-from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
+from foveacam_hardware.contract import DeviceFault, MirrorVolts, Role, StereoVolts, StorageFull
 from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header, Point, Shot, WriterSettings
 from foveacam_pipeline.capture.dataset.document import LICENCE
 from foveacam_pipeline.capture.still.values import Exposure, Still
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import crossing_z_m
+
+AGAIN = "then take the still again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,8 +28,9 @@ class StillLabels:
 
 
 def write_still(folder: Path, still: Still, calibration: Calibration | None, labels: StillLabels) -> None:
-    """Write a still into a folder that does not exist yet; raise StorageFull when the disk refuses.
+    """Write a still into a folder that does not exist yet; nothing is left of one that the disk refuses.
 
+    Raise StorageFull, DeviceFault.
     Where the gazes cross, by the calibration, is the point's distance.
     """
     header = Header(
@@ -42,9 +46,13 @@ def write_still(folder: Path, still: Still, calibration: Calibration | None, lab
     if labels.id is not None:
         header = replace(header, id=labels.id)
     place = replace(still.place, distance_m=_crossing_m(still.shots, calibration))
-    with DatasetWriter.create(folder, header, WriterSettings(depth=1)) as writer:
-        writer.add(Point(place=place, shots=still.shots))
-        writer.finish()
+    try:
+        with DatasetWriter.create(folder, header, WriterSettings(depth=1, again=AGAIN)) as writer:
+            writer.add(Point(place=place, shots=still.shots))
+            writer.finish()
+    except (StorageFull, DeviceFault):
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _told(still: Still) -> dict[str, JsonValue]:
