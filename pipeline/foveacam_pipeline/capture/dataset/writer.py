@@ -54,8 +54,8 @@ RESUME = "then resume: what was acknowledged is safe"
 class WriterSettings:
     """How a writer works. `depth`: points that may wait for the disk. `encoders`: threads that make files.
 
-    `on_kept(index)` is called on the writer's thread when a point is acknowledged. `again`: what is to be done
-    once a disk that refused is mended.
+    `on_kept(index)` is called on the writer's thread when a point is acknowledged. `again`: what is to be
+    done once a disk that refused is mended.
     """
 
     depth: int = 2
