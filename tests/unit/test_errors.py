@@ -4,10 +4,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
 from pydantic import BaseModel, Field, ValidationError, create_model
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
-from foveacam_server.errors import KINDS, problem_of
+from foveacam_server.errors import KINDS, install, problem_of
 from foveacam_server.plain_words import explain_validation
 
 
@@ -155,3 +157,18 @@ def test_a_long_number_is_told_shortly() -> None:
 
     assert "401 characters" in words.detail
     assert len(words.detail) < 120
+
+
+@pytest.mark.parametrize(("number", "status"), [(errno.ENOSPC, 507), (errno.EIO, 500)])
+def test_an_error_of_the_system_that_leaves_a_route_is_a_problem(number: int, status: int) -> None:
+    app = FastAPI()
+    install(app)
+
+    @app.get("/files")
+    def write() -> None:
+        raise OSError(number, os.strerror(number))
+
+    answer = TestClient(app, raise_server_exceptions=False).get("/files")
+
+    assert (answer.status_code, answer.json()["status"]) == (status, status)
+    assert answer.json()["instance"] == "/files"

@@ -62,9 +62,9 @@ class Shelves:
     def add(self, calibration: Calibration) -> None:
         """Keep a calibration; what is in force for its rig stays so, the first of a rig comes into force."""
         in_force = self._in_force_for(calibration.rig_id)
-        self.records.add(calibration)
-        if in_force is not None:
+        if in_force is not None:  # first: a disk that takes no more then changes nothing that is in force
             write_pin(self.folder, in_force.rig_id, in_force.id)
+        self.records.add(calibration)
 
     def discard(self, calibration: Calibration) -> None:
         """Put a calibration in the trash, but neither the one in force nor one that ships."""

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     Role,
 )
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.capture.dataset.disk import disk_fault, takes_no_more
 from foveacam_server.calibrating.options import (
     STEPS,
     AllRun,
@@ -139,10 +139,12 @@ class CalibrationRuns:
         before = self._bearing()
         workplace = self._workplace_of(self._with.hardware.status, context)
         try:
-            with disk_errors(
-                f"a step of calibration session {session.id}", session.folder, again="then run it again"
-            ):
-                run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+            run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+        except OSError as error:
+            if not takes_no_more(error):
+                raise
+            what = f"a step of calibration session {session.id}"
+            raise disk_fault(error, what=what, folder=session.folder, again="then run it again") from error
         finally:
             self._ask_no_more()
         self._turn_back(before, workplace)

@@ -105,13 +105,15 @@ class DatasetWriter:
             raise InvalidInput(
                 f"{folder} holds files already; give another name, or resume the dataset that it holds"
             )
+        is_new = not folder.exists()
         with disk_errors(f"dataset {folder.name}", folder.parent):
             folder.mkdir(parents=True, exist_ok=True)
             sync_folder(folder.parent)
         try:
             return cls._open(folder, document, settings)
-        except (StorageFull, DeviceFault):  # nobody was told of it
-            shutil.rmtree(folder, ignore_errors=True)
+        except (StorageFull, DeviceFault):
+            if is_new:  # nobody was told of it
+                shutil.rmtree(folder, ignore_errors=True)
             raise
 
     @classmethod
