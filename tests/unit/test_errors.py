@@ -1,11 +1,12 @@
+import asyncio
 import errno
 import os
 from pathlib import Path
 from typing import Annotated, Literal
 
+import httpx
 import pytest
 from fastapi import FastAPI
-from fastapi.testclient import TestClient
 from pydantic import BaseModel, Field, ValidationError, create_model
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
@@ -168,7 +169,12 @@ def test_an_error_of_the_system_that_leaves_a_route_is_a_problem(number: int, st
     def write() -> None:
         raise OSError(number, os.strerror(number))
 
-    answer = TestClient(app, raise_server_exceptions=False).get("/files")
+    async def asked() -> httpx.Response:
+        transport = httpx.ASGITransport(app, raise_app_exceptions=False)
+        async with httpx.AsyncClient(transport=transport, base_url="http://here") as client:
+            return await client.get("/files")
+
+    answer = asyncio.run(asked())
 
     assert (answer.status_code, answer.json()["status"]) == (status, status)
     assert answer.json()["instance"] == "/files"

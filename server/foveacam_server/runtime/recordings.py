@@ -7,7 +7,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Role
+from foveacam_hardware.contract import (
+    Busy,
+    Cancelled,
+    Clock,
+    DeviceFault,
+    FoveaError,
+    InvalidInput,
+    Role,
+    StorageFull,
+)
 from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended, reserve_words
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import Session
@@ -309,7 +318,7 @@ def _begun(live: LiveRecording) -> Recorder:
     try:
         write_notes(live.path, Notes(id=live.id, label=live.label, created_utc=live.created_utc))
         return Recorder(live.path, Session(timestamp=live.created_utc, rig=live.rig))
-    except FoveaError:
+    except (StorageFull, DeviceFault):
         with suppress(OSError):
             notes_path(live.path).unlink(missing_ok=True)
             live.path.unlink(missing_ok=True)
