@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from foveacam_hardware import jit
 from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render import (
     Box,
@@ -16,7 +17,6 @@ from foveacam_hardware.sim.render import (
     Scene,
     column,
     flat,
-    jit,
     place,
     sphere,
     statue,
@@ -143,9 +143,9 @@ def test_a_kernel_works_where_no_cache_can_be_written(monkeypatch: pytest.Monkey
     assert asked == [True, False]
 
 
-def test_cached_kernels_lapse_when_any_module_of_the_package_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_kernels_lapse_when_any_module_of_their_folder_changes(monkeypatch: pytest.MonkeyPatch) -> None:
     def version_with(digest: str) -> str:
-        monkeypatch.setattr(jit, "_package_digest", lambda: digest)
+        monkeypatch.setattr(jit, "_folder_digest", lambda _folder: digest)
         dispatcher = jit.kernel(volume_m3)
         return str(dispatcher._cache._cache_file._version)
 

@@ -1,8 +1,9 @@
 """The fitted weights of the error model, one set for each matcher; `errors` names the data."""
 
-from foveacam_pipeline.stereo.errors import CueWeights, ErrorModel
+from foveacam_pipeline.stereo.errors import FULL_SIZE, HALF_SIZE, CueWeights, ErrorModel
 
 SEMI_GLOBAL = ErrorModel(
+    windows=FULL_SIZE,
     log_sigma=CueWeights(
         constant=-0.858,
         noise_sigma=0.257,
@@ -28,27 +29,28 @@ SEMI_GLOBAL = ErrorModel(
 )
 """Of `match`."""
 LIVE = ErrorModel(
+    windows=HALF_SIZE,
     log_sigma=CueWeights(
-        constant=-0.306,
-        noise_sigma=0.303,
-        noise=0.333,
-        step=0.192,
-        spread=0.355,
-        wide_spread=0.057,
-        holes=-0.009,
-        wide_holes=0.104,
-        likeness=-0.116,
+        constant=-0.181,
+        noise_sigma=0.264,
+        noise=0.335,
+        step=0.271,
+        spread=0.295,
+        wide_spread=0.068,
+        holes=0.544,
+        wide_holes=0.311,
+        likeness=-0.272,
     ),
     log_odds_wrong=CueWeights(
-        constant=-1.924,
-        noise_sigma=0.142,
-        noise=0.818,
-        step=0.328,
-        spread=0.482,
-        wide_spread=0.411,
-        holes=-3.338,
-        wide_holes=0.800,
-        likeness=-1.197,
+        constant=-1.028,
+        noise_sigma=-0.072,
+        noise=0.659,
+        step=0.302,
+        spread=0.359,
+        wide_spread=0.407,
+        holes=0.048,
+        wide_holes=3.371,
+        likeness=-2.433,
     ),
 )
 """Of `live`."""

@@ -13,10 +13,6 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement
 
-NEAR_WINDOW, WIDE_WINDOW = 5, 13
-"""Side of the windows in which the spread of disparity is looked at, px."""
-HOLES_WINDOW, WIDE_HOLES_WINDOW = 9, 25
-"""Side of the windows in which the share of unmatched pixels is looked at, px."""
 LARGEST_SPREAD_PX = 64.0
 LARGEST_STEP_CUE_PX = 3.0
 LEAST_STEP_PX, LEAST_SPREAD_PX = 0.1, 0.25
@@ -36,21 +32,37 @@ class CueWeights:
     step: float
     """Of log(0.1 px + size of the sub-pixel step that the images ask for)."""
     spread: float
-    """Of log(0.25 px + spread of disparity in 5 x 5 px): slant, and the edge of a thing."""
+    """Of log(0.25 px + spread of disparity in `CueWindows.spread`): slant, and the edge of a thing."""
     wide_spread: float
-    """Of log(0.25 px + spread of disparity in 13 x 13 px)."""
+    """Of log(0.25 px + spread of disparity in `CueWindows.wide_spread`)."""
     holes: float
-    """Of the share of pixels in 9 x 9 that the matcher left out: ambiguous, or different from the right."""
+    """Of the share in `CueWindows.holes` that the matcher left out: ambiguous, or different from the right."""
     wide_holes: float
-    """Of the share of pixels in 25 x 25 that the matcher left out."""
+    """Of the share in `CueWindows.wide_holes` that the matcher left out."""
     likeness: float
     """Of the correlation of both windows' gradients in 6 x 6 pixels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueWindows:
+    """Sides of the windows of the cues that look around a pixel, pixels of the matcher's map."""
+
+    spread: int = 5
+    wide_spread: int = 13
+    holes: int = 9
+    wide_holes: int = 25
+
+
+FULL_SIZE = CueWindows()
+HALF_SIZE = CueWindows(spread=3, wide_spread=7, holes=5, wide_holes=13)
+"""About the same surroundings in a map of half the size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorModel:
     """What the cues say of a matcher's errors."""
 
+    windows: CueWindows
     log_sigma: CueWeights
     log_odds_wrong: CueWeights
 
@@ -66,13 +78,15 @@ class MatchErrors:
 
 def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorModel) -> MatchErrors:
     """Return the errors of a disparity map (h, w), px, NaN where the matcher gave none."""
-    cues = match_cues(disparity_px, refinement)
+    cues = match_cues(disparity_px, refinement, model.windows)
     log_sigma, log_odds = (_weighted(cues, weights) for weights in (model.log_sigma, model.log_odds_wrong))
     sigma = np.clip(cv2.exp(log_sigma), LEAST_SIGMA_PX, LARGEST_SIGMA_PX)
     return MatchErrors(sigma_px=np.asarray(sigma, dtype=np.float32), wrong_log_odds=log_odds)
 
 
-def match_cues(disparity_px: FloatImage, refinement: Refinement) -> tuple[FloatImage, ...]:
+def match_cues(
+    disparity_px: FloatImage, refinement: Refinement, windows: CueWindows
+) -> tuple[FloatImage, ...]:
     """Return the cues in the order of `CueWeights` after the constant, each (h, w)."""
     known = np.isfinite(disparity_px)
     missing = 1.0 - known.astype(np.float32)
@@ -82,10 +96,10 @@ def match_cues(disparity_px: FloatImage, refinement: Refinement) -> tuple[FloatI
         _log(noise_sigma),
         _log(refinement.noise),
         _log(step + np.float32(LEAST_STEP_PX)),
-        _log(_spread(disparity_px, known, NEAR_WINDOW) + np.float32(LEAST_SPREAD_PX)),
-        _log(_spread(disparity_px, known, WIDE_WINDOW) + np.float32(LEAST_SPREAD_PX)),
-        _share(missing, HOLES_WINDOW),
-        _share(missing, WIDE_HOLES_WINDOW),
+        _log(_spread(disparity_px, known, windows.spread) + np.float32(LEAST_SPREAD_PX)),
+        _log(_spread(disparity_px, known, windows.wide_spread) + np.float32(LEAST_SPREAD_PX)),
+        _share(missing, windows.holes),
+        _share(missing, windows.wide_holes),
         refinement.likeness,
     )
 

@@ -29,44 +29,52 @@ CLEAR_LIKENESS, LEAST_LOCAL_LIKENESS = 0.25, 0.4
 def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
     started = time.perf_counter()
+    found, refinement = find_and_refine(pair, settings)
+    residual, sigma = believed(found, refinement, model=SEMI_GLOBAL, settings=settings)
+    occluded = occluded_pixels(residual)
+    return DisparityMap(
+        residual_px=residual,
+        sigma_px=sigma,
+        compute_ms=(time.perf_counter() - started) * 1e3,
+        occluded=occluded,
+    )
+
+
+def find_and_refine(
+    pair: RectifiedPair, settings: MatchSettings = DEFAULT
+) -> tuple[FloatImage, Refinement]:
+    """Return the disparities (h, w) of the matcher, px, NaN where it gave none, and their refinement."""
     left, right = gray(pair.left), gray(pair.right)
     first, count = scene_window(pair, (left, right), settings)
     found = semi_global(
         left, right, first=first, count=count, settings=settings, speckle_px=settings.speckle_px
     )
     found[~pair.valid_left] = np.nan
-    refinement = refine(left, right, np.nan_to_num(found), pair.valid_right)
-    return judged(found, refinement, model=SEMI_GLOBAL, settings=settings, started_s=started)
+    return found, refine(left, right, np.nan_to_num(found), pair.valid_right)
 
 
-def judged(
-    found_px: FloatImage,
-    refinement: Refinement,
-    *,
-    model: ErrorModel,
-    settings: MatchSettings,
-    started_s: float,
-) -> DisparityMap:
-    """Return what is believed of a matcher's disparities (h, w), px, NaN where it gave none.
+def believed(
+    found_px: FloatImage, refinement: Refinement, *, model: ErrorModel, settings: MatchSettings
+) -> tuple[FloatImage, FloatImage]:
+    """Return the refined disparities and their sigmas, px, NaN where unknown or not believed.
 
-    `started_s`: reading of `time.perf_counter` when the match began.
+    `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
     """
     errors = match_errors(found_px, refinement, model)
     known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
-    known &= refinement.wide_likeness >= np.float32(LEAST_LIKENESS)
-    known &= (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS)) | (
-        refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS)
-    )
+    known &= alike(refinement)
     known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
     residual, sigma = refinement.residual_px, errors.sigma_px
     residual[~known] = np.nan
     sigma[~known] = np.nan
-    occluded = occluded_pixels(residual)
-    return DisparityMap(
-        residual_px=residual,
-        sigma_px=sigma,
-        compute_ms=(time.perf_counter() - started_s) * 1e3,
-        occluded=occluded,
+    return residual, sigma
+
+
+def alike(refinement: Refinement) -> NDArray[np.bool_]:
+    """Return where the gradients of both windows correlate enough for a match to be more than noise, (h, w)."""
+    return (refinement.wide_likeness >= np.float32(LEAST_LIKENESS)) & (
+        (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS))
+        | (refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS))
     )
 
 

@@ -76,14 +76,15 @@ def refine(
     step_variance *= np.float32(CORRELATION**2 / SAMPLES)
     applied = step / (1.0 + step_variance / np.float32(PRIOR_SIGMA_PX**2))
     applied[np.abs(step) > np.float32(largest_step_px)] = 0.0
+    likeness, wide_likeness = energy_ratios(sums.energy, sums.own_energy)
     size = (width, height)
     return Refinement(
         residual_px=disparity_px + _float(cv2.resize(applied, size)),
         step_px=_float(cv2.resize(step, size)),
         noise=_float(cv2.resize(np.sqrt(variance), size)),
         noise_sigma_px=_float(cv2.resize(np.sqrt(step_variance), size)),
-        likeness=_float(cv2.resize(_ratio(sums.energy, sums.own_energy), size)),
-        wide_likeness=_float(cv2.resize(_ratio(_wide(sums.energy), _wide(sums.own_energy)), size)),
+        likeness=_float(cv2.resize(likeness, size)),
+        wide_likeness=_float(cv2.resize(wide_likeness, size)),
         seen=np.asarray(seen, dtype=np.bool_),
     )
 
@@ -133,6 +134,11 @@ def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> _Sums:
     step /= np.maximum(energy, np.float32(LEAST_ENERGY))
     np.negative(step, out=step)
     return _Sums(step_px=step, variance=variance, energy=energy, own_energy=own_energy)
+
+
+def energy_ratios(energy: FloatImage, own_energy: FloatImage) -> tuple[FloatImage, FloatImage]:
+    """Return the correlation of both windows' gradients at every cell and over its surroundings, (n, m)."""
+    return _ratio(energy, own_energy), _ratio(_wide(energy), _wide(own_energy))
 
 
 def _ratio(energy: FloatImage, own_energy: FloatImage) -> FloatImage:

@@ -257,13 +257,13 @@ def _judge_bare_look(look: TrueLook) -> Judged:
 
 
 def _judge_real(pair: RealPair, estimator: Estimator) -> Judged:
-    rectified, settings = _rectified(pair)
+    rectified, settings = rectified_real(pair)
     found = estimator(settings=settings).estimate(rectified)
     return _judged(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
 
 
 def _judge_bare(pair: RealPair, *, margins: bool) -> Judged:
-    rectified, settings = _rectified(pair)
+    rectified, settings = rectified_real(pair)
     grays = gray(rectified.left), gray(rectified.right)
     first, count = scene_window(rectified, grays, settings)
     if margins:
@@ -275,7 +275,7 @@ def _judge_bare(pair: RealPair, *, margins: bool) -> Judged:
     return _judged(found, np.ones_like(found), pair.truth_px, np.isfinite(pair.truth_px))
 
 
-def _rectified(pair: RealPair) -> tuple[RectifiedPair, MatchSettings]:
+def rectified_real(pair: RealPair) -> tuple[RectifiedPair, MatchSettings]:
     """Return a real pair as one of the foveae's, and the search over its ground truth's range."""
     seen = np.ones(pair.left.shape[:2], dtype=np.bool_)
     known_px = pair.truth_px[np.isfinite(pair.truth_px)]

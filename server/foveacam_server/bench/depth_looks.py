@@ -31,7 +31,7 @@ SEED = 20_31
 class TrueLook:
     """A rectified look and its truth; `truth_px`: (h, w) residual disparity, NaN where no surface is seen.
 
-    `judged`: (h, w), true where both eyes see the surface and it is 7 to 13 m away.
+    `judged`: (h, w), true where both eyes see the surface and it is as far away as asked.
     """
 
     scene: str
@@ -40,25 +40,30 @@ class TrueLook:
     judged: NDArray[np.bool_]
 
 
-def true_looks(count: int, *, seed: int = SEED) -> Iterator[TrueLook]:
-    """Yield `count` looks of each scene."""
+def true_looks(
+    count: int, *, seed: int = SEED, nearest_m: float = NEAREST_M, farthest_m: float = FARTHEST_M
+) -> Iterator[TrueLook]:
+    """Yield `count` looks of each scene, at places between both distances."""
     for scene in SCENES:
         rng = np.random.default_rng([seed, *scene.encode()])
         with open_simulated(scene=scene, inline=True) as rig:
             calibration = load_calibration(CERTIFICATE)
-            looks = (_look(rig, calibration, scene, rng) for _ in range(400 * count))
+            looks = (_look(rig, calibration, scene, rng, (nearest_m, farthest_m)) for _ in range(400 * count))
             yield from (look for look, _ in zip((one for one in looks if one), range(count), strict=False))
 
 
-def _look(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> TrueLook | None:
-    """Return a look at a random place, None where that is not textured, out of reach or too near."""
+def _look(
+    rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator, between_m: tuple[float, float]
+) -> TrueLook | None:
+    """Return a look at a random place, None where that is not textured, out of reach or not `between_m`."""
     truth = rig.truth
     if truth is None:
         raise DeviceFault("bench depth: the simulated rig came without its truth; open it by open_simulated")
     size = np.array([calibration.wide.width, calibration.wide.height])
     x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
     click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())
-    if click is None or click.kind is not Kind.TEXTURED or not NEAREST_M <= click.range_m <= FARTHEST_M:
+    nearest_m, farthest_m = between_m
+    if click is None or click.kind is not Kind.TEXTURED or not nearest_m <= click.range_m <= farthest_m:
         return None
     x_m, y_m, z_m = click.point_rig_m
     try:
@@ -72,7 +77,7 @@ def _look(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generat
     truth_px, seen = true_residual_px(rig, calibration, sighting, pair)
     truth_px[~seen] = np.nan
     true_z_m = pair.f_px * pair.baseline_m / (truth_px + pair.offset_px)
-    distant = (true_z_m >= NEAREST_M) & (true_z_m <= FARTHEST_M)
+    distant = (true_z_m >= nearest_m) & (true_z_m <= farthest_m)
     both = seen & _seen_by_right(truth, pair, truth_px, t_ns=sighting.right.t_ns)
     return TrueLook(scene=scene, pair=pair, truth_px=truth_px, judged=both & distant)
 

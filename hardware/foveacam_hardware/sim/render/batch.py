@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.jit import inlined, kernel
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W
 
 F64 = NDArray[np.float64]

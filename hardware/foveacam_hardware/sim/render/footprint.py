@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.jit import kernel
 
 MAX_TAPS, MESH_TAPS = 8, 4
 """Most taps on a flat face, and on a smooth mesh, whose footprints are stretched at its outline only."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.jit import kernel
 
 F32 = NDArray[np.float32]
 

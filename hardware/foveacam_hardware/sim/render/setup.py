@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.jit import kernel
+from foveacam_hardware.jit import kernel
 from foveacam_hardware.sim.render.scene import Geometry
 
 F64 = NDArray[np.float64]

@@ -9,7 +9,7 @@ from foveacam_hardware.sim.render.batch import CAPACITY, Batch, gather, interpol
 from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.sim.render.cells import shade_cells
 from foveacam_hardware.sim.render.items import Items, add_up, find_items, new_items
-from foveacam_hardware.sim.render.jit import inlined, kernel
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import Tables
 from foveacam_hardware.sim.render.pictures import shade_bitmap
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Objects, Prims, View

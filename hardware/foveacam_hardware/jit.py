@@ -1,10 +1,11 @@
-"""How the renderer's kernels are compiled: no GIL, cached on disk, no reassociation of sums.
+"""How numba compiles kernels: no GIL, cached on disk, no reassociation of sums.
 
 Numba caches beside the module, in NUMBA_CACHE_DIR when that is set, else in the user's cache folder;
 where none of them can be written the kernels still work, and are compiled anew by each process.
 """
 
 import hashlib
+import inspect
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -13,23 +14,23 @@ from typing import Any
 from numba import njit
 
 
-@lru_cache(maxsize=1)
-def _package_digest() -> str:
-    """Return a hash of this package's sources."""
+@lru_cache(maxsize=8)
+def _folder_digest(folder: Path) -> str:
+    """Return a hash of the sources in a folder."""
     digest = hashlib.blake2b(digest_size=8)
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(folder.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
-def _tie_to_package(dispatcher: Any) -> None:  # noqa: ANN401 (numba ships no types)
-    """Let the cached code of a kernel lapse when any module of the package changes.
+def _tie_to_folder(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401 (numba ships no types)
+    """Let the cached code of a kernel lapse when any module of its folder changes.
 
     Numba looks at the kernel's own file only, though the code of others is linked into it.
     """
     try:
         index = dispatcher._cache._cache_file  # noqa: SLF001 (numba offers no other way)
-        index._version = f"{index._version} {_package_digest()}"  # noqa: SLF001
+        index._version = f"{index._version} {_folder_digest(folder)}"  # noqa: SLF001
     except (AttributeError, OSError):
         return
 
@@ -40,7 +41,7 @@ def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no
         dispatcher = njit(nogil=True, cache=True, error_model="numpy")(function)
     except RuntimeError:  # numba: "no locator available", that is, no folder to write the cache to
         return njit(nogil=True, error_model="numpy")(function)
-    _tie_to_package(dispatcher)
+    _tie_to_folder(dispatcher, Path(inspect.getfile(function)).parent)
     return dispatcher
 
 

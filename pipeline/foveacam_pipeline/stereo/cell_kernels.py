@@ -1,0 +1,176 @@
+"""Kernels of the live backend on cells of 2 x 2 px: one sub-pixel step, and a map of cells at full size.
+
+`live` says what they serve. Pictures (h, w) are float32, maps of cells (h / 2, w / 2) float32 with disparities
+in px of the full size, NaN where unknown.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.jit import kernel
+from foveacam_pipeline.stereo.refine import CORRELATION, LEAST_ENERGY, LEAST_NOISE, PRIOR_SIGMA_PX
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+RIM, MIDDLE = np.float32(0.23899), np.float32(0.52202)
+"""A Gaussian of `refine.PRE_SIGMA_PX` over three pixels."""
+NEAR_TAP, FAR_TAP = np.float32(8 / 12), np.float32(1 / 12)
+"""Derivative along x, right to fourth order, as `refine.SLOPE`."""
+OWN, OTHER = np.float32(0.75), np.float32(0.25)
+"""Shares of a cell and of its neighbour in a pixel, which lies a quarter of a cell from its cell's centre."""
+
+ENERGY, OWN_ENERGY, SLOPE, DIFFERENCE, PRODUCT, SQUARE, KNOWN = range(7)
+"""Sums of a cell over its four pixels, and 1 where its disparity is known."""
+REFINED, STEP, VARIANCE, STEP_VARIANCE, MEAN_ENERGY, MEAN_OWN_ENERGY = range(6)
+"""What `refine_cells` gives of each cell; the fields of `refine.Refinement` are made of them."""
+
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_LEAST_VARIANCE, _LEAST_ENERGY = np.float32(LEAST_NOISE**2), np.float32(LEAST_ENERGY)
+_PER_CELL = np.float32(CORRELATION**2 / 4)
+_PER_PRIOR = np.float32(1.0 / PRIOR_SIGMA_PX**2)
+
+
+@kernel
+def smooth_and_slope(image: U8, smooth: F32, slope: F32) -> None:
+    """Fill `smooth` with a picture that a Gaussian has smoothed, and `slope` with its derivative along x."""
+    h, w = image.shape
+    column, row = np.empty(w + 2, np.float32), np.empty(w + 4, np.float32)
+    for y in range(h):
+        above, below = max(y - 1, 0), min(y + 1, h - 1)
+        for x in range(w):
+            rims = np.float32(image[above, x]) + np.float32(image[below, x])
+            column[x + 1] = RIM * rims + MIDDLE * np.float32(image[y, x])
+        column[0], column[w + 1] = column[1], column[w]
+        for x in range(w):
+            row[x + 2] = RIM * (column[x] + column[x + 2]) + MIDDLE * column[x + 1]
+        row[0], row[1], row[w + 2], row[w + 3] = row[2], row[2], row[w + 1], row[w + 1]
+        for x in range(w):
+            smooth[y, x] = row[x + 2]
+            slope[y, x] = NEAR_TAP * (row[x + 3] - row[x + 1]) - FAR_TAP * (row[x + 4] - row[x])
+
+
+@kernel
+def fill_row(cells: F32, y: int, bend: np.float32, between: F32, out: F32) -> None:
+    """Fill `out` (w,) with row y of a map of cells at full size; `between`: (w / 2 + 2,) of scratch.
+
+    Interpolated between cells that differ by at most `bend`, else the pixel's own cell.
+    """
+    n, m = cells.shape
+    r = y >> 1
+    other = max(r - 1, 0) if y & 1 == 0 else min(r + 1, n - 1)
+    for k in range(m):
+        a, b = cells[r, k], cells[other, k]
+        between[k + 1] = OWN * a + OTHER * b if abs(a - b) <= bend else a
+    between[0], between[m + 1] = between[1], between[m]
+    for k in range(m):
+        a, b, c = between[k + 1], between[k], between[k + 2]
+        out[2 * k] = OWN * a + OTHER * b if abs(a - b) <= bend else a
+        out[2 * k + 1] = OWN * a + OTHER * c if abs(a - c) <= bend else a
+
+
+@kernel
+def enlarge_cells(cells: F32, bend: np.float32, valid: NDArray[np.bool_], out: F32) -> None:
+    """Fill `out` (h, w) with a map of cells at full size, NaN where not `valid`."""
+    between = np.empty(cells.shape[1] + 2, np.float32)
+    for y in range(out.shape[0]):
+        fill_row(cells, y, bend, between, out[y])
+        for x in range(out.shape[1]):
+            if not valid[y, x]:
+                out[y, x] = np.nan
+
+
+@kernel
+def _compare_row(
+    left: F32, right: F32, right_slope: F32, disparity: F32, index: NDArray[np.int32], part: F32, out: F32
+) -> None:
+    """Fill `out` (2, w) with the difference to the matched pixels and with their slopes."""
+    w = left.shape[0]
+    last = np.float32(w - 1)
+    for x in range(w):
+        place = min(max(np.float32(x) - disparity[x], _ZERO), last)
+        if not place >= _ZERO:  # of an unknown disparity
+            place = _ZERO
+        index[x] = min(np.int32(place), np.int32(w - 2))
+        part[x] = place - np.float32(index[x])
+    for x in range(w):
+        i, f = index[x], part[x]
+        a, b = right[i], right[i + 1]
+        out[0, x] = left[x] - (a + f * (b - a))
+        a, b = right_slope[i], right_slope[i + 1]
+        out[1, x] = a + f * (b - a)
+
+
+@kernel
+def _add_row(left_slope: F32, compared: F32, disparity: F32, sums: F32) -> None:
+    """Add a row of pixels to the sums (7, m) of its cells, unknown cells as nothing."""
+    for k in range(sums.shape[1]):
+        x = 2 * k
+        a, b, d = left_slope[x], compared[1, x], compared[0, x]
+        s = _HALF * (a + b)
+        a1, b1, d1 = left_slope[x + 1], compared[1, x + 1], compared[0, x + 1]
+        s1 = _HALF * (a1 + b1)
+        one = _ONE if disparity[x] == disparity[x] else _ZERO
+        sums[ENERGY, k] += one * (a * b + a1 * b1)
+        sums[OWN_ENERGY, k] += one * (s * s + s1 * s1)
+        sums[SLOPE, k] += one * (s + s1)
+        sums[DIFFERENCE, k] += one * (d + d1)
+        sums[PRODUCT, k] += one * (s * d + s1 * d1)
+        sums[SQUARE, k] += one * (d * d + d1 * d1)
+        sums[KNOWN, k] += one * _HALF
+
+
+@kernel
+def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) -> None:
+    """Fill `out` (6, m) from sums over three rows of cells, (7, m + 2): see `refine._gauss_newton`."""
+    for k in range(disparity.shape[0]):
+        count = max(tall[KNOWN, k] + tall[KNOWN, k + 1] + tall[KNOWN, k + 2], _ONE)
+        share = np.float32(0.25) / count
+        energy = (tall[ENERGY, k] + tall[ENERGY, k + 1] + tall[ENERGY, k + 2]) * share
+        own = (tall[OWN_ENERGY, k] + tall[OWN_ENERGY, k + 1] + tall[OWN_ENERGY, k + 2]) * share
+        slope = (tall[SLOPE, k] + tall[SLOPE, k + 1] + tall[SLOPE, k + 2]) * share
+        difference = (tall[DIFFERENCE, k] + tall[DIFFERENCE, k + 1] + tall[DIFFERENCE, k + 2]) * share
+        product = (tall[PRODUCT, k] + tall[PRODUCT, k + 1] + tall[PRODUCT, k + 2]) * share
+        square = (tall[SQUARE, k] + tall[SQUARE, k + 1] + tall[SQUARE, k + 2]) * share
+        energy -= slope * slope
+        variance = max(square - difference * difference, _LEAST_VARIANCE)
+        held = max(energy, _LEAST_ENERGY)
+        step = (slope * difference - product) / held
+        step_variance = _PER_CELL * variance / (held * count)
+        applied = step / (_ONE + step_variance * _PER_PRIOR)
+        out[REFINED, k] = disparity[k] + (applied if abs(step) <= largest_step else _ZERO)
+        out[STEP, k] = step
+        out[VARIANCE, k] = variance
+        out[STEP_VARIANCE, k] = step_variance
+        out[MEAN_ENERGY, k] = energy
+        out[MEAN_OWN_ENERGY, k] = _TWO * (own - slope * slope) - energy
+
+
+@kernel
+def refine_cells(
+    left: F32, right: F32, cells: F32, bend: np.float32, largest_step: np.float32
+) -> F32:
+    """Return (6, n, m) what one Gauss-Newton step over 3 x 3 cells says of a map of cells (n, m).
+
+    `left`, `right`: (2, h, w), each window smoothed, and its slope. A step beyond `largest_step` is not applied.
+    """
+    n, m = cells.shape
+    out = np.empty((6, n, m), np.float32)
+    ring, tall = np.zeros((3, 7, m), np.float32), np.zeros((7, m + 2), np.float32)
+    disparity, between = np.empty(2 * m, np.float32), np.empty(m + 2, np.float32)
+    index, part = np.empty(2 * m, np.int32), np.empty(2 * m, np.float32)
+    compared = np.empty((2, 2 * m), np.float32)
+    for r in range(n + 1):
+        sums = ring[r % 3]
+        sums[:] = _ZERO
+        if r < n:
+            for y in (2 * r, 2 * r + 1):
+                fill_row(cells, y, bend, between, disparity)
+                _compare_row(left[0][y], right[0][y], right[1][y], disparity, index, part, compared)
+                _add_row(left[1][y], compared, disparity, sums)
+        if r > 0:
+            for q in range(7):
+                for k in range(m):
+                    tall[q, k + 1] = ring[0, q, k] + ring[1, q, k] + ring[2, q, k]
+            _solve_row(tall, cells[r - 1], largest_step, out[:, r - 1])
+    return out

@@ -1,0 +1,122 @@
+"""The half-size match of the live backend, and its refinement on cells of 2 x 2 px by the full-size pictures."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.refine import LARGEST_STEP_PX, FloatImage, Refinement, energy_ratios
+from foveacam_pipeline.stereo.search import DEFAULT, STEP, MatchSettings, scene_window, semi_global
+from foveacam_pipeline.stereo.values import RectifiedPair
+
+COARSE_ROW_PX = 8
+"""Height of the rows in which the range is looked for: half as many of them as at full size find it as well."""
+LARGEST_BEND_PX = 2.0
+"""Where the disparities of two neighbouring cells differ by more, an edge lies between."""
+LARGEST_FIRST_STEP_PX = 1.5
+"""A px of the half size is two: so much may be missing at first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellMatch:
+    """Both grey windows (2 n, 2 m) and the half-size match (n, m), px of the full size, NaN where unknown.
+
+    `valid_left`: (2 n, 2 m) bool; `valid_right`: (n, m), 1 where the right window shows something, else 0.
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    found_px: FloatImage
+    valid_left: NDArray[np.bool_]
+    valid_right: NDArray[np.uint8]
+
+    def strip(self, begin: int, end: int) -> "CellMatch":
+        """Return the rows of cells from `begin` to before `end`."""
+        cells, pixels = slice(begin, end), slice(2 * begin, 2 * end)
+        return CellMatch(
+            left=self.left[pixels],
+            right=self.right[pixels],
+            found_px=self.found_px[cells],
+            valid_left=self.valid_left[pixels],
+            valid_right=self.valid_right[cells],
+        )
+
+    def enlarged(self, cells: FloatImage, bend: float) -> FloatImage:
+        """Return a map of the cells (n, m) at full size (2 n, 2 m), NaN where the left window shows nothing.
+
+        Interpolated between cells that differ by at most `bend`, else the pixel's own cell.
+        """
+        from foveacam_pipeline.stereo.cell_kernels import enlarge_cells  # numba loads when depth is asked for
+
+        out = np.empty(self.left.shape, dtype=np.float32)
+        enlarge_cells(cells, np.float32(bend), self.valid_left, out)
+        return out
+
+
+def match_cells(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> CellMatch:
+    """Return the semi-global match of both windows at half the size."""
+    left, right = _even(gray(pair.left)), _even(gray(pair.right))
+    valid_left, valid_right = (_even(valid.view(np.uint8)) for valid in (pair.valid_left, pair.valid_right))
+    whole = replace(pair, valid_left=valid_left.view(np.bool_))
+    first, count = scene_window(whole, (left, right), settings, row_shrink=COARSE_ROW_PX)
+    low, high = first // 2, -((first + count) // -2)
+    half = (left.shape[1] // 2, left.shape[0] // 2)
+    halves = (cv2.resize(image, half, interpolation=cv2.INTER_AREA) for image in (left, right))
+    found = semi_global(
+        *(np.asarray(image, dtype=np.uint8) for image in halves),
+        first=low,
+        count=-((high - low) // -STEP) * STEP,
+        settings=settings,
+        speckle_px=settings.speckle_px // 4,
+    )
+    found *= np.float32(2.0)
+    found[valid_left[::2, ::2] == 0] = np.nan
+    return CellMatch(
+        left=left,
+        right=right,
+        found_px=found,
+        valid_left=valid_left.view(np.bool_),
+        valid_right=np.ascontiguousarray(valid_right[::2, ::2]),
+    )
+
+
+def refine_match(match: CellMatch) -> Refinement:
+    """Return the refinement of every cell after two sub-pixel steps, px of the full size."""
+    from foveacam_pipeline.stereo import cell_kernels as kernels  # numba loads when depth is asked for
+
+    left, right = (np.empty((2, *image.shape), dtype=np.float32) for image in (match.left, match.right))
+    kernels.smooth_and_slope(match.left, left[0], left[1])
+    kernels.smooth_and_slope(match.right, right[0], right[1])
+    cells, bend = match.found_px, np.float32(LARGEST_BEND_PX)
+    for largest_px in (LARGEST_FIRST_STEP_PX, LARGEST_STEP_PX):
+        result = kernels.refine_cells(left, right, cells, bend, np.float32(largest_px))
+        cells = result[kernels.REFINED]
+    likeness, wide_likeness = energy_ratios(result[kernels.MEAN_ENERGY], result[kernels.MEAN_OWN_ENERGY])
+    return Refinement(
+        residual_px=cells,
+        step_px=result[kernels.STEP],
+        noise=np.sqrt(result[kernels.VARIANCE]),
+        noise_sigma_px=np.sqrt(result[kernels.STEP_VARIANCE]),
+        likeness=likeness,
+        wide_likeness=wide_likeness,
+        seen=_seen(cells, match.valid_right),
+    )
+
+
+def _seen(cells_px: FloatImage, valid_right: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return whether the matched cell lies in the valid part of the right window."""
+    rows, columns = (np.arange(side, dtype=np.float32) for side in cells_px.shape)
+    places = columns - np.float32(0.5) * np.nan_to_num(cells_px)
+    seen = cv2.remap(valid_right, places, np.repeat(rows, len(columns)).reshape(places.shape), cv2.INTER_NEAREST)
+    return np.asarray(seen, dtype=np.bool_)
+
+
+def _even(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return (h, w) uint8 with its last row or column repeated where their number is odd."""
+    height, width = image.shape
+    if height % 2 == 0 and width % 2 == 0:
+        return image
+    padded = cv2.copyMakeBorder(image, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
+    return np.asarray(padded, dtype=np.uint8)
