@@ -143,7 +143,9 @@ def test_a_kernel_works_where_no_cache_can_be_written(monkeypatch: pytest.Monkey
     assert asked == [True, False]
 
 
-def test_cached_kernels_lapse_when_any_module_of_their_folder_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_kernels_lapse_when_any_module_of_their_folder_changes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def version_with(digest: str) -> str:
         monkeypatch.setattr(jit, "_folder_digest", lambda _folder: digest)
         dispatcher = jit.kernel(volume_m3)

@@ -147,9 +147,7 @@ def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) ->
 
 
 @kernel
-def refine_cells(
-    left: F32, right: F32, cells: F32, bend: np.float32, largest_step: np.float32
-) -> F32:
+def refine_cells(left: F32, right: F32, cells: F32, bend: np.float32, largest_step: np.float32) -> F32:
     """Return (6, n, m) what one Gauss-Newton step over 3 x 3 cells says of a map of cells (n, m).
 
     `left`, `right`: (2, h, w), each window smoothed, and its slope. A step beyond `largest_step` is not applied.

@@ -7,16 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.refine import LARGEST_STEP_PX, FloatImage, Refinement, energy_ratios
-from foveacam_pipeline.stereo.search import DEFAULT, STEP, MatchSettings, scene_window, semi_global
+from foveacam_pipeline.stereo.refine import FloatImage, Refinement, energy_ratios
+from foveacam_pipeline.stereo.search import (
+    DEFAULT,
+    QUICK,
+    MatchSettings,
+    half_window,
+    scene_span,
+    semi_global,
+)
 from foveacam_pipeline.stereo.values import RectifiedPair
 
-COARSE_ROW_PX = 8
-"""Height of the rows in which the range is looked for: half as many of them as at full size find it as well."""
 LARGEST_BEND_PX = 2.0
 """Where the disparities of two neighbouring cells differ by more, an edge lies between."""
-LARGEST_FIRST_STEP_PX = 1.5
-"""A px of the half size is two: so much may be missing at first."""
+LARGEST_STEP_PX = 1.5
+"""A px of the half size is two: so much more may be missing than at full size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,14 +65,13 @@ def match_cells(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> CellM
     left, right = _even(gray(pair.left)), _even(gray(pair.right))
     valid_left, valid_right = (_even(valid.view(np.uint8)) for valid in (pair.valid_left, pair.valid_right))
     whole = replace(pair, valid_left=valid_left.view(np.bool_))
-    first, count = scene_window(whole, (left, right), settings, row_shrink=COARSE_ROW_PX)
-    low, high = first // 2, -((first + count) // -2)
+    first, count = half_window(scene_span(whole, (left, right), settings, coarse=QUICK))
     half = (left.shape[1] // 2, left.shape[0] // 2)
     halves = (cv2.resize(image, half, interpolation=cv2.INTER_AREA) for image in (left, right))
     found = semi_global(
         *(np.asarray(image, dtype=np.uint8) for image in halves),
-        first=low,
-        count=-((high - low) // -STEP) * STEP,
+        first=first,
+        count=count,
         settings=settings,
         speckle_px=settings.speckle_px // 4,
     )
@@ -83,16 +87,15 @@ def match_cells(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> CellM
 
 
 def refine_match(match: CellMatch) -> Refinement:
-    """Return the refinement of every cell after two sub-pixel steps, px of the full size."""
+    """Return the refinement of every cell by one sub-pixel step, px of the full size."""
     from foveacam_pipeline.stereo import cell_kernels as kernels  # numba loads when depth is asked for
 
     left, right = (np.empty((2, *image.shape), dtype=np.float32) for image in (match.left, match.right))
     kernels.smooth_and_slope(match.left, left[0], left[1])
     kernels.smooth_and_slope(match.right, right[0], right[1])
-    cells, bend = match.found_px, np.float32(LARGEST_BEND_PX)
-    for largest_px in (LARGEST_FIRST_STEP_PX, LARGEST_STEP_PX):
-        result = kernels.refine_cells(left, right, cells, bend, np.float32(largest_px))
-        cells = result[kernels.REFINED]
+    bend_px, largest_px = np.float32(LARGEST_BEND_PX), np.float32(LARGEST_STEP_PX)
+    result = kernels.refine_cells(left, right, match.found_px, bend_px, largest_px)
+    cells = result[kernels.REFINED]
     likeness, wide_likeness = energy_ratios(result[kernels.MEAN_ENERGY], result[kernels.MEAN_OWN_ENERGY])
     return Refinement(
         residual_px=cells,
@@ -109,7 +112,9 @@ def _seen(cells_px: FloatImage, valid_right: NDArray[np.uint8]) -> NDArray[np.bo
     """Return whether the matched cell lies in the valid part of the right window."""
     rows, columns = (np.arange(side, dtype=np.float32) for side in cells_px.shape)
     places = columns - np.float32(0.5) * np.nan_to_num(cells_px)
-    seen = cv2.remap(valid_right, places, np.repeat(rows, len(columns)).reshape(places.shape), cv2.INTER_NEAREST)
+    seen = cv2.remap(
+        valid_right, places, np.repeat(rows, len(columns)).reshape(places.shape), cv2.INTER_NEAREST
+    )
     return np.asarray(seen, dtype=np.bool_)
 
 

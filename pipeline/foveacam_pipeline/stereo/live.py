@@ -36,7 +36,9 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
     ends = pairwise(rows * part // count for part in range(count + 1))
     with ThreadPoolExecutor(count, "live-depth") as pool:
         strips = list(pool.map(lambda rows: _strip(match, *rows, settings), ends))
-    residual, sigma, occluded = (np.concatenate(parts)[:height, :width] for parts in zip(*strips, strict=True))
+    residual, sigma, occluded = (
+        np.concatenate(parts)[:height, :width] for parts in zip(*strips, strict=True)
+    )
     return DisparityMap(
         residual_px=residual,
         sigma_px=sigma,

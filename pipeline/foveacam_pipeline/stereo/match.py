@@ -40,9 +40,7 @@ def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMa
     )
 
 
-def find_and_refine(
-    pair: RectifiedPair, settings: MatchSettings = DEFAULT
-) -> tuple[FloatImage, Refinement]:
+def find_and_refine(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[FloatImage, Refinement]:
     """Return the disparities (h, w) of the matcher, px, NaN where it gave none, and their refinement."""
     left, right = gray(pair.left), gray(pair.right)
     first, count = scene_window(pair, (left, right), settings)

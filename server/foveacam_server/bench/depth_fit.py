@@ -94,7 +94,9 @@ def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings
     return _as_matched(residual, match.found_px, refinement, step=2)
 
 
-def _as_matched(residual_px: FloatImage, found_px: FloatImage, refinement: Refinement, *, step: int) -> Matched:
+def _as_matched(
+    residual_px: FloatImage, found_px: FloatImage, refinement: Refinement, *, step: int
+) -> Matched:
     windows = (SEMI_GLOBAL if step == 1 else LIVE).windows
     cues = match_cues(found_px, refinement, windows)
     return Matched(residual_px=residual_px, cues=cues, alike=alike(refinement), step=step)
@@ -150,7 +152,9 @@ def _quantile(cues: F64, log_error: F64, weight: F64) -> F64:
 
 
 def _minimum(loss: Callable[[F64], tuple[float, F64]], count: int) -> F64:
-    found = minimize(loss, np.zeros(count), jac=True, method="L-BFGS-B", options={"maxiter": 2000, "ftol": 1e-11})
+    found = minimize(
+        loss, np.zeros(count), jac=True, method="L-BFGS-B", options={"maxiter": 2000, "ftol": 1e-11}
+    )
     return np.asarray(found.x, dtype=np.float64)
 
 

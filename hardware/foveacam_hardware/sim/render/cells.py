@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.batch import CAPACITY, Batch
 from foveacam_hardware.sim.render.items import FROM_U, FROM_V, Items, U, V
-from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import CELLS, Tables
 from foveacam_hardware.sim.render.setup import Objects, Prims
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.batch import CAPACITY, Batch
 from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.sim.render.batch import CAPACITY, Batch
 from foveacam_hardware.sim.render.materials import BITMAP, NOISE, PLAIN, Tables
 from foveacam_hardware.sim.render.setup import Objects, Prims
 

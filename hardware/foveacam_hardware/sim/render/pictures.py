@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.footprint import MAX_TAPS, footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
-from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import BITMAP, Tables
 
 F64 = NDArray[np.float64]

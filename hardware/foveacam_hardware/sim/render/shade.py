@@ -7,11 +7,11 @@ fetches along a stretched one.
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.jit import inlined
 from foveacam_hardware.sim.render.batch import Batch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
 from foveacam_hardware.sim.render.footprint import MAX_TAPS, MESH_TAPS, footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
-from foveacam_hardware.jit import inlined
 from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, Tables
 from foveacam_hardware.sim.render.noise import LEVELS, SHORTEST, TILE
 

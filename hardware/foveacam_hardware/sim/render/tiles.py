@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.batch import CAPACITY, Batch, gather, interpolate, new_batch, shade_sky
 from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.sim.render.cells import shade_cells
 from foveacam_hardware.sim.render.items import Items, add_up, find_items, new_items
-from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.materials import Tables
 from foveacam_hardware.sim.render.pictures import shade_bitmap
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Objects, Prims, View

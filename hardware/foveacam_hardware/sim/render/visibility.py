@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.sim.render.binning import Bins
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Prims, View
 
 F64 = NDArray[np.float64]
