@@ -1,7 +1,7 @@
 """Kernels of the live backend on cells of 2 x 2 px: one sub-pixel step, and a map of cells at full size.
 
-`live` says what they serve. Pictures (h, w) are float32, maps of cells (h / 2, w / 2) float32 with disparities
-in px of the full size, NaN where unknown.
+`cell_match` says what they serve. Pictures are (h, w) float32, maps of cells (h / 2, w / 2) float32, with
+disparities in px of the full size, NaN where unknown.
 """
 
 import numpy as np
@@ -150,7 +150,7 @@ def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) ->
 def refine_cells(left: F32, right: F32, cells: F32, bend: np.float32, largest_step: np.float32) -> F32:
     """Return (6, n, m) what one Gauss-Newton step over 3 x 3 cells says of a map of cells (n, m).
 
-    `left`, `right`: (2, h, w), each window smoothed, and its slope. A step beyond `largest_step` is not applied.
+    `left`, `right`: (2, h, w), each window smoothed, and its slope. A step beyond `largest_step` is left out.
     """
     n, m = cells.shape
     out = np.empty((6, n, m), np.float32)

@@ -1,4 +1,4 @@
-"""The half-size match of the live backend, and its refinement on cells of 2 x 2 px by the full-size pictures."""
+"""The half-size match of the live backend, and its refinement by full-size pictures in cells of 2 x 2 px."""
 
 from dataclasses import dataclass, replace
 

@@ -36,7 +36,7 @@ class CueWeights:
     wide_spread: float
     """Of log(0.25 px + spread of disparity in `CueWindows.wide_spread`)."""
     holes: float
-    """Of the share in `CueWindows.holes` that the matcher left out: ambiguous, or different from the right."""
+    """Of the share in `CueWindows.holes` that the matcher left out: ambiguous, or unlike the right."""
     wide_holes: float
     """Of the share in `CueWindows.wide_holes` that the matcher left out."""
     likeness: float

@@ -33,9 +33,9 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
     match = match_cells(pair, settings)
     rows = len(match.found_px)
     count = max(1, min(cv2.getNumThreads(), rows // LEAST_STRIP))
-    ends = pairwise(rows * part // count for part in range(count + 1))
+    bounds = pairwise(rows * part // count for part in range(count + 1))
     with ThreadPoolExecutor(count, "live-depth") as pool:
-        strips = list(pool.map(lambda rows: _strip(match, *rows, settings), ends))
+        strips = list(pool.map(lambda ends: _strip(match, ends, settings), bounds))
     residual, sigma, occluded = (
         np.concatenate(parts)[:height, :width] for parts in zip(*strips, strict=True)
     )
@@ -48,9 +48,10 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
 
 
 def _strip(
-    match: CellMatch, begin: int, end: int, settings: MatchSettings
+    match: CellMatch, ends: tuple[int, int], settings: MatchSettings
 ) -> tuple[FloatImage, FloatImage, NDArray[np.uint8]]:
-    """Return disparity, its sigma and what is occluded in the pixels of the rows of cells `begin` to `end`."""
+    """Return disparity, its sigma and what is occluded in a strip between `ends`, rows of cells."""
+    begin, end = ends
     first = max(0, begin - STRIP_MARGIN)
     part = match.strip(first, end + STRIP_MARGIN)
     cells, cell_sigma = believed(part.found_px, refine_match(part), model=LIVE, settings=settings)

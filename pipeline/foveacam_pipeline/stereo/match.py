@@ -69,7 +69,7 @@ def believed(
 
 
 def alike(refinement: Refinement) -> NDArray[np.bool_]:
-    """Return where the gradients of both windows correlate enough for a match to be more than noise, (h, w)."""
+    """Return (h, w) where the gradients of both windows correlate by more than those of noise."""
     return (refinement.wide_likeness >= np.float32(LEAST_LIKENESS)) & (
         (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS))
         | (refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS))

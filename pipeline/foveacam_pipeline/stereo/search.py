@@ -73,7 +73,7 @@ class CoarseSearch:
 
 THOROUGH = CoarseSearch(row_px=COARSE_SHRINK, least_share=0.004)
 QUICK = CoarseSearch(row_px=2 * COARSE_SHRINK, least_share=0.008)
-"""Half the time of `THOROUGH`, a span three quarters as wide; of 52 rendered looks 0.7 % more pixels lie beyond."""
+"""Half the time of `THOROUGH`, spans four fifths as wide; beyond lie 0.7 % more of the pixels of 52 looks."""
 
 
 def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
@@ -157,7 +157,7 @@ def _coarse_px(
     settings: MatchSettings,
     row_px: int,
 ) -> tuple[NDArray[np.float32], int]:
-    """Return (n,) the residual disparities of the coarse search, px at the window's scale, of how many pixels."""
+    """Return (n,) the disparities of the coarse search, px at the window's scale, and of how many cells."""
     height, width = grays[0].shape
     size = (max(1, width // COARSE_SHRINK), max(1, height // row_px))
     whole_cells = (slice(size[1] * row_px), slice(size[0] * COARSE_SHRINK))  # several times faster to shrink

@@ -1,8 +1,9 @@
 """Fit the error model of a depth backend: `python -m foveacam_server.bench.depth_fit live|sgbm` prints it.
 
 Data: the Motorcycle pair, half of the weight, and 36 rendered looks of both scenes, 1.5 to 30 m away, drawn
-with another seed than the looks that judge. The log-odds of an error above 1 px are a logistic regression over
-all matched pixels; the logarithm of sigma is the 68.3 % quantile of that of the error over those then believed.
+with another seed than the looks that judge. The log-odds of an error above 1 px are a logistic regression
+over all matched pixels; the logarithm of sigma is the 68.3 % quantile of that of the error over those then
+believed.
 """
 
 import sys
@@ -40,7 +41,7 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitData:
-    """Matched pixels: cues (n, 9) after a leading 1, errors (n,) px, weights (n,), and which are `alike` (n,)."""
+    """Matched pixels: a 1 and the cues (n, 9), errors (n,) px, weights (n,), and which are `alike` (n,)."""
 
     cues: F64
     error_px: F64
@@ -139,7 +140,7 @@ def _logistic(cues: F64, wrong: NDArray[np.bool_], weight: F64) -> F64:
 
 
 def _quantile(cues: F64, log_error: F64, weight: F64) -> F64:
-    """Return the weights (9,) of the 68.3 % quantile of `log_error`, by the pinball loss with a rounded corner."""
+    """Return the weights (9,) of the 68.3 % quantile of `log_error`: the least pinball loss."""
 
     def loss(b: F64) -> tuple[float, F64]:
         rest = log_error - cues @ b
