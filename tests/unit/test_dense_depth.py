@@ -11,7 +11,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.accumulate import DisparityStack
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
-from foveacam_pipeline.stereo.search import scene_window
+from foveacam_pipeline.stereo.search import half_window, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 from foveacam_server.bench.depth_looks import TrueLook, true_looks
 
@@ -88,6 +88,46 @@ def test_the_live_backend_agrees_with_the_full_one(disparity_px: float) -> None:
     assert both.mean() > 0.8
     assert np.median(apart) < 0.1
     assert (apart > 3.0 * np.hypot(full.sigma_px, live.sigma_px)[both]).mean() < 0.01
+
+
+def test_the_live_backend_gives_the_same_map_in_strips_as_in_one_piece(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pair = card_before_a_wall()
+    strips, whole = (_live_on(threads, pair, monkeypatch) for threads in (4, 1))
+
+    np.testing.assert_array_equal(strips.residual_px, whole.residual_px)
+    np.testing.assert_allclose(strips.sigma_px, whole.sigma_px, rtol=1e-5)  # running sums begin elsewhere
+    assert strips.occluded is not None
+    np.testing.assert_array_equal(strips.occluded, whole.occluded)
+
+
+def test_the_live_backend_maps_every_pixel_of_a_window_with_odd_sides() -> None:
+    pair = pair_of(flat(7.25))
+    odd = (slice(HEIGHT - 1), slice(WIDTH - 1))
+    valid = pair.valid_left[odd].copy()
+    valid[100:110] = False
+    windows = replace(pair, left=pair.left[odd], right=pair.right[odd])
+    found = BACKENDS["live"].estimate(replace(windows, valid_left=valid, valid_right=pair.valid_right[odd]))
+
+    assert found.residual_px.shape == found.sigma_px.shape == (HEIGHT - 1, WIDTH - 1)
+    assert np.isnan(found.residual_px[100:110]).all()
+    assert np.isfinite(found.residual_px[150:, 20:]).mean() > 0.95
+    assert np.nanmedian(np.abs(found.residual_px - 7.25)) < 0.1
+
+
+@pytest.mark.parametrize("span_px", [(-37.0, 11.0), (3.5, 99.0), (-1.0, 0.0)])
+def test_the_half_size_search_holds_the_whole_span(span_px: tuple[float, float]) -> None:
+    first, count = half_window(span_px)
+
+    assert 2 * first <= span_px[0]
+    assert 2 * (first + count) >= span_px[1]
+    assert count <= (span_px[1] - span_px[0]) / 2 + 2 + 16  # rounded to whole px and to sixteens
+
+
+def _live_on(threads: int, pair: RectifiedPair, monkeypatch: pytest.MonkeyPatch) -> DisparityMap:
+    monkeypatch.setattr("foveacam_pipeline.stereo.live.cv2.getNumThreads", lambda: threads)
+    return BACKENDS["live"].estimate(pair)
 
 
 def test_fused_looks_lose_noise_and_keep_what_all_looks_share() -> None:

@@ -167,8 +167,9 @@ def refine_cells(left: F32, right: F32, cells: F32, bend: np.float32, largest_st
                 _compare_row(left[0][y], right[0][y], right[1][y], disparity, index, part, compared)
                 _add_row(left[1][y], compared, disparity, sums)
         if r > 0:
+            above, own = ring[(r + 1) % 3], ring[(r + 2) % 3]  # rows r - 2 and r - 1
             for q in range(7):
                 for k in range(m):
-                    tall[q, k + 1] = ring[0, q, k] + ring[1, q, k] + ring[2, q, k]
+                    tall[q, k + 1] = above[q, k] + own[q, k] + sums[q, k]
             _solve_row(tall, cells[r - 1], largest_step, out[:, r - 1])
     return out

@@ -36,6 +36,9 @@ LEAST_ERROR_PX = 1e-3
 SOFTNESS = 0.05
 """Width of the rounded corner of the quantile's loss, in the logarithm of the error."""
 
+CUES = tuple(field.name for field in fields(CueWeights))
+"""A constant and the cues, in their order."""
+
 F64 = NDArray[np.float64]
 
 
@@ -50,8 +53,12 @@ class FitData:
 
 
 def fit(backend: DepthBackend) -> tuple[CueWeights, CueWeights]:
+    """Return what `fit_cues` makes of the backend's matches of all pairs."""
+    return fit_cues(_joined(list(_pairs(backend))))
+
+
+def fit_cues(data: FitData) -> tuple[CueWeights, CueWeights]:
     """Return the weights of the logarithm of sigma and of the log-odds of an error above 1 px."""
-    data = _joined(list(_pairs(backend)))
     odds = _logistic(data.cues, np.abs(data.error_px) > WRONG_PX, data.weight)
     kept = data.alike & (data.cues @ odds <= np.log(DEFAULT.max_wrong / (1.0 - DEFAULT.max_wrong)))
     log_error = np.log(np.maximum(np.abs(data.error_px[kept]), LEAST_ERROR_PX))
@@ -160,8 +167,7 @@ def _minimum(loss: Callable[[F64], tuple[float, F64]], count: int) -> F64:
 
 
 def _weights(b: F64) -> CueWeights:
-    names = [field.name for field in fields(CueWeights)]
-    return CueWeights(**{name: round(value, 3) for name, value in zip(names, b.tolist(), strict=True)})
+    return CueWeights(**{name: round(value, 3) for name, value in zip(CUES, b.tolist(), strict=True)})
 
 
 if __name__ == "__main__":
