@@ -47,6 +47,27 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
     )
 
 
+def compile_kernels() -> None:
+    """Compile what depth needs, once on a machine: else its first map takes some seconds more."""
+    image = np.random.default_rng(0).integers(0, 255, (64, 64), dtype=np.uint8)
+    valid = np.ones(image.shape, dtype=np.bool_)
+    match_live(
+        RectifiedPair(
+            left=image,
+            right=image,
+            valid_left=valid,
+            valid_right=valid,
+            f_px=1_000.0,
+            baseline_m=0.2,
+            u0_left_px=0.0,
+            u0_right_px=-20.0,
+            v0_px=0.0,
+            pose_sigma_px=0.0,
+            t_ns=0,
+        )
+    )
+
+
 def _strip(
     match: CellMatch, ends: tuple[int, int], settings: MatchSettings
 ) -> tuple[FloatImage, FloatImage, NDArray[np.uint8]]:
