@@ -22,7 +22,7 @@ OWN, OTHER = np.float32(0.75), np.float32(0.25)
 
 ENERGY, OWN_ENERGY, SLOPE, DIFFERENCE, PRODUCT, SQUARE, KNOWN = range(7)
 """Sums of a cell over its four pixels, and 1 where its disparity is known."""
-REFINED, STEP, VARIANCE, STEP_VARIANCE, MEAN_ENERGY, MEAN_OWN_ENERGY = range(6)
+REFINED, STEP, NOISE, NOISE_SIGMA, MEAN_ENERGY, MEAN_OWN_ENERGY = range(6)
 """What `refine_cells` gives of each cell; the fields of `refine.Refinement` are made of them."""
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
@@ -32,22 +32,21 @@ _PER_PRIOR = np.float32(1.0 / PRIOR_SIGMA_PX**2)
 
 
 @kernel
-def smooth_and_slope(image: U8, smooth: F32, slope: F32) -> None:
-    """Fill `smooth` with a picture that a Gaussian has smoothed, and `slope` with its derivative along x."""
+def _smooth_row(image: U8, y: int, scratch: F32, out: F32) -> None:
+    """Fill `out` (2, w) with row y of a picture, smoothed by a Gaussian, and with its derivative along x."""
     h, w = image.shape
-    column, row = np.empty(w + 2, np.float32), np.empty(w + 4, np.float32)
-    for y in range(h):
-        above, below = max(y - 1, 0), min(y + 1, h - 1)
-        for x in range(w):
-            rims = np.float32(image[above, x]) + np.float32(image[below, x])
-            column[x + 1] = RIM * rims + MIDDLE * np.float32(image[y, x])
-        column[0], column[w + 1] = column[1], column[w]
-        for x in range(w):
-            row[x + 2] = RIM * (column[x] + column[x + 2]) + MIDDLE * column[x + 1]
-        row[0], row[1], row[w + 2], row[w + 3] = row[2], row[2], row[w + 1], row[w + 1]
-        for x in range(w):
-            smooth[y, x] = row[x + 2]
-            slope[y, x] = NEAR_TAP * (row[x + 3] - row[x + 1]) - FAR_TAP * (row[x + 4] - row[x])
+    above, below = max(y - 1, 0), min(y + 1, h - 1)
+    column, row = scratch[0], scratch[1]
+    for x in range(w):
+        rims = np.float32(image[above, x]) + np.float32(image[below, x])
+        column[x + 1] = RIM * rims + MIDDLE * np.float32(image[y, x])
+    column[0], column[w + 1] = column[1], column[w]
+    for x in range(w):
+        row[x + 2] = RIM * (column[x] + column[x + 2]) + MIDDLE * column[x + 1]
+    row[0], row[1], row[w + 2], row[w + 3] = row[2], row[2], row[w + 1], row[w + 1]
+    for x in range(w):
+        out[0, x] = row[x + 2]
+        out[1, x] = NEAR_TAP * (row[x + 3] - row[x + 1]) - FAR_TAP * (row[x + 4] - row[x])
 
 
 @kernel
@@ -70,11 +69,11 @@ def fill_row(cells: F32, y: int, bend: np.float32, between: F32, out: F32) -> No
 
 
 @kernel
-def enlarge_cells(cells: F32, bend: np.float32, valid: NDArray[np.bool_], out: F32) -> None:
-    """Fill `out` (h, w) with a map of cells at full size, NaN where not `valid`."""
+def enlarge_cells(cells: F32, bend: np.float32, begin: int, valid: NDArray[np.bool_], out: F32) -> None:
+    """Fill `out` (h, w) with a map of cells at full size, from its row `begin` on, NaN where not `valid`."""
     between = np.empty(cells.shape[1] + 2, np.float32)
     for y in range(out.shape[0]):
-        fill_row(cells, y, bend, between, out[y])
+        fill_row(cells, begin + y, bend, between, out[y])
         for x in range(out.shape[1]):
             if not valid[y, x]:
                 out[y, x] = np.nan
@@ -82,10 +81,10 @@ def enlarge_cells(cells: F32, bend: np.float32, valid: NDArray[np.bool_], out: F
 
 @kernel
 def _compare_row(
-    left: F32, right: F32, right_slope: F32, disparity: F32, index: NDArray[np.int32], part: F32, out: F32
+    left: F32, right: F32, disparity: F32, index: NDArray[np.int32], part: F32, out: F32
 ) -> None:
     """Fill `out` (2, w) with the difference to the matched pixels and with their slopes."""
-    w = left.shape[0]
+    w = left.shape[1]
     last = np.float32(w - 1)
     for x in range(w):
         place = min(max(np.float32(x) - disparity[x], _ZERO), last)
@@ -95,9 +94,9 @@ def _compare_row(
         part[x] = place - np.float32(index[x])
     for x in range(w):
         i, f = index[x], part[x]
-        a, b = right[i], right[i + 1]
-        out[0, x] = left[x] - (a + f * (b - a))
-        a, b = right_slope[i], right_slope[i + 1]
+        a, b = right[0, i], right[0, i + 1]
+        out[0, x] = left[0, x] - (a + f * (b - a))
+        a, b = right[1, i], right[1, i + 1]
         out[1, x] = a + f * (b - a)
 
 
@@ -140,32 +139,35 @@ def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) ->
         applied = step / (_ONE + step_variance * _PER_PRIOR)
         out[REFINED, k] = disparity[k] + (applied if abs(step) <= largest_step else _ZERO)
         out[STEP, k] = step
-        out[VARIANCE, k] = variance
-        out[STEP_VARIANCE, k] = step_variance
+        out[NOISE, k] = np.sqrt(variance)
+        out[NOISE_SIGMA, k] = np.sqrt(step_variance)
         out[MEAN_ENERGY, k] = energy
         out[MEAN_OWN_ENERGY, k] = _TWO * (own - slope * slope) - energy
 
 
 @kernel
-def refine_cells(left: F32, right: F32, cells: F32, bend: np.float32, largest_step: np.float32) -> F32:
+def refine_cells(left: U8, right: U8, cells: F32, bend: np.float32, largest_step: np.float32) -> F32:
     """Return (6, n, m) what one Gauss-Newton step over 3 x 3 cells says of a map of cells (n, m).
 
-    `left`, `right`: (2, h, w), each window smoothed, and its slope. A step beyond `largest_step` is left out.
+    `left`, `right`: (2 n, 2 m) grey windows. A step beyond `largest_step` is not applied.
     """
     n, m = cells.shape
     out = np.empty((6, n, m), np.float32)
     ring, tall = np.zeros((3, 7, m), np.float32), np.zeros((7, m + 2), np.float32)
     disparity, between = np.empty(2 * m, np.float32), np.empty(m + 2, np.float32)
     index, part = np.empty(2 * m, np.int32), np.empty(2 * m, np.float32)
-    compared = np.empty((2, 2 * m), np.float32)
+    rows, scratch = np.empty((3, 2, 2 * m), np.float32), np.empty((2, 2 * m + 4), np.float32)
+    left_row, right_row, compared = rows[0], rows[1], rows[2]
     for r in range(n + 1):
         sums = ring[r % 3]
         sums[:] = _ZERO
         if r < n:
             for y in (2 * r, 2 * r + 1):
                 fill_row(cells, y, bend, between, disparity)
-                _compare_row(left[0][y], right[0][y], right[1][y], disparity, index, part, compared)
-                _add_row(left[1][y], compared, disparity, sums)
+                _smooth_row(left, y, scratch, left_row)
+                _smooth_row(right, y, scratch, right_row)
+                _compare_row(left_row, right_row, disparity, index, part, compared)
+                _add_row(left_row[1], compared, disparity, sums)
         if r > 0:
             above, own = ring[(r + 1) % 3], ring[(r + 2) % 3]  # rows r - 2 and r - 1
             for q in range(7):

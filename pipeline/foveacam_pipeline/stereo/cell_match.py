@@ -48,17 +48,6 @@ class CellMatch:
             valid_right=self.valid_right[cells],
         )
 
-    def enlarged(self, cells: FloatImage, bend: float) -> FloatImage:
-        """Return a map of the cells (n, m) at full size (2 n, 2 m), NaN where the left window shows nothing.
-
-        Interpolated between cells that differ by at most `bend`, else the pixel's own cell.
-        """
-        from foveacam_pipeline.stereo.cell_kernels import enlarge_cells  # numba loads when depth is asked for
-
-        out = np.empty(self.left.shape, dtype=np.float32)
-        enlarge_cells(cells, np.float32(bend), self.valid_left, out)
-        return out
-
 
 def match_cells(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> CellMatch:
     """Return the semi-global match of both windows at half the size."""
@@ -90,18 +79,15 @@ def refine_match(match: CellMatch) -> Refinement:
     """Return the refinement of every cell by one sub-pixel step, px of the full size."""
     from foveacam_pipeline.stereo import cell_kernels as kernels  # numba loads when depth is asked for
 
-    left, right = (np.empty((2, *image.shape), dtype=np.float32) for image in (match.left, match.right))
-    kernels.smooth_and_slope(match.left, left[0], left[1])
-    kernels.smooth_and_slope(match.right, right[0], right[1])
     bend_px, largest_px = np.float32(LARGEST_BEND_PX), np.float32(LARGEST_STEP_PX)
-    result = kernels.refine_cells(left, right, match.found_px, bend_px, largest_px)
+    result = kernels.refine_cells(match.left, match.right, match.found_px, bend_px, largest_px)
     cells = result[kernels.REFINED]
     likeness, wide_likeness = energy_ratios(result[kernels.MEAN_ENERGY], result[kernels.MEAN_OWN_ENERGY])
     return Refinement(
         residual_px=cells,
         step_px=result[kernels.STEP],
-        noise=np.sqrt(result[kernels.VARIANCE]),
-        noise_sigma_px=np.sqrt(result[kernels.STEP_VARIANCE]),
+        noise=result[kernels.NOISE],
+        noise_sigma_px=result[kernels.NOISE_SIGMA],
         likeness=likeness,
         wide_likeness=wide_likeness,
         seen=_seen(cells, match.valid_right),

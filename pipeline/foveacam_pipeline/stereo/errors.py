@@ -5,11 +5,11 @@ of an error above 1 px, are linear in eight cues. Data: the Motorcycle pair (hal
 looks of both simulated scenes, 1.5 to 30 m. Aloe, Tsukuba and 28 other rendered looks served for checks only.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement
 
@@ -79,25 +79,30 @@ class MatchErrors:
 def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorModel) -> MatchErrors:
     """Return the errors of a disparity map (h, w), px, NaN where the matcher gave none."""
     cues = match_cues(disparity_px, refinement, model.windows)
-    log_sigma, log_odds = (_weighted(cues, weights) for weights in (model.log_sigma, model.log_odds_wrong))
-    sigma = np.clip(cv2.exp(log_sigma), LEAST_SIGMA_PX, LARGEST_SIGMA_PX)
-    return MatchErrors(sigma_px=np.asarray(sigma, dtype=np.float32), wrong_log_odds=log_odds)
+    sigma, log_odds = (_weighted(cues, weights) for weights in (model.log_sigma, model.log_odds_wrong))
+    cv2.exp(sigma, dst=sigma)
+    np.clip(sigma, np.float32(LEAST_SIGMA_PX), np.float32(LARGEST_SIGMA_PX), out=sigma)
+    return MatchErrors(sigma_px=sigma, wrong_log_odds=log_odds)
 
 
 def match_cues(
     disparity_px: FloatImage, refinement: Refinement, windows: CueWindows
 ) -> tuple[FloatImage, ...]:
     """Return the cues in the order of `CueWeights` after the constant, each (h, w)."""
-    known = np.isfinite(disparity_px)
-    missing = 1.0 - known.astype(np.float32)
-    noise_sigma = np.clip(refinement.noise_sigma_px, LEAST_NOISE_SIGMA_PX, LARGEST_NOISE_SIGMA_PX)
-    step = np.minimum(np.abs(refinement.step_px), np.float32(LARGEST_STEP_CUE_PX))
+    missing = np.isnan(disparity_px).astype(np.float32)
+    noise_sigma = np.clip(
+        refinement.noise_sigma_px, np.float32(LEAST_NOISE_SIGMA_PX), np.float32(LARGEST_NOISE_SIGMA_PX)
+    )
+    step = np.abs(refinement.step_px)
+    np.minimum(step, np.float32(LARGEST_STEP_CUE_PX), out=step)
+    step += np.float32(LEAST_STEP_PX)
+    spread, wide_spread = _spreads(disparity_px, (windows.spread, windows.wide_spread))
     return (
         _log(noise_sigma),
-        _log(refinement.noise),
-        _log(step + np.float32(LEAST_STEP_PX)),
-        _log(_spread(disparity_px, known, windows.spread) + np.float32(LEAST_SPREAD_PX)),
-        _log(_spread(disparity_px, known, windows.wide_spread) + np.float32(LEAST_SPREAD_PX)),
+        _log(refinement.noise.copy()),
+        _log(step),
+        _log(spread),
+        _log(wide_spread),
         _share(missing, windows.holes),
         _share(missing, windows.wide_holes),
         refinement.likeness,
@@ -117,16 +122,22 @@ def _weighted(cues: tuple[FloatImage, ...], weights: CueWeights) -> FloatImage:
     )
     total = np.full(cues[0].shape, weights.constant, dtype=np.float32)
     for cue, factor in zip(cues, factors, strict=True):
-        total += np.float32(factor) * cue
+        cv2.scaleAdd(cue, factor, total, dst=total)
     return total
 
 
-def _spread(disparity_px: FloatImage, known: NDArray[np.bool_], side: int) -> FloatImage:
-    """Return largest minus smallest known disparity in a window, px, at most `LARGEST_SPREAD_PX`."""
-    window = np.ones((side, side), dtype=np.uint8)
-    high = cv2.dilate(np.where(known, disparity_px, np.float32(-1e6)), window)
-    low = cv2.erode(np.where(known, disparity_px, np.float32(1e6)), window)
-    return np.asarray(np.clip(high - low, 0.0, LARGEST_SPREAD_PX), dtype=np.float32)
+def _spreads(disparity_px: FloatImage, sides: tuple[int, int]) -> Iterator[FloatImage]:
+    """Yield `LEAST_SPREAD_PX` and the largest minus the smallest known disparity in each window, px."""
+    known = np.isfinite(disparity_px)
+    highest = np.where(known, disparity_px, np.float32(-1e6))
+    lowest = np.where(known, disparity_px, np.float32(1e6))
+    for side in sides:
+        window = np.ones((side, side), dtype=np.uint8)
+        spread = np.asarray(cv2.dilate(highest, window), dtype=np.float32)
+        spread -= np.asarray(cv2.erode(lowest, window), dtype=np.float32)
+        np.clip(spread, np.float32(0.0), np.float32(LARGEST_SPREAD_PX), out=spread)
+        spread += np.float32(LEAST_SPREAD_PX)
+        yield spread
 
 
 def _share(mask: FloatImage, side: int) -> FloatImage:
@@ -134,4 +145,6 @@ def _share(mask: FloatImage, side: int) -> FloatImage:
 
 
 def _log(image: FloatImage) -> FloatImage:
-    return np.asarray(cv2.log(image), dtype=np.float32)
+    """Return the image with its logarithm in place: fresh arrays cost more than the arithmetic."""
+    cv2.log(image, dst=image)
+    return image

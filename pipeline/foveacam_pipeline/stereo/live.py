@@ -10,13 +10,11 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.cell_match import LARGEST_BEND_PX, CellMatch, match_cells, refine_match
+from foveacam_pipeline.stereo.cell_match import LARGEST_BEND_PX, match_cells, refine_match
 from foveacam_pipeline.stereo.error_models import LIVE
 from foveacam_pipeline.stereo.match import believed
 from foveacam_pipeline.stereo.occlusion import occluded_cells
-from foveacam_pipeline.stereo.refine import FloatImage
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
@@ -28,22 +26,38 @@ LEAST_STRIP = 32
 
 def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
+    from foveacam_pipeline.stereo.cell_kernels import enlarge_cells  # numba loads when depth is asked for
+
     started = time.perf_counter()
     height, width = pair.left.shape[:2]
     match = match_cells(pair, settings)
     rows = len(match.found_px)
-    count = max(1, min(cv2.getNumThreads(), rows // LEAST_STRIP))
-    bounds = pairwise(rows * part // count for part in range(count + 1))
-    with ThreadPoolExecutor(count, "live-depth") as pool:
-        strips = list(pool.map(lambda ends: _strip(match, ends, settings), bounds))
-    residual, sigma, occluded = (
-        np.concatenate(parts)[:height, :width] for parts in zip(*strips, strict=True)
+    residual, sigma = (
+        np.empty(match.left.shape, dtype=np.float32),
+        np.empty(match.left.shape, dtype=np.float32),
     )
+    hidden = np.empty(match.found_px.shape, dtype=np.uint8)
+
+    def fill(ends: tuple[int, int]) -> None:
+        """Fill the rows of cells between `ends`, with what their surroundings tell."""
+        begin, end = ends
+        first = max(0, begin - STRIP_MARGIN)
+        part = match.strip(first, end + STRIP_MARGIN)
+        cells, cell_sigma = believed(part.found_px, refine_match(part), model=LIVE, settings=settings)
+        own = slice(2 * begin, 2 * end)
+        for source, bend, target in ((cells, LARGEST_BEND_PX, residual), (cell_sigma, np.inf, sigma)):
+            enlarge_cells(source, np.float32(bend), 2 * (begin - first), match.valid_left[own], target[own])
+        hidden[begin:end] = occluded_cells(cells)[begin - first : end - first]
+
+    count = max(1, min(cv2.getNumThreads(), rows // LEAST_STRIP))
+    with ThreadPoolExecutor(count, "live-depth") as pool:
+        list(pool.map(fill, pairwise(rows * part // count for part in range(count + 1))))
+    occluded = cv2.resize(hidden, residual.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return DisparityMap(
-        residual_px=residual,
-        sigma_px=sigma,
+        residual_px=residual[:height, :width],
+        sigma_px=sigma[:height, :width],
         compute_ms=(time.perf_counter() - started) * 1e3,
-        occluded=occluded.astype(np.bool_),
+        occluded=np.asarray(occluded, dtype=np.uint8)[:height, :width].view(np.bool_),
     )
 
 
@@ -66,16 +80,3 @@ def compile_kernels() -> None:
             t_ns=0,
         )
     )
-
-
-def _strip(
-    match: CellMatch, ends: tuple[int, int], settings: MatchSettings
-) -> tuple[FloatImage, FloatImage, NDArray[np.uint8]]:
-    """Return disparity, its sigma and what is occluded in a strip between `ends`, rows of cells."""
-    begin, end = ends
-    first = max(0, begin - STRIP_MARGIN)
-    part = match.strip(first, end + STRIP_MARGIN)
-    cells, cell_sigma = believed(part.found_px, refine_match(part), model=LIVE, settings=settings)
-    hidden = np.repeat(np.repeat(occluded_cells(cells), 2, axis=0), 2, axis=1)
-    own = slice(2 * (begin - first), 2 * (end - first))
-    return part.enlarged(cells, LARGEST_BEND_PX)[own], part.enlarged(cell_sigma, np.inf)[own], hidden[own]

@@ -142,7 +142,9 @@ def energy_ratios(energy: FloatImage, own_energy: FloatImage) -> tuple[FloatImag
 
 
 def _ratio(energy: FloatImage, own_energy: FloatImage) -> FloatImage:
-    return _float(np.clip(energy / np.maximum(own_energy, np.float32(LEAST_ENERGY)), -1.0, 1.0))
+    ratio = np.maximum(own_energy, np.float32(LEAST_ENERGY))
+    np.divide(energy, ratio, out=ratio)
+    return np.clip(ratio, np.float32(-1.0), np.float32(1.0), out=ratio)
 
 
 def _wide(image: FloatImage) -> FloatImage:

@@ -6,10 +6,10 @@ pose's, judged apart). Real pairs stand against bare OpenCV SGBM, which leaves o
 figures against one given margins. Truth in whole px widens a sigma by its rounding.
 
 `speedup_vs_sgbm` compares the live backend, errors and all, with OpenCV's StereoSGBM (3-way, block 5) on the
-same 720 x 540 px look and as many threads. SGBM cannot choose its range: it searches 128 px about the verged
-depth, with margins, so that it answers at the rims as live does. `_cpu` is the ratio of processor times, nearly
-free of other work on the cores; `speedup_no_margins` spares SGBM the margins; `speedup_same_range` has it search
-the span of the scene, found for it.
+same 720 x 540 px look and as many threads. SGBM cannot choose its range: it searches 128 px about the
+verged depth, with margins, so that it answers at the rims as live does. `_cpu` is the ratio of processor
+times, nearly free of other work on the cores; `speedup_no_margins` spares SGBM the margins;
+`speedup_same_range` has it search the span of the scene, found for it.
 """
 
 import json

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from foveacam_pipeline.stereo.cell_kernels import enlarge_cells
 from foveacam_pipeline.stereo.cell_match import LARGEST_BEND_PX, match_cells, refine_match
 from foveacam_pipeline.stereo.error_models import LIVE, SEMI_GLOBAL
 from foveacam_pipeline.stereo.errors import CueWeights, match_cues
@@ -98,8 +99,9 @@ def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings
     refinement = refine_match(match)
     cells = np.where(refinement.seen, refinement.residual_px, np.float32(np.nan))
     height, width = pair.left.shape[:2]
-    residual = match.enlarged(cells, LARGEST_BEND_PX)[:height, :width]
-    return _as_matched(residual, match.found_px, refinement, step=2)
+    residual = np.empty(match.left.shape, dtype=np.float32)
+    enlarge_cells(cells, np.float32(LARGEST_BEND_PX), 0, match.valid_left, residual)
+    return _as_matched(residual[:height, :width], match.found_px, refinement, step=2)
 
 
 def _as_matched(
