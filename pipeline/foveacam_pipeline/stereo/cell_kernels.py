@@ -1,7 +1,7 @@
 """Kernels of the live backend on cells of 2 x 2 px: one sub-pixel step, and a map of cells at full size.
 
-`cell_match` says what they serve. Pictures are (h, w) float32, maps of cells (h / 2, w / 2) float32, with
-disparities in px of the full size, NaN where unknown.
+`cell_match` says what they serve. Windows are (h, w) uint8, maps of cells (h / 2, w / 2) float32, with
+disparities in px of the full size, NaN where unknown; what is of rows of a window is float32.
 """
 
 import numpy as np

@@ -58,13 +58,8 @@ def refine(
     right: NDArray[np.uint8],
     disparity_px: FloatImage,
     valid_right: NDArray[np.bool_],
-    *,
-    largest_step_px: float = LARGEST_STEP_PX,
 ) -> Refinement:
-    """Measure the remainder of a finite disparity map (h, w), px, from two grey images (h, w).
-
-    A remainder beyond `largest_step_px` is not applied.
-    """
+    """Measure the remainder of a finite disparity map (h, w), px, from two grey images (h, w)."""
     height, width = left.shape
     columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
     rows = np.repeat(np.arange(height, dtype=np.float32)[:, None], width, axis=1)
@@ -75,7 +70,7 @@ def refine(
     step_variance = variance / np.maximum(sums.energy, np.float32(LEAST_ENERGY))
     step_variance *= np.float32(CORRELATION**2 / SAMPLES)
     applied = step / (1.0 + step_variance / np.float32(PRIOR_SIGMA_PX**2))
-    applied[np.abs(step) > np.float32(largest_step_px)] = 0.0
+    applied[np.abs(step) > np.float32(LARGEST_STEP_PX)] = 0.0
     likeness, wide_likeness = energy_ratios(sums.energy, sums.own_energy)
     size = (width, height)
     return Refinement(

@@ -73,7 +73,7 @@ class CoarseSearch:
 
 THOROUGH = CoarseSearch(row_px=COARSE_SHRINK, least_share=0.004)
 QUICK = CoarseSearch(row_px=2 * COARSE_SHRINK, least_share=0.012)
-"""Half the time of `THOROUGH`, spans 3/4 as wide; of the pixels of 52 rendered looks 0.7 % more lie beyond."""
+"""Half the time of `THOROUGH`, spans 3/4 as wide; of the pixels of 52 looks 0.7 % more lie beyond."""
 
 
 def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
