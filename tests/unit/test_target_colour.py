@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
-from foveacam_pipeline.verge.colour import LEAST_CHANCE, TargetColour
+from foveacam_pipeline.verge.colour import LEAST_CHANCE, MOST_CHANCE, TargetColour
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.infer import MAX_SAMPLES, infer_depth
+from foveacam_pipeline.verge.infer import MAX_SAMPLES, SURE_CHANCE, infer_depth
 from foveacam_pipeline.verge.neighbours import ALIKE, few_of_colour, pixels_of, textured_chances
 
 from .plane_head import CALIBRATION
@@ -55,9 +55,13 @@ def test_places_of_another_colour_are_seldom_of_the_target(mono: bool) -> None:
 def test_however_alike_nothing_is_certain() -> None:
     colour = TargetColour(_frame(), TARGET_PX)
     pixels = np.array([[730.0, 560.0], [680.0, 540.0]])
-    sure, never = colour.weighed(np.array([0.999, 0.01]), pixels)
-    assert sure < 1.0
-    assert never == LEAST_CHANCE
+    assert colour.weighed(np.array([0.8, 0.01]), pixels).tolist() == [MOST_CHANCE, LEAST_CHANCE]
+    assert MOST_CHANCE < SURE_CHANCE
+
+
+def test_what_is_sure_by_its_place_stays_so() -> None:
+    colour = TargetColour(_frame(), TARGET_PX)
+    assert colour.weighed(np.array([0.93]), np.array([[713.0, 541.0]])) == pytest.approx(0.93)
 
 
 def test_places_beyond_the_image_count_as_its_rim() -> None:

@@ -18,8 +18,8 @@ probably of one surface, undecided, and probably of two."""
 LIKE_LOG_RATIO, UNLIKE_LOG_RATIO = 1.2, -2.0
 """Log likelihood ratios there. 4 100 pairs of places 3 to 40 px apart in both rendered scenes have 2.5 to 4
 and -2 to -3; photographs are less tidy."""
-LEAST_CHANCE, MOST_CHANCE = 0.02, 0.97
-"""However a place looks, its depth may be wrong."""
+LEAST_CHANCE, MOST_CHANCE = 0.02, 0.88
+"""By colour alone no place is sure to be of the target's surface, or never: its depth may be wrong."""
 
 
 class TargetColour:
@@ -43,7 +43,8 @@ class TargetColour:
             np.interp(self._differences(pixels), [LIKE, UNLIKE], [LIKE_LOG_RATIO, UNLIKE_LOG_RATIO])
         )
         odds = chances / (1.0 - chances) * ratio
-        return np.asarray(np.clip(odds / (1.0 + odds), LEAST_CHANCE, MOST_CHANCE), dtype=np.float64)
+        most = np.maximum(chances, MOST_CHANCE)
+        return np.asarray(np.clip(odds / (1.0 + odds), LEAST_CHANCE, most), dtype=np.float64)
 
     def _differences(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         apart = self._at(pixels) - self._own
