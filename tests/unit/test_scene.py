@@ -1,16 +1,20 @@
 import asyncio
 import math
 import socket
+import stat
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web import scene as scene_module
+from foveacam_web import viser_server
 from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
 from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, thin
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
@@ -226,16 +230,47 @@ def test_a_stopped_scene_ignores_what_it_is_told() -> None:
     stopped.show_rig(SHAPE)
     assert stopped.fixations == ()
     with pytest.raises(RuntimeError, match="start"):
-        _ = stopped.port
+        _ = stopped.socket_path
 
 
-def test_a_taken_port_is_refused_instead_of_the_next_being_used() -> None:
-    with socket.socket() as holder:
-        holder.bind(("127.0.0.1", 0))
-        holder.listen()
-        port = holder.getsockname()[1]
-        with pytest.raises(InvalidInput, match=str(port)):
-            ViewerScene(port=port).start()
+def listening_ports() -> set[str]:
+    """Return the local addresses of this machine on which TCP is listened."""
+    lines = [
+        line for table in ("tcp", "tcp6") for line in Path(f"/proc/net/{table}").read_text().splitlines()
+    ]
+    return {line.split()[1] for line in lines if line.split()[3] == "0A" and line.split()[9] in own_sockets()}
+
+
+def own_sockets() -> set[str]:
+    """Return the inodes of this process's sockets."""
+    links = []
+    for descriptor in Path("/proc/self/fd").iterdir():
+        with suppress(OSError):  # closed meanwhile: the listing's own
+            links.append(str(descriptor.readlink()))
+    return {link.removeprefix("socket:[").removesuffix("]") for link in links if link.startswith("socket:[")}
+
+
+def test_the_scene_opens_no_port_and_a_socket_that_its_owner_alone_can_reach() -> None:
+    before = listening_ports()
+    with ViewerScene() as opened:
+        assert listening_ports() <= before
+        path = opened.socket_path
+        assert path.is_socket()
+        assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+    assert not path.parent.exists()
+
+
+def test_a_viser_that_would_listen_at_a_port_does_not_stay_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = listening_ports()
+
+    @contextmanager
+    def without_effect(_listener: socket.socket) -> Iterator[list[socket.socket]]:
+        yield []
+
+    monkeypatch.setattr(viser_server, "_listening_on", without_effect)
+    with pytest.raises(NotConnected, match="does not listen on the socket"):
+        ViewerScene().start()
+    assert listening_ports() <= before
 
 
 def test_no_viewer_can_open_a_public_tunnel(

@@ -23,7 +23,7 @@ PATIENCE_S = 20.0
 class Pane:
     """A 3D pane that remembers what it was shown."""
 
-    port = 0
+    socket_path = Path("none")
 
     def __init__(self) -> None:
         self.shown: dict[str, tuple[str, Cloud | None]] = {}

@@ -1,4 +1,4 @@
-"""The 3D pane: the rig, where it looks and what it has seen, served by viser on 127.0.0.1.
+"""The 3D pane: the rig, where it looks and what it has seen, served by viser on a socket of its own.
 
 All calls may be made from any thread but the hardware's: viser packs arrays in the caller's thread, for
 milliseconds. What is drawn is kept by viser and shown to whoever connects later. Who may do what is
@@ -11,6 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
+from pathlib import Path
 from types import TracebackType
 from typing import TypeAlias
 
@@ -26,7 +27,7 @@ from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import Surroundings
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
-from foveacam_web.viser_server import close_viser, open_viser
+from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
 """Older ones leave the scene (not the server): every viewer holds all of them in its graphics memory."""
@@ -42,11 +43,10 @@ _log = logging.getLogger(__name__)
 class ViewerScene:
     """The scene and its server; `start` opens it, `stop` (or leaving the context) closes it."""
 
-    def __init__(self, *, port: int = 0, view_url: str | None = "/view") -> None:
-        self._wanted_port = port
+    def __init__(self, *, view_url: str | None = "/view") -> None:
         self._view_url = view_url
         self._lock = threading.RLock()
-        self._server: viser.ViserServer | None = None
+        self._private: PrivateViser | None = None
         self._rig: RigDrawing | None = None
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
@@ -67,17 +67,23 @@ class ViewerScene:
         self.stop()
 
     @property
-    def port(self) -> int:
-        """Port on 127.0.0.1 that the relay forwards to; raise when the scene is not started."""
-        return self._running().get_port()
+    def socket_path(self) -> Path:
+        """Unix socket that the relay forwards to; raise when the scene is not started."""
+        if self._private is None:
+            raise RuntimeError("the 3D scene is not started; call start() first")
+        return self._private.socket_path
+
+    @property
+    def _server(self) -> viser.ViserServer | None:
+        return self._private.server if self._private is not None else None
 
     def start(self) -> None:
         """Open the server and draw what never changes; harmless when started."""
         with self._lock:
             if self._server is not None:
                 return
-            server = open_viser(port=self._wanted_port)
-            self._server = server
+            self._private = PrivateViser()
+            server = self._private.server
             server.scene.set_up_direction("-y")
             server.scene.configure_environment_map(None)
             server.initial_camera.up = UP
@@ -93,14 +99,14 @@ class ViewerScene:
     def stop(self) -> None:
         """Close the server and forget what was drawn; harmless when stopped."""
         with self._lock:
-            server, self._server = self._server, None
+            private, self._private = self._private, None
             self._rig = self._panel = self._field = None
             self._surroundings.close()
             self._fixations.clear()
             self._measurements.clear()
         # Without the lock: a callback on viser's loop may be waiting for it
-        if server is not None:
-            close_viser(server)
+        if private is not None:
+            private.close()
 
     close = stop
 

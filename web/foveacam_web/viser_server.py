@@ -1,61 +1,84 @@
-"""A viser server that is ours alone: this machine only, the port asked for, no way to a public tunnel."""
+"""A viser server that only its owner can reach: a Unix socket, no port, no way to a public tunnel.
+
+viser asks nobody who they are; the relay that connects here does. viser has no option for such a socket, so
+it is put where websockets would open a port while viser starts.
+"""
 
 import logging
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import rich
 import viser
+import websockets.asyncio.server as websockets_server
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import NotConnected
+from foveacam_web.socket_folder import SocketFolder
 
-HOST = "127.0.0.1"
 _log = logging.getLogger(__name__)
 
 
-def open_viser(*, port: int = 0) -> viser.ViserServer:
-    """Return a running viser server bound to 127.0.0.1; port 0 lets the system choose.
+class PrivateViser:
+    """A running viser server and the socket that it listens on, in a folder that only its owner can enter."""
 
-    Raise `InvalidInput` when the port is taken: viser itself would take the next one and say nothing.
-    """
-    if port != 0:
-        _probe(port)
-    with _quiet():
-        server = viser.ViserServer(host=HOST, port=port, label="FoveaCam Duo", verbose=False)
-    if port not in (0, server.get_port()):
-        found = server.get_port()
-        close_viser(server)
-        raise InvalidInput(
-            f"the 3D pane was to use port {port} and got {found}; another program took it just now",
-            asked=f"port {port}",
-            found=f"port {found}",
-            remedy="choose another port, or 0",
-        )
+    def __init__(self) -> None:
+        """Start it; raise `OSError` where no socket can be had, `NotConnected` where viser takes none."""
+        self._folder = SocketFolder()
+        self.socket_path = self._folder.path
+        try:
+            self.server = _open(self.socket_path)
+        except BaseException:
+            self._folder.close()
+            raise
+
+    def close(self) -> None:
+        """Stop the server and its threads, and remove the socket."""
+        with _quiet():
+            self.server.stop()
+        self._folder.close()
+
+
+def _open(path: Path) -> viser.ViserServer:
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        listener.bind(str(path))
+        with _quiet(), _listening_on(listener) as taken:
+            server = viser.ViserServer(host="127.0.0.1", port=0, label="FoveaCam Duo", verbose=False)
+            if not taken:  # another version's, at a port that everybody can reach
+                server.stop()
+                raise NotConnected(
+                    f"viser {viser.__version__} does not listen on the socket that it was given, "
+                    "but at a port that others can reach; install the version that foveacam-duo asks for",
+                    found=f"viser {viser.__version__}",
+                    remedy="install the version of viser that foveacam-duo asks for",
+                )
+    except BaseException:
+        listener.close()
+        raise
     # Any viewer may ask viser for a public tunnel, whether or not the button is shown
     server.request_share_url = _refuse_tunnel  # type: ignore[method-assign]  # viser has no option for it
     server.disconnect_share_url = _no_tunnel  # type: ignore[method-assign]  # there never is one
     return server
 
 
-def close_viser(server: viser.ViserServer) -> None:
-    """Stop the server and its threads."""
-    with _quiet():
-        server.stop()
+@contextmanager
+def _listening_on(listener: socket.socket) -> Iterator[list[socket.socket]]:
+    """Let the server that viser opens listen on `listener`; what is yielded holds it once that is so."""
+    taken: list[socket.socket] = []
+    serve = websockets_server.serve
 
+    def serve_privately(handler: Any, _host: str, _port: int, **options: Any) -> Any:  # noqa: ANN401  # viser's
+        taken.append(listener)
+        return serve(handler, sock=listener, **options)
 
-def _probe(port: int) -> None:
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError as error:
-            raise InvalidInput(
-                f"the 3D pane cannot use port {port} of {HOST}: {error.strerror or error}",
-                asked=f"port {port}",
-                found=str(error.strerror or error),
-                remedy="choose another port, or 0",
-            ) from error
+    websockets_server.serve = serve_privately  # type: ignore[misc, assignment]  # a class; only called
+    try:
+        yield taken
+    finally:
+        websockets_server.serve = serve  # type: ignore[misc]  # mypy holds classes for constants
 
 
 def _refuse_tunnel(verbose: bool = True) -> str | None:  # viser's own signature

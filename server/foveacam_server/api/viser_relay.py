@@ -1,4 +1,4 @@
-"""The 3D pane at our own origin: viser's page, and a relay of its WebSocket to 127.0.0.1.
+"""The 3D pane at our own origin: viser's page, and a relay of its WebSocket to a socket that is ours alone.
 
 viser itself asks nobody who they are; the guard at the door does, before anything comes here.
 """
@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import RedirectResponse, Response
 from starlette.requests import HTTPConnection
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection, unix_connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
@@ -76,18 +76,18 @@ async def relay(websocket: WebSocket) -> None:
         await websocket.close(_TRY_AGAIN_LATER, "the 3D pane is not running")
         return
     try:
-        async with connect(
-            f"ws://127.0.0.1:{found.port}",
+        async with unix_connect(
+            str(found.socket_path),
+            "ws://viser/",
             subprotocols=[Subprotocol(wanted)],
             compression=None,
             max_size=None,
             max_queue=_MAX_QUEUE,
             open_timeout=_OPEN_TIMEOUT_S,
-            proxy=None,
         ) as upstream:
             await _pump(websocket, upstream)
     except (OSError, TimeoutError, WebSocketException) as error:
-        _log.warning("the 3D pane does not answer on port %s: %s", found.port, error)
+        _log.warning("the 3D pane does not answer: %s", error)
         await _close(websocket, _TRY_AGAIN_LATER, "the 3D pane does not answer")
 
 

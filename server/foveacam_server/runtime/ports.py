@@ -1,6 +1,7 @@
 """What the runtime asks of its neighbours, as Protocols: a rig, a place for pictures, a 3D pane."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -122,8 +123,8 @@ class Viewer(Protocol):
     """The 3D pane. Calls may take milliseconds, so never from the hardware thread."""
 
     @property
-    def port(self) -> int:
-        """Port on 127.0.0.1 that the relay forwards to."""
+    def socket_path(self) -> Path:
+        """Unix socket that the relay forwards to."""
         ...
 
     def show_fixation(
