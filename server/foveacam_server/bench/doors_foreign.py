@@ -6,7 +6,6 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from foveacam_server.bench.doors_load import upgrade
-from foveacam_server.bench.server_process import ServerProcess
 
 EVIL = "evil.example"
 _LISTENING = "0A"
@@ -14,10 +13,10 @@ _PATIENCE_S = 5.0
 _TAKEN = ("101", "200", "201", "202", "204")
 
 
-def foreign_figures(server: ServerProcess) -> dict[str, object]:
-    """Return how many ports there are and which requests of foreigners were accepted."""
-    ports = sorted(set(_ports(server.process.pid)))
-    own = urlsplit(server.url).port
+def foreign_figures(url: str, *, pid: int) -> dict[str, object]:
+    """Return how many ports the server at `url` has open and which requests of foreigners were accepted."""
+    ports = sorted(set(_ports(pid)))
+    own = urlsplit(url).port
     asked = [(port, name, text) for port in ports for name, text in _requests(port, own=port == own)]
     accepted = [f"{name} at port {port}" for port, name, text in asked if _accepted(port, text)]
     return {
