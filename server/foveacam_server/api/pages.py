@@ -1,12 +1,13 @@
-"""The console's own files: the page, the video pane alone, and what they load."""
+"""The console's own files: its page, the video pane alone, the page about REST, and what they load."""
 
 import hashlib
 import time
 from functools import lru_cache
 from pathlib import Path
 
+import fastapi_offline
 from fastapi import APIRouter, FastAPI
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
 from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
@@ -16,6 +17,8 @@ import foveacam_web
 router = APIRouter(include_in_schema=False)
 
 STATIC = Path(foveacam_web.__file__).parent / "static"
+SWAGGER = Path(fastapi_offline.__file__).parent / "static"
+"""Swagger UI, as that package ships it."""
 
 NO_STALE_PAGES = {"Cache-Control": "no-cache"}
 """The browser asks each time whether its copy is still the newest: page and server are of one version."""
@@ -64,6 +67,18 @@ def video_pane() -> HTMLResponse:
     return _page("view.html")
 
 
+@router.get("/docs")
+def interface() -> HTMLResponse:
+    """Return the page about the REST interface, on which every operation can be tried."""
+    return _page("docs.html")
+
+
+@router.get("/redoc")
+def other_interface() -> RedirectResponse:
+    """Send whoever is used to this address to the one page about the interface."""
+    return RedirectResponse("/docs", status_code=308)
+
+
 @router.get("/favicon.ico")
 async def icon() -> FileResponse:
     """Return the icon that browsers ask for by themselves."""
@@ -77,5 +92,6 @@ def _page(name: str) -> HTMLResponse:
 
 def install(app: FastAPI) -> None:
     """Serve the page, and the files that it loads; before all else, for they are asked for most."""
+    app.mount("/docs/parts", StaticFiles(directory=SWAGGER), name="swagger")
     app.mount("/static", _VersionedFiles(directory=STATIC, check_dir=False), name="static")
     app.include_router(router)
