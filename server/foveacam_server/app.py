@@ -24,6 +24,7 @@ from foveacam_server.api import (
     lease,
     mirrors,
     mosaics,
+    openapi_document,
     pages,
     pan_tilt,
     planner,
@@ -42,6 +43,7 @@ from foveacam_server.api import (
 )
 from foveacam_server.api.answers import problems
 from foveacam_server.doors.body_limit import BODY_BYTES, BodyLimitProblems
+from foveacam_server.doors.head_requests import HeadRequests
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.resources.corrections import routes as corrections
 from foveacam_server.resources.measurements import routes as measurements
@@ -110,9 +112,12 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=lifespan,
+        docs_url=None,  # ours need nothing from other servers
+        redoc_url=None,
     )
     pages.install(app)
     errors.install(app)
+    app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
     app.state.gate = security.install(app, settings)
     for resource in _RESOURCES:
@@ -121,4 +126,5 @@ def create_app(settings: Settings) -> FastAPI:
         )
     for module in (health, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
+    openapi_document.install(app, token_needed=app.state.gate.token is not None)
     return app

@@ -2,12 +2,16 @@
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import schemathesis
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from jsonschema import Draft202012Validator
+from openapi_spec_validator import validate
+from pydantic import SecretStr
 from schemathesis import Case
 from schemathesis.core.result import Ok
 
@@ -22,6 +26,7 @@ COMMITTED = Path(__file__).parents[1] / "data" / "openapi.json"
 CASES_PER_OPERATION = 5
 CHECKED = {
     "not_a_server_error",
+    "status_code_conformance",
     "content_type_conformance",
     "response_schema_conformance",
     "unsupported_method",
@@ -39,6 +44,51 @@ def test_openapi_document_is_the_committed_one() -> None:
         "the REST interface is no longer the committed one; when that is meant, write it anew with "
         "UPDATE_OPENAPI=1 .venv/bin/python -m pytest tests/system/test_openapi.py"
     )
+
+
+def schemas_in(node: object) -> Iterator[dict[str, Any]]:  # Any: JSON documents
+    """Yield every JSON schema of the document."""
+    if isinstance(node, dict):
+        for name, value in node.items():
+            if name == "schema":
+                yield value
+            elif name == "schemas":
+                yield from value.values()
+            else:
+                yield from schemas_in(value)
+    elif isinstance(node, list):
+        for value in node:
+            yield from schemas_in(value)
+
+
+def test_the_committed_document_is_valid_openapi() -> None:
+    document = json.loads(COMMITTED.read_text(encoding="utf-8"))
+    validate(document)
+    schemas = list(schemas_in(document))
+    assert len(schemas) > 500
+    for schema in schemas:  # OpenAPI's own schema says nothing of those inside
+        Draft202012Validator.check_schema(schema)
+
+
+def test_the_document_tells_of_the_token_and_what_the_way_in_answers() -> None:
+    document = json.loads(COMMITTED.read_text(encoding="utf-8"))
+    schemes = document["components"]["securitySchemes"]
+    assert {(scheme["type"], scheme.get("in", scheme.get("scheme"))) for scheme in schemes.values()} == {
+        ("http", "bearer"),
+        ("apiKey", "header"),
+        ("apiKey", "cookie"),
+    }
+    assert {tuple(way) for way in document["security"]} == {(), *((name,) for name in schemes)}
+    operations = [operation for path in document["paths"].values() for operation in path.values()]
+    answers = [set(operation["responses"]) for operation in operations]
+    assert all({"400", "401", "403", "429"} <= statuses for statuses in answers)
+    assert "503" in document["paths"]["/api/v1/views/{name}/snapshot.jpg"]["get"]["responses"]
+
+
+def test_the_document_of_a_server_with_a_token_says_that_it_is_needed() -> None:
+    document = create_app(Settings(viewer=False, token=SecretStr("a token of our own"))).openapi()
+    assert {} not in document["security"]
+    assert document["paths"]["/healthz"]["get"]["security"] == []
 
 
 def test_generated_requests_meet_no_server_error_and_answers_fit_their_description(server: Running) -> None:

@@ -52,7 +52,7 @@ async def every(services: ServicesDep) -> list[CameraDocument]:
     response_model=JobDocument,
     responses={
         200: {"model": TriggerTestDocument, "description": "ended in time"},
-        **problems(409, 503, 504),
+        **problems(409, 502, 503, 504),
     },
 )
 async def test_triggers(

@@ -23,12 +23,30 @@ LastEventId = Annotated[
     int | None, Header(alias="Last-Event-ID", ge=0, le=LAST_ID_LIMIT, description="replay what followed")
 ]
 
+_SENT = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string"},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": {"$ref": "#/components/schemas/EventDocument"},
+        },
+    },
+}
+
 
 @router.get(
     "",
     summary="Live events",
     response_class=StreamingResponse,
-    responses={200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+    responses={
+        200: {
+            "content": {"text/event-stream": {"schema": _SENT}},
+            "description": "events without end; the schema is that of each",
+        }
+    },
 )
 async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
     """Stream events as they come; with `Last-Event-ID`, first those that followed it."""

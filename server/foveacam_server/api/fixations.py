@@ -23,7 +23,10 @@ router = APIRouter(prefix="/fixations", tags=["fixations"])
     status_code=202,
     summary="Look there",
     response_model=JobDocument,
-    responses={200: {"model": FixationDocument, "description": "ended in time"}, **problems(409, 503)},
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
 )
 async def create(
     request: FixationRequest,

@@ -284,7 +284,7 @@ def depth_picture(
     response_model=JobDocument,
     responses={
         200: {"model": FilmDocument, "description": "made in time"},
-        **problems(404, 409, 502),
+        **problems(404, 409, 502, 503, 504),
     },
 )
 async def make_film(

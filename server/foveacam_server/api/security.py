@@ -27,7 +27,7 @@ from foveacam_server.settings import Settings
 COOKIE = "foveacam_session"
 _COOKIE_DAYS = 30
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
-_OPEN_PATHS = frozenset({"/healthz"})
+OPEN_PATHS = frozenset({"/healthz"})
 _POLICY_VIOLATION = 1008
 _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
@@ -60,7 +60,7 @@ class Gate:
         scheme = scope.get("scheme", "http")
         if unsafe and origin is not None and not self._origin_allowed(origin, headers, scheme):
             return _Refusal(_foreign_origin(origin))
-        if self.token is None or scope["path"] in _OPEN_PATHS or _equal(_cookie(headers), self.cookie):
+        if self.token is None or scope["path"] in OPEN_PATHS or _equal(_cookie(headers), self.cookie):
             return None
         return self._check_token(_token(headers), address=_address(scope))
 

@@ -47,7 +47,10 @@ def remove(target_id: str, services: ServicesDep) -> None:
     status_code=202,
     summary="Look at a target again",
     response_model=JobDocument,
-    responses={200: {"model": FixationDocument, "description": "ended in time"}, **problems(404, 409, 503)},
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
 )
 async def look_again(
     target_id: str, services: ServicesDep, prefer: PreferHeader = None, x_lease: LeaseHeader = None

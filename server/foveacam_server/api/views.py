@@ -11,6 +11,7 @@ from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
 from foveacam_hardware.contract import Busy, NotConnected
+from foveacam_server.api.answers import file_responses, problems
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.encoder import Encoded, Scale
 from foveacam_server.runtime.stream import Streams, StreamSession
@@ -89,7 +90,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
     "/views/{name}/snapshot.jpg",
     summary="Newest picture of a view",
     response_class=Response,
-    responses={200: {"content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}}}},
+    responses=file_responses("image/jpeg") | problems(503),
 )
 async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> Response:
     """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
@@ -114,7 +115,10 @@ async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> R
     "/views/{name}/stream.mjpeg",
     summary="Live view as MJPEG, for curl and VLC",
     response_class=StreamingResponse,
-    responses={200: {"content": {"multipart/x-mixed-replace": {"schema": {"type": "string"}}}}},
+    responses={
+        200: {"content": {"multipart/x-mixed-replace": {"schema": {"type": "string"}}}},
+        **problems(404, 409),
+    },
 )
 async def stream_mjpeg(
     name: str, request: Request, streams: StreamsDep, scale: ScaleQuery = "1"

@@ -32,7 +32,10 @@ def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> D
     status_code=202,
     summary="Say that it is nearer or farther",
     response_model=JobDocument,
-    responses={200: {"model": FixationDocument, "description": "ended in time"}, **problems(404, 409, 503)},
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
 )
 async def correct(
     fixation_id: str,

@@ -51,7 +51,9 @@ def ply(services: ServicesDep) -> Response:
     return Response(services.wide_depth.ply(), media_type="application/octet-stream", headers=headers)
 
 
-@router.delete("/wide_depth", status_code=204, summary="Forget the depth of the wide view")
+@router.delete(
+    "/wide_depth", status_code=204, summary="Forget the depth of the wide view", responses=problems(409)
+)
 def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
     """Forget everything that is known; fixations and their clouds stay."""
     services.lease.check(x_lease)
