@@ -15,6 +15,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from foveacam_hardware.contract import (
     Busy,
@@ -30,7 +31,8 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_pipeline.capture.dataset.disk import disk_fault, takes_no_more
-from foveacam_server.plain_words import explain_validation
+from foveacam_server.plain_words import PlainWords, explain_unreadable, explain_validation
+from foveacam_server.short_text import shorten
 
 _log = logging.getLogger(__name__)
 
@@ -59,6 +61,7 @@ class Kind:
 
 
 INVALID_INPUT = Kind(slug="invalid-input", status=422, title="The request cannot be used as it stands")
+UNREADABLE = Kind(slug="unreadable-body", status=400, title="The body cannot be read")
 INTERNAL = Kind(slug="internal", status=500, title="The server made a mistake")
 INTERRUPTED = Kind(slug="interrupted", status=503, title="The server was restarted")
 TOO_MANY_TRIES = Kind(slug="too-many-tries", status=429, title="Too many wrong tokens")
@@ -100,10 +103,12 @@ class Problem:
             "type": f"/problems/{self.kind.slug}",
             "title": self.kind.title,
             "status": self.kind.status,
-            "detail": self.detail,
+            "detail": shorten(self.detail),
         }
-        parts = {"instance": instance, "asked": self.asked, "found": self.found, "remedy": self.remedy}
-        document |= {name: value for name, value in parts.items() if value is not None}
+        parts = {"asked": self.asked, "found": self.found, "remedy": self.remedy}
+        document |= {name: shorten(value) for name, value in parts.items() if value is not None}
+        if instance is not None:
+            document["instance"] = instance
         return {
             name: _sendable(value) if isinstance(value, str) else value for name, value in document.items()
         }
@@ -163,7 +168,7 @@ def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) 
         )
     phrase = HTTPStatus(status).phrase
     kind = Kind(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
-    allowed = headers.get("Allow") or headers.get("allow")
+    allowed = headers.get("Allow")
     refused = status == HTTPStatus.METHOD_NOT_ALLOWED
     detail = f"{method} is not possible at {path}." if refused else f"{phrase}."
     return Problem(
@@ -175,12 +180,32 @@ def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) 
     )
 
 
-def validation_problem(errors: Sequence[Any]) -> Problem:  # Any: pydantic's error dictionaries
-    """Return the problem of a request that does not fit its model: field, value, what is allowed."""
-    words = explain_validation(errors)
-    return Problem(
-        kind=INVALID_INPUT, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
-    )
+def validation_problem(errors: Sequence[Any], *, body: object = None) -> Problem:  # Any: pydantic's own
+    """Return the problem of a request that does not fit its model: field, value, what is allowed.
+
+    `body`: text of a body that is no JSON.
+    """
+    return _of_words(INVALID_INPUT, explain_validation(errors, body=body))
+
+
+def unreadable_problem(cause: BaseException) -> Problem:
+    """Return the problem of a body that no parser can begin with: what is wrong, and where."""
+    return _of_words(UNREADABLE, explain_unreadable(cause))
+
+
+def _of_words(kind: Kind, words: PlainWords) -> Problem:
+    return Problem(kind=kind, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy)
+
+
+def _served(request: Request) -> str:
+    """Return the methods that a request's address has a route for."""
+    routes = request.app.routes
+    found = [
+        method
+        for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
+    ]
+    return ", ".join(found + ["HEAD"] * ("GET" in found))
 
 
 def install(app: FastAPI) -> None:
@@ -198,14 +223,17 @@ def install(app: FastAPI) -> None:
 
     async def on_http_error(request: Request, error: Exception) -> JSONResponse:
         known = cast(HTTPException, error)
-        problem = _of_status(
-            known.status_code, path=request.url.path, method=request.method, headers=dict(known.headers or {})
-        )
+        if known.status_code == HTTPStatus.BAD_REQUEST and known.__cause__ is not None:
+            return unreadable_problem(known.__cause__).response(instance=request.url.path)
+        headers = dict(known.headers or {})
+        if "Allow" in headers:  # with the methods of one route of several at this address
+            headers["Allow"] = _served(request)
+        problem = _of_status(known.status_code, path=request.url.path, method=request.method, headers=headers)
         return problem.response(instance=request.url.path)
 
     async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
-        failures = cast(RequestValidationError, error).errors()
-        return validation_problem(failures).response(instance=request.url.path)
+        failed = cast(RequestValidationError, error)
+        return validation_problem(failed.errors(), body=failed.body).response(instance=request.url.path)
 
     async def on_anything(request: Request, error: Exception) -> JSONResponse:
         # Starlette re-raises the error after this answer, so that the server logs it once

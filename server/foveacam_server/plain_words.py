@@ -1,6 +1,7 @@
 """Validation errors in plain words: which field, what was sent, what is allowed, what to do."""
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,8 +24,10 @@ _NEEDED = {
     "tuple_type": "a list",
 }
 
-LONGEST_SHOWN = 40
-"""Characters of what was sent that a message repeats."""
+_TOLD = 5
+"""Failures of one request that are told; a list of a thousand wrong numbers is wrong for one reason."""
+_NAME_LENGTH = 80
+_TEXT_LENGTH = 40
 
 Failure = Mapping[str, Any]
 """One of pydantic's error dictionaries, whose values are anything."""
@@ -40,18 +43,38 @@ class PlainWords:
     remedy: str | None
 
 
-def explain_validation(errors: Sequence[Failure]) -> PlainWords:
-    """Tell all failures of one request; the parts repeat the first."""
+def explain_validation(errors: Sequence[Failure], *, body: object = None) -> PlainWords:
+    """Tell the failures of one request; the parts repeat the first. `body`: text that is no JSON."""
     if not errors:
         return PlainWords(detail="The request cannot be used.", asked=None, found=None, remedy=None)
-    told = [_tell(error) for error in errors]
+    told = [_tell(error, body=body) for error in errors[:_TOLD]]
     details = list(dict.fromkeys(words.detail for words in told))
+    if len(errors) > _TOLD:
+        details.append(f"{len(errors) - _TOLD} more failures follow.")
     return PlainWords(
         detail=" ".join(details), asked=told[0].asked, found=told[0].found, remedy=told[0].remedy
     )
 
 
-def _tell(error: Failure) -> PlainWords:
+def explain_unreadable(cause: BaseException) -> PlainWords:
+    """Tell why the bytes of a body are no JSON that can be read."""
+    if isinstance(cause, UnicodeDecodeError):
+        found = f"byte 0x{cause.object[cause.start]:02x} at position {cause.start} is not {cause.encoding}"
+    elif isinstance(cause, RecursionError):
+        found = "its lists and objects are nested too deeply"
+    elif isinstance(cause, ValueError) and "digits" in str(cause):
+        found = f"it has a number of more than {sys.get_int_max_str_digits()} digits"
+    else:
+        found = "it cannot be parsed"
+    return PlainWords(
+        detail=f"The body cannot be read: {found}.",
+        asked="a JSON body",
+        found=found,
+        remedy="Send JSON in UTF-8.",
+    )
+
+
+def _tell(error: Failure, *, body: object) -> PlainWords:
     where = _path(error.get("loc", ()))
     kind = str(error.get("type", ""))
     context = error.get("ctx") or {}
@@ -68,7 +91,8 @@ def _tell(error: Failure) -> PlainWords:
             remedy=f"Leave {where} out, or check its spelling.",
         )
     if kind == "json_invalid":
-        reason = str(context.get("error", "it cannot be parsed"))
+        said = str(context.get("error", "it cannot be parsed")).removesuffix(" at")
+        reason = said + _place(error.get("loc", ()), body)
         detail = f"The body is not JSON: {reason}."
         return PlainWords(detail=detail, asked="a JSON body", found=reason, remedy="Send JSON.")
     if kind == "value_error":  # a sentence of our own, about how parts go together
@@ -111,8 +135,17 @@ def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
     return None
 
 
+def _place(location: Sequence[str | int], body: object) -> str:
+    """Return at which line and column of a body reading stopped; empty when that is not known."""
+    position = location[-1] if location else None
+    if not isinstance(body, str) or not isinstance(position, int):
+        return ""
+    before = body[:position]
+    return f" at line {before.count(chr(10)) + 1}, column {position - before.rfind(chr(10))}"
+
+
 def _path(location: Sequence[str | int]) -> str:
-    parts = [str(part) for part in location]
+    parts = [_cut(str(part), _NAME_LENGTH) for part in location]
     if parts and parts[0] in ("body", "query", "path", "header"):
         parts = parts[1:] or ["the body"] if parts[0] == "body" else parts[1:]
     return ".".join(parts) or "the request"
@@ -120,7 +153,7 @@ def _path(location: Sequence[str | int]) -> str:
 
 def _show(value: object) -> str:
     if isinstance(value, str):
-        return f'the text "{value if len(value) <= LONGEST_SHOWN else value[:LONGEST_SHOWN] + "…"}"'
+        return f'the text "{_cut(value, _TEXT_LENGTH)}"'
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not math.isfinite(value):
@@ -131,5 +164,8 @@ def _show(value: object) -> str:
         return "an object"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
-    shown = str(value)
-    return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}… ({len(shown)} characters)"
+    return str(value)
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else text[:length] + "…"

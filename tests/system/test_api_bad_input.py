@@ -95,6 +95,43 @@ def test_body_that_is_no_json_is_told_so(server: Running) -> None:
     assert "not JSON" in problem(answer, status=422, slug="invalid-input")["detail"]
 
 
+def test_body_that_is_no_json_is_told_where(server: Running) -> None:
+    headers = {"Content-Type": "application/json"}
+    answer = server.http.post("/api/v1/fixations", content='{"pixel":\n  {]}', headers=headers)
+    detail = problem(answer, status=422, slug="invalid-input")["detail"]
+    assert detail.startswith("The body is not JSON: ")
+    assert detail.endswith("at line 2, column 4.")
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        (b'{"pixel": "\xff"}', "byte 0xff at position 11 is not utf-8"),
+        (b"[" * 200_000, "nested too deeply"),
+        (b'{"pixel": ' + b"9" * 5000 + b"}", "a number of more than 4300 digits"),
+    ],
+)
+def test_body_that_cannot_be_read_is_told_why(server: Running, content: bytes, named: str) -> None:
+    headers = {"Content-Type": "application/json"}
+    answer = server.http.post("/api/v1/fixations", content=content, headers=headers)
+    found = problem(answer, status=400, slug="unreadable-body")
+    assert named in found["detail"]
+    assert found["remedy"]
+
+
+def test_numbers_and_names_in_a_message_are_short(server: Running) -> None:
+    huge = {"pixel": {"x_px": 10**400, "y_px": "y" * 10_000}, "n" * 10_000: [1.0] * 10_000}
+    answer = server.post("/fixations", huge)
+    assert "1e+400" in problem(answer, status=422, slug="invalid-input")["detail"]
+    assert len(answer.content) < 1000
+
+
+def test_many_failures_are_told_as_a_few(server: Running) -> None:
+    answer = server.post("/fixations", {f"extra_{number}": 1 for number in range(1000)})
+    assert "more failures follow" in problem(answer, status=422, slug="invalid-input")["detail"]
+    assert len(answer.content) < 1000
+
+
 def test_rectangle_without_area_is_refused(server: Running) -> None:
     body = {"rectangle": {"x_px": 10.0, "y_px": 10.0, "width_px": 0.0, "height_px": 5.0}}
     assert "no area" in problem(server.post("/fixations", body), status=422, slug="out-of-range")["detail"]
@@ -144,8 +181,9 @@ def test_cloud_id_that_climbs_out_of_its_folder_is_refused(server: Running) -> N
 def test_wrong_method_names_the_right_ones(server: Running) -> None:
     answer = server.http.put("/api/v1/rig")
     found = problem(answer, status=405, slug="method-not-allowed")
-    assert answer.headers["Allow"] == "GET"
+    assert answer.headers["Allow"] == "GET, HEAD"
     assert "GET" in found["remedy"]
+    assert server.http.patch("/api/v1/stop").headers["Allow"] == "GET, POST, DELETE, HEAD"
 
 
 def test_error_that_nobody_foresaw_shows_no_insides_and_is_logged(
