@@ -164,3 +164,28 @@ def until(reached: Callable[[], bool]) -> None:
             return
         threading.Event().wait(0.01)
     raise AssertionError("it did not become so")
+
+
+def test_a_long_replay_lets_others_have_their_turn(log: EventLog) -> None:
+    for number in range(100):
+        log.emit("kind", str(number))
+
+    async def listen() -> int:
+        turns = 0
+
+        async def count() -> None:
+            nonlocal turns
+            while True:
+                turns += 1
+                await asyncio.sleep(0)
+
+        counting = asyncio.create_task(count())
+        stream = log.listen(0)
+        await anext(stream)
+        before = turns
+        for _ in range(50):
+            await anext(stream)
+        counting.cancel()
+        return turns - before
+
+    assert asyncio.run(listen()) >= 50

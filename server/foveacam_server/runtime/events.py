@@ -151,6 +151,7 @@ class EventLog:
             for event in [] if last_id is None else await asyncio.to_thread(self.after, last_id):
                 seen = event.id
                 yield event
+                await asyncio.sleep(0)  # in one turn of the loop, all would go to a listener that left, too
             while (waited := await listener.waiting.get()) is not None:
                 if waited.id > seen:
                     yield waited
