@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from urllib.parse import urlsplit
 
 from foveacam_server.bench.doors_foreign import foreign_figures
+from foveacam_server.bench.doors_generated import check_generator, generated_figures
 from foveacam_server.bench.doors_viewers import dead_viewers
 from foveacam_server.bench.server_process import ServerProcess, free_port
 
@@ -39,7 +40,8 @@ class Stop:
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
-    """Measure and return the figures; about six minutes, quick about one."""
+    """Measure and return the figures; about fifteen minutes, quick about five."""
+    check_generator()
     count = QUICK_STOPS if quick else STOPS
     with TemporaryDirectory() as folder:
         quiet_mb, _, _ = _stopped(Path(folder) / "quiet", count=count, bodies=False)
@@ -47,7 +49,9 @@ def run(*, quick: bool = False) -> dict[str, object]:
         figures = {**_stop_figures(stops), "rss_peak_mb": peak_mb, "rss_peak_ratio": peak_mb / quiet_mb}
         with _server(Path(folder) / "open") as server:
             figures["dead_viewers_after_30_s"] = dead_viewers(server.url)
-            figures |= foreign_figures(server)
+            figures |= foreign_figures(server.url, pid=server.process.pid)
+        with _server(Path(folder) / "generated") as server:
+            figures |= generated_figures(server.url, Path(folder), quick=quick)
     return {**figures, "load": counts}
 
 
