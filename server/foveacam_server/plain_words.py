@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from foveacam_server.short_text import shorten
+
 _NEEDED = {
     "float_type": "a number",
     "float_parsing": "a number",
@@ -164,7 +166,10 @@ def _show(value: object) -> str:
         return "an object"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
-    return str(value)
+    shown = str(value)
+    if len(shown) <= _TEXT_LENGTH:
+        return shown
+    return f"{_cut(shorten(shown), _TEXT_LENGTH)} ({len(shown)} characters)"
 
 
 def _cut(text: str, length: int) -> str:
