@@ -92,3 +92,14 @@ def test_no_place_is_lost_where_nothing_has_the_target_s_colour() -> None:
     samples, target = _samples(stone), np.tan(WIDE.angles_rad(TARGET_PX[None]))[0]
     few = few_of_colour(samples, target, colour=TargetColour(_frame(), TARGET_PX), wide=WIDE)
     assert len(few) > 0
+
+
+def test_what_surrounds_a_target_in_another_colour_holds_nothing() -> None:
+    around = np.radians(np.arange(0.0, 360.0, 60.0))
+    stone = np.array([712.0, 540.0]) + 14.0 * np.column_stack([np.cos(around), np.sin(around)])
+    samples, target = _samples(stone), np.tan(WIDE.angles_rad(TARGET_PX[None]))[0]
+    alike, unlike = (
+        infer_depth(samples, target, own_chance=np.full(6, c), blank=False)[0] for c in (0.6, 0.14)
+    )
+    assert alike.held
+    assert not unlike.held
