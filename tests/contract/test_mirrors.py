@@ -31,6 +31,8 @@ REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
 HALF_STEP_V = 200 / 65_535 / 2 + 1e-9
 SETTLE_US, PULSE_US = 10_000, 4000
+JITTER_US = 1000
+"""A controller keeps its times by a loop, and one in a simulator by its host's scheduler."""
 
 
 class Bench:
@@ -161,12 +163,13 @@ def test_expose_moves_settles_triggers_and_reports(bench: Bench) -> None:
     cables = bench.seen()
     (edge,) = cables.triggers
     moved_ns = next(t_ns for t_ns, codes in reversed(cables.drives) if codes != REST)
-    assert (edge.pulse_us, edge.cameras) == (PULSE_US, 6)
-    assert edge.t_ns - moved_ns == SETTLE_US * 1000
+    assert edge.cameras == 6
+    assert edge.pulse_us == pytest.approx(PULSE_US, abs=JITTER_US)
+    assert 0 <= (edge.t_ns - moved_ns) / 1e3 - SETTLE_US <= JITTER_US
     # The clocks are mapped by the best of several pings: wrong by half a round trip at most, and 1 µs.
     doubt_ns = bench.mirrors.telemetry.rtt_p99_ms * 0.5e6 + 1000
     assert receipt.t_trigger_ns == pytest.approx(edge.t_ns, abs=doubt_ns)
-    assert receipt.t_exposure_ns - receipt.t_trigger_ns == pytest.approx(2_500_000, abs=2000)
+    assert 0 <= receipt.t_exposure_start_ns - receipt.t_trigger_ns <= JITTER_US * 1000  # not the middle
     assert receipt.volts == actual == bench.mirrors.state.volts
 
 

@@ -9,6 +9,7 @@ from foveacam_hardware.contract import PARKED
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.rig import simulated_rig
 
 
@@ -28,6 +29,6 @@ def test_frames_of_every_exposure_succeed_again_and_again(rig: Rig, exposure_ms:
 
     receipts = [rig.mirrors.expose(PARKED, settle_us=1000, pulse_us=head._pulse_us()) for _ in range(3)]
 
-    half_ns = exposure_ms * 0.5e6
     for receipt in receipts:
-        assert receipt.t_exposure_ns - receipt.t_trigger_ns == pytest.approx(half_ns, abs=2000)
+        late_ns = receipt.t_exposure_start_ns - receipt.t_trigger_ns
+        assert late_ns == pytest.approx(TRIGGER_TO_EXPOSURE_US * 1000, abs=2000)

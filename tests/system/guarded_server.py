@@ -48,7 +48,7 @@ class Exposure:
     def wait(self) -> ExposureReceipt:
         receipt = self._under_way.wait()
         for eye in self._eyes:
-            eye.expose(receipt.t_exposure_ns - eye.settings.exposure_ns // 2)
+            eye.expose(receipt.t_exposure_start_ns)
         return receipt
 
 

@@ -136,7 +136,16 @@ def test_the_mirrors_move_on_while_the_cameras_are_read(rig: StubRig, tmp_path: 
     assert max(np.diff(begun)) / 1e6 <= limit_ms
 
 
-def test_a_wide_frame_is_not_older_than_its_point(rig: StubRig, tmp_path: Path) -> None:
+@pytest.mark.parametrize("exposure_ms", [1, 20, 50, 100])
+def test_a_wide_frame_is_not_older_than_its_point(tmp_path: Path, exposure_ms: int) -> None:
+    rig = StubRig(
+        VirtualClock(10**9),
+        rig_id=CALIBRATION.rig_id,
+        settle_us=SETTLE_US,
+        exposure_ns=exposure_ms * 1_000_000,
+        size=(6, 8),
+        wide_hz=200.0,
+    )
     dataset = captured(rig, tmp_path / "a", plan_of(3, 3))
 
     for before, point in pairwise(dataset):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from operator import xor
 
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.mirror_drive import QuadDac
 from foveacam_hardware.wire.cobs import CobsDecoder, cobs_encode
 from foveacam_hardware.wire.controller import Method, Packet, Property, crc16, decode_packet, encode_packet
@@ -164,7 +165,7 @@ class FirmwareBoard:
     def run_for(self, duration_us: int) -> None:
         self.advance((self.now_us + duration_us) * 1000)
 
-    def strobe(self, camera: int, exposure_us: int | None, *, delay_us: int = 0) -> None:
+    def strobe(self, camera: int, exposure_us: int | None, *, delay_us: int = TRIGGER_TO_EXPOSURE_US) -> None:
         """Set what a camera (0 centre, 1 left, 2 right) shows for a trigger; None shows nothing."""
         shown_us = -1 if exposure_us is None else exposure_us
         self._library.board_strobe(self._memory, camera, shown_us, delay_us)

@@ -142,7 +142,12 @@ def test_frame_requests_round_trip(pulse_us: int, settle_us: int) -> None:
 @given(U32, st.integers(0, 2**64 - 1), CODES)
 def test_frame_reports_round_trip(frame_id: int, t_us: int, codes: tuple[int, int, int, int]) -> None:
     report = FrameReport(
-        stream=1, frame_id=frame_id, t_trigger_us=t_us, t_exposure_us=t_us, left=codes, right=codes[::-1]
+        stream=1,
+        frame_id=frame_id,
+        t_trigger_us=t_us,
+        t_exposure_start_us=t_us,
+        left=codes,
+        right=codes[::-1],
     )
 
     assert len(report.pack()) == 37

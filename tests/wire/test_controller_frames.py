@@ -3,7 +3,7 @@
 import pytest
 
 from foveacam_hardware.contract import Role, VirtualClock
-from foveacam_hardware.sim.cables import RecordingCables
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_far_end import NOISE_REPLY, ControllerFarEnd
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
@@ -86,7 +86,7 @@ def test_a_frame_of_another_stream_moves_settles_triggers_and_reports(studio: St
     assert (edge.t_ns, edge.pulse_us, edge.cameras) == (t_ns + 10_000_000, 4000, 6)
     report = studio.report()
     assert report.t_trigger_us == (edge.t_ns - START_NS) // 1000
-    assert report.t_exposure_us == report.t_trigger_us + 2500
+    assert report.t_exposure_start_us == report.t_trigger_us + TRIGGER_TO_EXPOSURE_US
     assert (report.stream, report.frame_id, report.left, report.right) == (1, 1, TURNED, REST)
 
 

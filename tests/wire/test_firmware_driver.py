@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.controller.guard import Care
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 from foveacam_hardware.wire.link import SerialLink
@@ -90,7 +91,9 @@ def test_the_driver_steers_exposes_parks_and_closes(loop: Loop) -> None:
 
     receipt = loop.mirrors.expose(ASIDE, settle_us=10_000, pulse_us=4000)
     assert receipt.volts == actual
-    assert receipt.t_exposure_ns - receipt.t_trigger_ns == pytest.approx(2_500_000, abs=1000)
+    assert receipt.t_exposure_start_ns - receipt.t_trigger_ns == pytest.approx(
+        TRIGGER_TO_EXPOSURE_US * 1000, abs=1000
+    )
 
     loop.mirrors.park()
     assert loop.board.pins.codes == REST

@@ -2,6 +2,7 @@
 
 import pytest
 
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.wire.controller import Method, Packet, Property
 from foveacam_hardware.wire.controller_payloads import (
     FrameReport,
@@ -142,7 +143,7 @@ def test_strobes_late_and_uneven_are_latched_from_the_first_rise_to_the_last_fal
 
     report = FrameReport.unpack(payload)
     assert method is Method.FIN
-    assert (report.t_trigger_us, report.t_exposure_us) == (0, (100 + 4300) // 2)
+    assert (report.t_trigger_us, report.t_exposure_start_us) == (0, 100)
     assert report.left == (29502, 29479, 29490, 29490)
 
 
@@ -155,7 +156,7 @@ def test_times_are_right_when_the_boards_counter_wraps_within_an_exposure() -> N
     ((_, _, payload),) = ends(board)
 
     report = FrameReport.unpack(payload)
-    assert (report.t_trigger_us, report.t_exposure_us) == (1000, 3500)
+    assert (report.t_trigger_us, report.t_exposure_start_us) == (1000, 1000 + TRIGGER_TO_EXPOSURE_US)
     assert board.now_us > 2**32
 
 

@@ -55,7 +55,6 @@ struct frames {
     uint8_t risen;
     uint8_t fallen;
     uint64_t start_us;
-    uint64_t end_us;
     struct codes start;
     struct codes end;
     uint32_t count;

@@ -125,13 +125,12 @@ static void finish(struct fovea *fovea)
     struct frames *frames = &fovea->frames;
     uint8_t report[REPORT_SIZE];
     struct codes mean;
-    uint64_t middle_us = frames->start_us + (frames->end_us - frames->start_us) / 2u;
     frames->count++;
     mean_of(&frames->start, &frames->end, &mean);
     report[0] = frames->work.stream;
     put_u32(report + 1, frames->count);
     put_u64(report + 5, host_time_us(fovea, frames->trigger_us));
-    put_u64(report + 13, host_time_us(fovea, middle_us));
+    put_u64(report + 13, host_time_us(fovea, frames->start_us));
     write_codes(report + 21, &mean);
     frames->phase = FRAME_NONE;
     answer(fovea, M_FIN, P_FRAME, frames->work.sequence, report, sizeof report);
@@ -153,7 +152,6 @@ void frame_edge(struct fovea *fovea, uint8_t camera, bool high, uint64_t t_us)
         frames->risen |= camera;
     } else if (!high && (frames->risen & camera) != 0) {
         frames->fallen |= camera;
-        frames->end_us = t_us;
         frames->end = *target;
     }
     if (frames->fallen == frames->work.cameras) {

@@ -19,6 +19,7 @@
 
 #define CHUNK 4096u
 #define LONGEST_WAIT_US 1000000u
+#define STROBE_DELAY_US 150 /* behind the rise of the trigger line */
 
 struct ports {
     int in;
@@ -155,7 +156,7 @@ int main(int argc, char **argv)
         return 1;
     }
     board_init(&board, now_us(), (uint32_t)(now_us() & UINT32_MAX));
-    board_strobe(&board, 1, exposure_us, 0);
-    board_strobe(&board, 2, exposure_us, 0);
+    board_strobe(&board, 1, exposure_us, STROBE_DELAY_US);
+    board_strobe(&board, 2, exposure_us, STROBE_DELAY_US);
     return run(&ports);
 }

@@ -249,5 +249,5 @@ class TriggerHead(Head, Protocol):
         ...
 
     def wide_since(self, t_ns: int) -> Frame:
-        """Return the newest wide frame exposed at `t_ns` or later, waiting for one if there is none."""
+        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later; wait for it if need be."""
         ...

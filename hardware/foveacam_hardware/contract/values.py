@@ -55,8 +55,9 @@ class DeviceInfo:
 class Frame:
     """One exposure.
 
-    `t_ns` is the middle of the exposure on the host's clock; `volts` the mean mirror drive
-    in force during it (None for the wide camera).
+    `t_ns` is the middle of the exposure on the host's clock, of triggered and of free-running cameras alike:
+    it began `exposure_ns` / 2 before. `volts` is the mean mirror drive in force during it (None for the wide
+    camera).
     """
 
     image: Image
@@ -91,12 +92,24 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExposureReceipt:
-    """What the mirror controller reports of one triggered exposure; times on the host's clock."""
+    """What the mirror controller reports of one triggered exposure; times on the host's clock.
+
+    `t_trigger_ns` is the rise of the trigger lines. `t_exposure_start_ns` is the first rise of a strobe: the
+    start of the exposure, of which the controller knows neither middle nor end.
+    """
 
     frame_id: int
     t_trigger_ns: int
-    t_exposure_ns: int
+    t_exposure_start_ns: int
     volts: StereoVolts
+
+    def middle_ns(self, *, exposure_ns: int) -> int:
+        """Return the middle of an exposure so long, which is what `Frame.t_ns` tells."""
+        return self.t_exposure_start_ns + exposure_ns // 2
+
+    def end_ns(self, *, exposure_ns: int) -> int:
+        """Return the end of an exposure so long."""
+        return self.t_exposure_start_ns + exposure_ns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

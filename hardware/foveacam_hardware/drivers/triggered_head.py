@@ -86,7 +86,7 @@ class TriggeredHead:
         raise InvalidInput("the wide camera runs freely: ask for a frame since a moment instead")
 
     def wide_since(self, t_ns: int) -> Frame:
-        """Return the newest wide frame exposed at `t_ns` or later; wait for one where there is none."""
+        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later; wait for it if need be."""
         return self._wides_until(t_ns)[-1]
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
@@ -111,7 +111,7 @@ class TriggeredHead:
             volts, settle_us=wait_us, pulse_us=self._pulse_us(missing), without=missing
         )
         # first: it runs freely, and soon there is a newer one
-        *before, wide = self._wides_until(receipt.t_exposure_ns)
+        wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
         if missing is None:
             left, right = self.frames_of(receipt)
         elif missing is Role.LEFT:
@@ -120,6 +120,9 @@ class TriggeredHead:
         else:
             left = self.frame_of(Role.LEFT, receipt)
             right = _black(left, Role.RIGHT, receipt.volts.right)
+        # the foveae's own times, which another clock has told
+        self._follow(wides, until_ns=max(left.t_ns, right.t_ns))
+        *before, wide = wides
         return Sighting(
             left=left,
             right=right,
@@ -135,12 +138,23 @@ class TriggeredHead:
         if not frames:
             age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
             frames.append(self._wide.latest(max_age_ms=age_ms))
-        while frames[-1].t_ns < t_ns:
-            frames.append(self._wide.read(timeout_ms=READ_TIMEOUT_MS))
+        self._follow(frames, until_ns=t_ns)
         return frames
 
+    def _follow(self, wides: list[Frame], *, until_ns: int) -> None:
+        """Append further wide frames until one is of `until_ns` or later."""
+        while wides[-1].t_ns < until_ns:
+            wides.append(self._wide.read(timeout_ms=READ_TIMEOUT_MS))
+
+    def _present(self, missing: Role | None) -> list[Camera]:
+        return [camera for camera in (self._left, self._right) if camera.role is not missing]
+
+    def _exposure_ns(self, missing: Role | None) -> int:
+        """Return the exposure in force, of foveae that round one differently the longer."""
+        return max(camera.settings.exposure_ns for camera in self._present(missing))
+
     def _pulse_us(self, missing: Role | None = None) -> int:
-        cameras = [camera for camera in (self._left, self._right) if camera.role is not missing]
+        cameras = self._present(missing)
         for camera in cameras:
             _refuse_own_will(camera)
         left_ns, right_ns = cameras[0].settings.exposure_ns, cameras[-1].settings.exposure_ns
@@ -163,7 +177,7 @@ class TriggeredHead:
                     f"camera {camera.role}: exposure {receipt.frame_id} was triggered and no frame came"
                     f" ({silence}); check its cables and its trigger setting"
                 ) from silence
-            late_ns = frame.t_ns - receipt.t_exposure_ns
+            late_ns = frame.t_ns - receipt.middle_ns(exposure_ns=frame.exposure_ns)
             if abs(late_ns) <= tolerance_ns:
                 return frame.with_volts(volts)
             if late_ns > 0:

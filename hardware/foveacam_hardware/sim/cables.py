@@ -15,6 +15,10 @@ CAMERA_RIGHT = 4
 
 CAMERA_ROLES = {CAMERA_CENTRE: Role.WIDE, CAMERA_LEFT: Role.LEFT, CAMERA_RIGHT: Role.RIGHT}
 
+TRIGGER_TO_EXPOSURE_US = 150
+"""From the rise of a trigger line until the camera exposes and its strobe rises: 149 to 159 µs were measured
+with the real firmware."""
+
 DacCodes = tuple[int, ...]
 """8 DAC codes: left x+, x−, y+, y−, then right x+, x−, y+, y−."""
 NO_CODES: DacCodes = (0,) * 8

@@ -26,6 +26,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.sim.auto_exposure import aim, too_bright_log2
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.exposures import Exposure, FreeRun, Schedule, Triggered
 from foveacam_hardware.sim.sensor import develop
 from foveacam_hardware.sim.sensor_limits import RANGES, longest_exposure_ns, take_settings
@@ -198,7 +199,7 @@ class SimCamera:
         """Take a rising edge of the trigger line; a camera that does not wait for one ignores it."""
         schedule = self._schedule
         if isinstance(schedule, Triggered) and self._waits_for_line:
-            schedule.edge(t_ns)
+            schedule.edge(t_ns + TRIGGER_TO_EXPOSURE_US * 1000)
 
     def strobe_us(self) -> int | None:
         """Return the exposure that a trigger now would start, microseconds."""

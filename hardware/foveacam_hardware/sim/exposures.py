@@ -160,7 +160,7 @@ class Triggered:
         return self._next_edge_seq
 
     def edge(self, t_ns: int) -> None:
-        """Begin an exposure, unless the sensor is still busy with the last one."""
+        """Begin an exposure at `t_ns`, unless the sensor is still busy with the last one."""
         with self._lock:
             if t_ns < self._free_ns:
                 self.missed += 1

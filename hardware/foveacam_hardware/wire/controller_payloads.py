@@ -114,30 +114,33 @@ class FrameRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameReport:
-    """Payload of a FRAME's FIN; times on the controller's clock, codes = means over the exposure."""
+    """Payload of a FRAME's FIN; times on the controller's clock, codes = means over the exposure.
+
+    `t_exposure_start_us` is the protocol's `t_exposure`: the rise of the first strobe, not the middle.
+    """
 
     stream: int
     frame_id: int
     t_trigger_us: int
-    t_exposure_us: int
+    t_exposure_start_us: int
     left: MirrorCodes
     right: MirrorCodes
 
     def pack(self) -> bytes:
         """Return the 37 payload bytes."""
         return _FRAME_REPORT.pack(
-            self.stream, self.frame_id, self.t_trigger_us, self.t_exposure_us, *self.left, *self.right
+            self.stream, self.frame_id, self.t_trigger_us, self.t_exposure_start_us, *self.left, *self.right
         )
 
     @classmethod
     def unpack(cls, payload: bytes) -> "FrameReport":
         """Read the 37 payload bytes."""
-        stream, frame_id, t_trigger_us, t_exposure_us, *codes = _unpack(_FRAME_REPORT, payload)
+        stream, frame_id, t_trigger_us, t_exposure_start_us, *codes = _unpack(_FRAME_REPORT, payload)
         return cls(
             stream=stream,
             frame_id=frame_id,
             t_trigger_us=t_trigger_us,
-            t_exposure_us=t_exposure_us,
+            t_exposure_start_us=t_exposure_start_us,
             left=_mirror(codes[:4]),
             right=_mirror(codes[4:]),
         )

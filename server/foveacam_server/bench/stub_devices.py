@@ -232,7 +232,7 @@ class StubMirrors:
                 if eye.role is not without:
                     eye.expose(t_ns)
         receipt = ExposureReceipt(
-            frame_id=self._count, t_trigger_ns=t_ns, t_exposure_ns=t_ns + exposure_ns // 2, volts=volts
+            frame_id=self._count, t_trigger_ns=t_ns, t_exposure_start_ns=t_ns, volts=volts
         )
         return StubExposure(self.clock, receipt, t_ns + exposure_ns, self.failure, self.did)
 

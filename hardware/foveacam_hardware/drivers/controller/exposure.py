@@ -55,7 +55,7 @@ def receipt(report: FrameReport, clock_map: ClockMap) -> ExposureReceipt:
     return ExposureReceipt(
         frame_id=report.frame_id,
         t_trigger_ns=clock_map.host_ns(report.t_trigger_us),
-        t_exposure_ns=clock_map.host_ns(report.t_exposure_us),
+        t_exposure_start_ns=clock_map.host_ns(report.t_exposure_start_us),
         volts=StereoVolts(left=mirror_volts(report.left), right=mirror_volts(report.right)),
     )
 

@@ -1,7 +1,7 @@
 """The controller's streams and its frame queue: targets, triggers, strobes.
 
 A frame activates its stream, waits for the mirrors, raises the trigger lines, watches the strobes
-and reports the mean of the targets at the start and the end of the exposure.
+and reports when the first one rose and the mean of the targets at the start and the end of the exposure.
 """
 
 from collections import deque
@@ -15,6 +15,7 @@ from foveacam_hardware.sim.cables import (
     CAMERA_LEFT,
     CAMERA_RIGHT,
     CAMERA_ROLES,
+    TRIGGER_TO_EXPOSURE_US,
     Cables,
 )
 from foveacam_hardware.sim.mirror_drive import MirrorDrive
@@ -204,8 +205,9 @@ class FrameDesk:
         for bit, role in CAMERA_ROLES.items():
             exposure_us = self._cables.strobe_us(role) if frame.cameras & bit else None
             if exposure_us is not None:
-                self._plan(frame, t_ns, self._rise)
-                self._plan(frame, t_ns + exposure_us * 1000, self._fall)
+                start_ns = t_ns + TRIGGER_TO_EXPOSURE_US * 1000
+                self._plan(frame, start_ns, self._rise)
+                self._plan(frame, start_ns + exposure_us * 1000, self._fall)
 
     def _plan(self, frame: _Frame, t_ns: int, action: Callable[[int, _Frame], None]) -> None:
         frame.planned.append(self._agenda.add(t_ns, lambda t: action(t, frame)))
@@ -232,7 +234,7 @@ class FrameDesk:
             stream=frame.order.stream,
             frame_id=self._count,
             t_trigger_us=self._time_us(frame.t_trigger_ns),
-            t_exposure_us=self._time_us((start[0] + end[0]) // 2),
+            t_exposure_start_us=self._time_us(start[0]),
             left=_mean(start[1][0], end[1][0]),
             right=_mean(start[1][1], end[1][1]),
         )

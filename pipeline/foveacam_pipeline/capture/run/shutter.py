@@ -94,7 +94,8 @@ class Shutter:
         exposure = self._begun(rig, head, shot)
         self._under_way = None
         receipt = exposure.wait()
-        self._ended_ns = receipt.t_exposure_ns + rig.left.settings.exposure_ns // 2
+        exposure_ns = max(eye.settings.exposure_ns for eye in (rig.left, rig.right))
+        self._ended_ns = receipt.end_ns(exposure_ns=exposure_ns)
         if following is not None and _overlap(shot, following):
             self._under_way = following, self._begin(rig, head, following)
         left, right = head.frames_of(receipt)
