@@ -1,4 +1,5 @@
-"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, study, bench, doctor.
+"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, study, confirm-zero, bench,
+doctor.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -25,6 +26,7 @@ from foveacam_server.recording_command.commands import record
 from foveacam_server.settings import checked_settings
 from foveacam_server.still_command.commands import still
 from foveacam_server.study_command.commands import study
+from foveacam_server.zero_command import confirm_zero
 
 app = typer.Typer(
     name="foveacam",
@@ -43,6 +45,7 @@ app.command()(record)
 app.command()(capture)
 app.command()(still)
 app.command()(study)
+app.command()(confirm_zero)
 
 _USAGE_ERROR = 2
 _FAILURE = 1

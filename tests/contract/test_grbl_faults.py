@@ -25,6 +25,9 @@ def test_a_hold_breaks_homing_off_without_a_fault() -> None:
     stopped_deg = bench.place_deg
     bench.wait(5.0)
     assert bench.place_deg == stopped_deg
+    assert bench.driver.state == PanTiltState(connected=True)  # its alarm and its new start were asked for
+    bench.driver.home()
+    assert bench.rest().homed
 
 
 def test_a_bearing_that_the_board_refuses_is_a_fault_in_words() -> None:
@@ -107,6 +110,57 @@ def test_without_switches_it_counts_from_where_it_stood() -> None:
     bench.driver.move_to(bearing(9.0, -3.0))
     assert bench.rest().fault is None
     assert bench.place_deg == (9.0, -3.0)
+
+
+def counting() -> Bench:
+    """A board without switches that was connected at its zero and has moved."""
+    bench = grbl_bench(zero_deg=(0.0, 0.0), has_switches=False)
+    bench.board.impair(settings={20: 0.0, 22: 0.0})
+    bench.board.power_cycle()
+    bench.driver.connect()
+    bench.driver.move_to(bearing(9.0, -3.0))
+    bench.rest()
+    return bench
+
+
+def test_a_board_without_switches_that_restarts_works_again_once_its_zero_is_confirmed() -> None:
+    bench = counting()
+    bench.board.power_cycle()
+    state = bench.wait(1.0)
+
+    assert state.awaits_zero and state.connected and not state.homed
+    assert "restarted by itself; bring it to its zero, then confirm" in (state.fault or "")
+    bench.driver.connect()
+    assert bench.driver.state.fault == state.fault  # connecting anew says nothing of where it stands
+    bench.driver.confirm_zero()
+
+    assert bench.driver.state == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
+    bench.driver.move_to(bearing(5.0, 1.0))
+    assert bench.rest().fault is None
+    assert bench.place_deg == (14.0, -2.0)  # from where it was said to stand at its zero
+
+
+def test_a_zero_that_the_board_does_not_count_from_is_not_taken() -> None:
+    bench = counting()
+    bench.driver.move_to(bearing(60.0, 0.0))
+    bench.wait(0.5)
+    bench.board.open().write(b"\x18")  # another program resets it on its way
+    state = bench.wait(1.0)
+
+    assert state.awaits_zero
+    assert "lost its position; bring it to its zero, switch the board off and on" in (state.fault or "")
+    with pytest.raises(DeviceFault, match=r"state Alarm and counts X .*off and on, then confirm again"):
+        bench.driver.confirm_zero()
+    bench.board.power_cycle()
+    assert bench.wait(1.0).fault == state.fault
+    bench.driver.confirm_zero()
+    assert bench.driver.state.homed
+
+
+def test_a_board_with_switches_takes_nobodys_word_for_its_zero(homed: Bench) -> None:
+    with pytest.raises(DeviceFault, match="reference switches; home it"):
+        homed.driver.confirm_zero()
+    assert not homed.driver.state.awaits_zero
 
 
 def test_a_move_left_over_by_another_program_is_stopped_by_connecting(homed: Bench) -> None:

@@ -268,6 +268,10 @@ class FakePanTilt:
         self.commands.append("home")
         self.homed = True
 
+    def confirm_zero(self) -> None:
+        self.commands.append("confirm zero")
+        self.homed, self.fault = True, None
+
     def move_to(self, pose: PanTiltPose) -> None:
         if not self.limits.pan_min_rad <= pose.pan_rad <= self.limits.pan_max_rad:
             raise OutOfRange(f"pan-tilt: {pose.pan_rad:g} rad is outside ±1 rad; choose a bearing inside")

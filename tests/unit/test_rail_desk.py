@@ -48,6 +48,10 @@ class FakeRail:
     def home(self) -> None:
         self.commands.append("home")
 
+    def confirm_zero(self) -> None:
+        self.commands.append("confirm zero")
+        self.fault = None
+
     def move_to(self, position_m: float) -> None:
         if abs(position_m) > 0.3:
             raise OutOfRange("rail: outside ±300 mm; choose a place inside")

@@ -156,7 +156,10 @@ def test_a_reset_in_motion_loses_the_place(terminal: Terminal) -> None:
 
     printed = terminal.press(b"\x18")
 
-    assert printed == ["ALARM:3", "Grbl 1.1h ['$' for help]", "[MSG:'$H'|'$X' to unlock]"]
+    assert printed == ["ALARM:3"]
+    assert terminal.press(b"?") == terminal.type("$X") == []  # deaf until it starts anew
+    assert terminal.after(0.5) == ["Grbl 1.1h ['$' for help]", "[MSG:'$H'|'$X' to unlock]"]
+    assert terminal.press(b"?")[0].startswith("<Alarm|")
 
 
 def test_a_reset_at_rest_keeps_the_place(terminal: Terminal) -> None:
@@ -170,14 +173,15 @@ def test_a_reset_breaks_homing_off(terminal: Terminal) -> None:
     terminal.board.feed(b"$H\n")
     terminal.after(1.0)
 
-    assert terminal.press(b"\x18")[0] == "ALARM:6"
-    assert terminal.after(20.0) == []
+    assert terminal.press(b"\x18") == ["ALARM:6"]
+    assert terminal.after(0.4) == []
+    assert terminal.after(20.0) == ["Grbl 1.1h ['$' for help]", "[MSG:'$H'|'$X' to unlock]"]
 
 
 def test_without_its_switches_it_does_not_find_home(terminal: Terminal) -> None:
     terminal.board.firmware.has_switches = False
 
-    assert terminal.home() == ["ALARM:9"]
+    assert terminal.home() == ["ALARM:9", "Grbl 1.1h ['$' for help]", "[MSG:'$H'|'$X' to unlock]"]
 
 
 def test_after_a_limit_switch_nothing_but_a_reset_is_heard(terminal: Terminal) -> None:

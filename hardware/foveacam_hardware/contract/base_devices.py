@@ -47,6 +47,10 @@ class PanTilt(Protocol):
         """Begin to look for the reference switches."""
         ...
 
+    def confirm_zero(self) -> None:
+        """Take the operator's word that it stands at its zero; raise `DeviceFault` where that cannot be."""
+        ...
+
     def move_to(self, pose: PanTiltPose) -> None:
         """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
         ...
@@ -89,6 +93,10 @@ class Rail(Protocol):
 
     def home(self) -> None:
         """Begin to look for the reference switch; then go to the middle."""
+        ...
+
+    def confirm_zero(self) -> None:
+        """Take the operator's word that it stands at its zero; raise `DeviceFault` where that cannot be."""
         ...
 
     def move_to(self, position_m: float) -> None:

@@ -209,6 +209,8 @@ class PanTiltState:
     pose: PanTiltPose | None = None
     fault: str | None = None
     """Why it is not usable, in words for the operator; None when it is."""
+    awaits_zero: bool = False
+    """Whether only the operator can say that it stands at its zero: it has no switches and has lost its place."""
     wanted: PanTiltPose | None = None
     """Where whoever turns it by hand is to turn it; None when nothing is wanted, or when it has motors."""
 
@@ -247,6 +249,8 @@ class RailState:
     """Where the rig stands, metres from the rail's middle: > 0 to the rig's right."""
     fault: str | None = None
     """Why it is not usable, in words for the operator; None when it is."""
+    awaits_zero: bool = False
+    """Whether only the operator can say that it stands at its zero: it has no switch and has lost its place."""
     wanted_m: float | None = None
     """Where whoever moves it by hand is to push it; None when nothing is wanted, or when it has a motor."""
 

@@ -58,6 +58,20 @@ async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDoc
     return await _now(services.pan_tilt)
 
 
+@router.post(
+    "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
+)
+async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+    """Take the operator's word that the pan-tilt stands at its zero; for one without reference switches.
+
+    It ends the fault of a board that has restarted; on a shared board it is said of every axis.
+    """
+    services.lease.check(x_lease)
+    await asyncio.wrap_future(services.pan_tilt.confirm_zero())
+    services.events.emit("pan_tilt.zero_confirmed", "pan-tilt: said to stand at its zero")
+    return await _now(services.pan_tilt)
+
+
 def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> PanTiltDocument:
     """Return the pan-tilt as REST shows it; `state`: fresher than the last seen."""
     status = desk.status
@@ -79,6 +93,7 @@ def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> P
         pan_deg=None if seen.pose is None else deg(seen.pose.pan_rad),
         tilt_deg=None if seen.pose is None else deg(seen.pose.tilt_rad),
         fault=seen.fault,
+        awaits_zero=seen.awaits_zero,
         limits=None if status is None else _limits(status.limits),
         stations=[_station(station) for station in desk.stations],
     )

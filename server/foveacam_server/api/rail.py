@@ -49,6 +49,20 @@ async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocume
     return await _now(services.rail)
 
 
+@router.post(
+    "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
+)
+async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
+    """Take the operator's word that the rail stands at its zero; for one without reference switches.
+
+    It ends the fault of a board that has restarted; on a shared board it is said of every axis.
+    """
+    services.lease.check(x_lease)
+    await asyncio.wrap_future(services.rail.confirm_zero())
+    services.events.emit("rail.zero_confirmed", "rail: said to stand at its zero")
+    return await _now(services.rail)
+
+
 def rail_document(seen: RailSeen | None) -> RailDocument:
     """Return the rail as REST shows it; None when there is none."""
     state = RailState(connected=False) if seen is None else seen.state
@@ -67,6 +81,7 @@ def rail_document(seen: RailSeen | None) -> RailDocument:
         moving=state.moving,
         position_mm=_mm(state.position_m),
         fault=state.fault,
+        awaits_zero=state.awaits_zero,
         limits=None
         if seen is None
         else RailLimitsDocument(min_mm=MM_A_M * seen.limits.min_m, max_mm=MM_A_M * seen.limits.max_m),

@@ -33,6 +33,8 @@ class RailDocument(Told):
     moving: bool
     position_mm: float | None
     fault: str | None
+    awaits_zero: bool
+    """Whether it wants to be told that it stands at its zero: `zero_confirmations`."""
     limits: RailLimitsDocument | None
     places: list[RailPlaceDocument]
 

@@ -198,6 +198,8 @@ class PanTiltDocument(Told):
     pan_deg: float | None
     tilt_deg: float | None
     fault: str | None
+    awaits_zero: bool
+    """Whether it wants to be told that it stands at its zero: `zero_confirmations`."""
     limits: PanTiltLimitsDocument | None
     stations: list[StationDocument]
 

@@ -263,6 +263,10 @@ class StubRail:
         self.did.append((self.clock.now_ns(), "rail homes"))
         self._at_m = 0.0
 
+    def confirm_zero(self) -> None:
+        self.did.append((self.clock.now_ns(), "rail at its zero"))
+        self._at_m = 0.0
+
     def move_to(self, position_m: float) -> None:
         self.did.append((self.clock.now_ns(), f"rail to {1e3 * position_m:g} mm"))
         if self.moves_itself and not self.stuck:

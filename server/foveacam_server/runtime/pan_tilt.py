@@ -66,6 +66,11 @@ class PanTiltDesk:
         self._check_free("home the pan-tilt")
         return self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
 
+    def confirm_zero(self) -> "Future[None]":
+        """Take the operator's word that it stands at its zero."""
+        self._check_free("take where the pan-tilt stands for its zero")
+        return self._hardware.submit(lambda rig: _of(rig).confirm_zero())
+
     def hold(self) -> None:
         """Stop moving now, past the queue."""
         self._hardware.hold_pan_tilt()
@@ -110,6 +115,11 @@ class ExclusivePanTilt:
         self._check()
         begun = self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
         answer_of(begun, asked="a homing")
+
+    def confirm_zero(self) -> None:
+        """Take the operator's word that it stands at its zero."""
+        self._check()
+        answer_of(self._hardware.submit(lambda rig: _of(rig).confirm_zero()), asked="a zero")
 
     def move_to(self, pose: PanTiltPose) -> None:
         """Begin to move."""

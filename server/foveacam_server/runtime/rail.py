@@ -54,6 +54,11 @@ class RailDesk:
         """Begin to look for the reference switch."""
         return self._begin("home the rail", lambda rail: rail.home())
 
+    def confirm_zero(self) -> "Future[None]":
+        """Take the operator's word that it stands at its zero."""
+        self._check_free("take where the rail stands for its zero")
+        return self._hardware.submit(lambda rig: self._of(rig).confirm_zero())
+
     def hold(self) -> None:
         """Stop moving now, past the queue; harmless when there is no rail, or nobody has asked for it yet."""
         if self._known is not None:

@@ -112,6 +112,7 @@ def pan_tilt() -> Document:
         "moves_itself": True,
         "connected": True,
         "homed": True,
+        "awaits_zero": False,
         "moving": False,
         "pan_deg": 0.0,
         "tilt_deg": 0.0,

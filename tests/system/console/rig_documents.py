@@ -144,6 +144,7 @@ def rail() -> Document:
         "wanted_mm": None,
         "connected": True,
         "homed": True,
+        "awaits_zero": False,
         "moving": False,
         "position_mm": 0.0,
         "fault": None,

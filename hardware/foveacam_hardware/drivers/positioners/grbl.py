@@ -53,6 +53,7 @@ class GrblPanTilt:
             homed=found.homed,
             pose=None if found.place is None else self._mounting.bearing(found.place),
             fault=found.fault,
+            awaits_zero=found.awaits_zero,
         )
 
     def connect(self) -> None:
@@ -66,6 +67,10 @@ class GrblPanTilt:
     def home(self) -> None:
         """Begin to look for the reference switches; when they are found, the base turns straight ahead."""
         self._board.home(USER)
+
+    def confirm_zero(self) -> None:
+        """Take the operator's word that every axis of its board stands at its zero."""
+        self._board.confirm_zero(USER)
 
     def move_to(self, pose: PanTiltPose) -> None:
         """Begin to move; a move that is under way is given up for it."""

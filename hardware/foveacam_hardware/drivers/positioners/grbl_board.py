@@ -15,7 +15,7 @@ from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis, feed_per_m
 from foveacam_hardware.drivers.positioners.grbl_journey import Journey
 from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, Sent
 from foveacam_hardware.drivers.positioners.grbl_start import MOVING, READY, greet
-from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, Ok, Report, jog
+from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, Alarm, Ok, Report, jog
 from foveacam_hardware.wire.link import LinkFactory
 
 HOMING_S = 90.0
@@ -35,6 +35,8 @@ class BoardState:
     homed: bool
     place: tuple[float, ...] | None
     fault: str | None
+    awaits_zero: bool
+    """Whether the operator's word that it stands at its zero is wanted."""
 
 
 class GrblBoard:
@@ -62,6 +64,7 @@ class GrblBoard:
         self._lock = threading.RLock()
         self._session: GrblSession | None = None
         self._restarts = 0
+        self._dealt_with: Alarm | None = None
         self._homed = False
         self._moving = False
         self._place: tuple[float, ...] | None = None
@@ -89,6 +92,7 @@ class GrblBoard:
                 homed=used and self._homed,
                 place=self._place if used and self._homed else None,
                 fault=self._fault,
+                awaits_zero=used and not (self.has_switches or self._homed),
             )
 
     def connect(self, user: str) -> None:
@@ -148,6 +152,21 @@ class GrblBoard:
             self._homing = session.begin(HOME)
             self._homing_ends_ns = self._clock.now_ns() + round(HOMING_S * 1e9)
             self._moving = True
+
+    def confirm_zero(self, user: str) -> None:
+        """Take the operator's word that every axis stands at its zero, where the board counts from."""
+        with self._lock:
+            session = self._looked(user)
+            if self.has_switches:
+                raise DeviceFault(
+                    f"{self._name}: asked to take where it stands for its zero, but it has reference switches;"
+                    " home it"
+                )
+            if self._moving:
+                raise Busy(f"{self._name}: asked to take where it stands for its zero while it moves; hold it")
+            place = self._place_at_zero(session)
+            self._forget(None)
+            self._homed, self._place = True, place
 
     def move_to(self, user: str, goals: Mapping[str, float]) -> None:
         """Begin to move axes, by their letters; what the others were on their way to stays their goal."""
@@ -232,23 +251,41 @@ class GrblBoard:
         self._forget(
             None if found or held else f"{self._name}: homing failed ({why}); look at it, home again"
         )
-        self._restarts = session.restarts
+        self._restarts, self._dealt_with = session.restarts, session.alarm
         if found:
             self._homed = True
             self._journey.plan({axis.letter: axis.rest for axis in self._axes.values()})
         return found
 
+    def _place_at_zero(self, session: GrblSession) -> tuple[float, ...]:
+        """Return the place of a board that rests and counts zero; raise `DeviceFault` for any other."""
+        report = session.report()
+        place = session.place(report)
+        counted = {axis.letter: place[axis.index] for axis in self._axes.values()}
+        away = any(abs(at) > self._axes[letter].arrived for letter, at in counted.items())
+        if report.state == "Idle" and not away:
+            return place
+        counts = ", ".join(f"{letter} {at:g}" for letter, at in counted.items())
+        raise DeviceFault(
+            f"{self._name}: asked to take where it stands for its zero, but it is in state {report.state} and"
+            f" counts {counts}; bring it to its zero, switch the board off and on, then confirm again"
+        )
+
     def _lose_place(self, session: GrblSession, report: Report) -> None:
         """Say why it does not know where it stands any more, if there is anything to say."""
-        restarted, self._restarts = session.restarts != self._restarts, session.restarts
-        why: object = session.alarm
+        restarted, self._restarts = session.restarts != self._restarts and self._homed, session.restarts
+        why: object = None if session.alarm is self._dealt_with else session.alarm
         if report.state not in READY | MOVING:
             why = f"it is in state {report.state}: release it at the board"
         elif why is None and restarted:
             why = "it restarted by itself"
         elif why is None and self._homed:
             why = "it is in alarm"
-        again = "home it again" if self.has_switches else "bring it to its zero and restart it"
+        again = "home it again"
+        if not self.has_switches:
+            first = "bring it to its zero" if restarted else "bring it to its zero, switch the board off and on"
+            again = f"{first}, then confirm that it stands there"
+        self._dealt_with = session.alarm
         self._forget(self._fault if why is None else f"{self._name}: {why}; {again}")
 
     def _begin(self, session: GrblSession) -> None:

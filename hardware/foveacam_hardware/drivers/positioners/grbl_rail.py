@@ -98,6 +98,7 @@ class GrblRail:
             homed=found.homed,
             position_m=None if found.place is None else self._mounting.position_m(found.place[2]),
             fault=found.fault,
+            awaits_zero=found.awaits_zero,
         )
 
     def connect(self) -> None:
@@ -111,6 +112,10 @@ class GrblRail:
     def home(self) -> None:
         """Begin to look for the reference switch; when it is found, the rig goes to the middle."""
         self._board.home(USER)
+
+    def confirm_zero(self) -> None:
+        """Take the operator's word that every axis of its board stands at its zero."""
+        self._board.confirm_zero(USER)
 
     def move_to(self, position_m: float) -> None:
         """Begin to move; a move that is under way is given up for it."""

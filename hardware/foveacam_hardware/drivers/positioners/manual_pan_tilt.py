@@ -59,6 +59,10 @@ class ManualPanTilt:
         """Do nothing: there are no switches, and no need of them."""
         self._check("home")
 
+    def confirm_zero(self) -> None:
+        """Do nothing: it counts nothing."""
+        self._check("take where it stands for its zero")
+
     def move_to(self, pose: PanTiltPose) -> None:
         """Remember where the operator is to turn it."""
         self._check("move")

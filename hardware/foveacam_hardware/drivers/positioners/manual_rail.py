@@ -38,6 +38,10 @@ class ManualRail:
         """Do nothing: there is no switch, and no need of one."""
         self._check("home")
 
+    def confirm_zero(self) -> None:
+        """Do nothing: it counts nothing."""
+        self._check("take where it stands for its zero")
+
     def move_to(self, position_m: float) -> None:
         """Remember where the operator is to push it."""
         self._check("move")

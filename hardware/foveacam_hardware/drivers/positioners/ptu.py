@@ -130,6 +130,12 @@ class PtuPanTilt:
             self._homing_ends_ns = self._clock.now_ns() + round(HOMING_S * 1e9)
             self._moving = True
 
+    def confirm_zero(self) -> None:
+        """Refuse: it finds its limits by itself."""
+        raise DeviceFault(
+            f"{self._name}: asked to take where it stands for its zero, but it finds its limits; home it"
+        )
+
     def move_to(self, pose: PanTiltPose) -> None:
         """Begin to move; a move that is under way is given up for it."""
         check_bearing(pose, self.limits, name=self._name)

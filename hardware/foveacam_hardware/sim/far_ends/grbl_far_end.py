@@ -59,6 +59,8 @@ class GrblFarEnd:
         if self.silent or self.unplugged:
             return
         for byte in self.to_device.apply(data):
+            if self.firmware.deaf:
+                continue
             self._take_byte(t_ns, bytes((byte,)))
         self._drain(t_ns)
 

@@ -46,6 +46,8 @@ SWITCHES = (*SWITCHES_DEG, RAIL_SWITCH_MM)
 AXES = "XYZ"
 EEPROM_NS = 40_000_000
 """While a setting is written, nothing is answered."""
+ALARM_NS = 500_000_000
+"""After an alarm in motion or in a search it hears nothing for so long, and then starts anew."""
 SEIZED_NS = 3_600_000_000_000
 MILLIMETRES_AN_INCH = 25.4
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
@@ -83,6 +85,7 @@ class GrblFirmware:
         self._offset = self.motors.place(t_ns)
         self.state = "Alarm" if self.settings[22] else "Idle"
         self._locked = False
+        self.deaf = False
         self._report_asked = False
         self._reports = 0
         self.greet(t_ns)
@@ -101,7 +104,7 @@ class GrblFirmware:
     @property
     def blocked(self) -> bool:
         """Whether lines have to wait."""
-        return self.state == "Home" or self._locked
+        return self.state == "Home" or self._locked or self.deaf
 
     def realtime(self, t_ns: int, byte: bytes) -> None:
         """Take a byte that jumps the queue."""
@@ -245,12 +248,22 @@ class GrblFirmware:
 
     def _reset(self, t_ns: int) -> None:
         lost = self._moving is not None
-        alarm = "ALARM:6" if self.state == "Home" else "ALARM:3"
+        code = 6 if self.state == "Home" else 3
         self._halt(t_ns)
         self._locked = self._report_asked = False
         if lost:
-            self.state = "Alarm"
-            self._say(t_ns, alarm)
+            self._alarm(t_ns, code)
+        else:
+            self.greet(t_ns)
+
+    def _alarm(self, t_ns: int, code: int) -> None:
+        """Tell an alarm and start anew, deaf meanwhile."""
+        self.state, self.deaf = "Alarm", True
+        self._say(t_ns, f"ALARM:{code}")
+        self._agenda.add(t_ns + ALARM_NS, self._start_anew)
+
+    def _start_anew(self, t_ns: int) -> None:
+        self.deaf = False
         self.greet(t_ns)
 
     def _halt(self, t_ns: int) -> None:
@@ -290,9 +303,8 @@ class GrblFirmware:
 
     def _find_no_switch(self, t_ns: int) -> None:
         self._halt(t_ns)
-        self.state = "Alarm"
-        self._say(t_ns, "ALARM:9")
-        self._report(t_ns)
+        self._report_asked = False
+        self._alarm(t_ns, 9)
 
     def _arrive_home(self, t_ns: int) -> None:
         rail = SWITCHES[2] if self._axes == 3 else self._offset[2]

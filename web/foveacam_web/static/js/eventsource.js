@@ -13,7 +13,7 @@ const KINDS = [
   "target.deleted", "job.updated", "lease.changed", "stop.engaged", "stop.released", "device.fault",
   "device.recovered", "mirrors.steered", "rig.calibration", "fixation.selected", "cloud.deleted", "viewer.failed",
   "calibration.progress", "calibration.sample", "calibration.pose", "calibration.fitted", "calibration.health",
-  "calibration.drift", "pan_tilt.moved", "cloud.failed", "storage.fault", "storage.recovered", "rig.settle_time",
+  "calibration.drift", "pan_tilt.moved", "pan_tilt.zero_confirmed", "rail.zero_confirmed", "cloud.failed", "storage.fault", "storage.recovered", "rig.settle_time",
   "camera.self_test", "camera.settings", "mirrors.recovered", "mirrors.switched", "rail.moved", "simulation.faults",
   "capture.created", "capture.progress", "capture.updated", "capture.removed", "capture.ended",
   "recording.created", "recording.progress", "recording.updated", "recording.removed", "recording.ended",

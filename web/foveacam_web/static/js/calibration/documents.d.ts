@@ -164,6 +164,7 @@ export type PanTiltDocument = {
   pan_deg: number | null;
   tilt_deg: number | null;
   fault: string | null;
+  awaits_zero: boolean;
   limits: { pan_min_deg: number; pan_max_deg: number; tilt_min_deg: number; tilt_max_deg: number } | null;
   stations: Station[];
 };

@@ -220,6 +220,10 @@ export class CalibrationOrders {
     return this.#panTilt("/pan_tilt/homings", undefined);
   }
 
+  confirmZero() {
+    return this.#panTilt("/pan_tilt/zero_confirmations", undefined);
+  }
+
   /**
    * @param {string} path
    * @param {object | undefined} body

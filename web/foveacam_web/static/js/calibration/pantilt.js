@@ -3,6 +3,7 @@
 import { changing, fill, h, say } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { zeroOf } from "../rig/zero.js";
 import { choiceField, nothing } from "./parts.js";
 import { isRunning } from "./work.js";
 
@@ -24,14 +25,16 @@ const STEPS = [["0.1", "0.1°"], ["0.5", "0.5°"], ["2", "2°"], ["10", "10°"]]
 export function mountPanTilt(place, context) {
   const { store } = context;
   const state = h("div", {});
+  const zero = zeroOf("pan-tilt", () => void context.orders.confirmZero());
   const drive = driveOf(context);
   const stations = h("div", { class: "stations" });
-  fill(place, state, drive.element, stations);
+  fill(place, state, zero.element, drive.element, stations);
   const showState = changing(state, stateOf);
   const showStations = changing(stations, (/** @type {{pan_tilt: PanTiltDocument | null, busy: boolean}} */ now) => stationsOf(now, context));
   store.on(["pan_tilt", "work"], ({ pan_tilt, work }) => {
     const busy = isRunning(work);
     showState({ pan_tilt, work: pan_tilt && !pan_tilt.moves_itself && busy ? work : null });
+    zero.update(pan_tilt, busy);
     drive.update(pan_tilt, busy);
     showStations({ pan_tilt: pan_tilt && { ...pan_tilt, pan_deg: null, tilt_deg: null, moving: false }, busy });
   });

@@ -93,6 +93,7 @@ export type RailDocument = {
   moving: boolean;
   position_mm: number | null;
   fault: string | null;
+  awaits_zero: boolean;
   limits: { min_mm: number; max_mm: number } | null;
   places: { name: string; position_mm: number }[];
 };

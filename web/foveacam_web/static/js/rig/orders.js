@@ -180,6 +180,10 @@ export class RigOrders {
     return this.#rail("/rail/homings", undefined);
   }
 
+  confirmRailZero() {
+    return this.#rail("/rail/zero_confirmations", undefined);
+  }
+
   /**
    * @param {string} path
    * @param {object | undefined} body

@@ -5,6 +5,7 @@ import { isRunning } from "../calibration/work.js";
 import { changing, fill, h, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { zeroOf } from "./zero.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -19,13 +20,15 @@ import { icon } from "../icons.js";
 export function mountRail(place, { store, orders }) {
   const [state, places] = [h("div", { class: "stack" }), h("div", { class: "stations" })];
   const drive = driveOf(orders);
-  fill(place, state, drive.element, places);
+  const zero = zeroOf("rail", () => void orders.confirmRailZero());
+  fill(place, state, zero.element, drive.element, places);
   const showState = changing(state, stateOf);
   const showPlaces = changing(places, (/** @type {{rail: RailDocument | null, busy: boolean}} */ now) => placesOf(now, orders));
   store.on(["rail", "work", "rig_page"], ({ rail, work, rig_page }) => {
     if (!rig_page) return;
     const busy = isRunning(work);
     showState(rail);
+    zero.update(rail, busy);
     drive.update(rail, busy);
     showPlaces({ rail: rail && { ...rail, position_mm: null, moving: false }, busy });
   });
@@ -71,9 +74,10 @@ function driveOf(orders) {
     element.hidden = !rail?.present || Boolean(rail.fault && !rail.connected);
     const ready = Boolean(rail?.connected && (rail.homed || !rail.moves_itself));
     go.disabled = to.input.disabled = busy || !ready;
-    home.hidden = hold.hidden = !rail?.moves_itself;
+    home.hidden = !rail?.moves_itself || rail.awaits_zero;
+    hold.hidden = !rail?.moves_itself;
     home.disabled = busy || !rail?.connected;
-    say(reason, busy ? "The procedure needs the rig where it is." : !rail?.connected ? "The rail is not connected." : ready ? "" : "Home it first: nobody knows where it stands.");
+    say(reason, busy ? "The procedure needs the rig where it is." : !rail?.connected ? "The rail is not connected." : ready ? "" : rail.awaits_zero ? "Nobody knows where it stands." : "Home it first: nobody knows where it stands.");
   } };
 }
 
