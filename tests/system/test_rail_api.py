@@ -1,9 +1,13 @@
 """The rail by REST, on the simulated rig, whose pan-tilt is on the same board."""
 
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail
+from foveacam_server import cli
 
 from .conftest import API, Running
 
@@ -112,3 +116,50 @@ def test_an_alarm_is_an_event_of_each_device_and_the_server_stays_ready(homed: R
 
     assert devices(homed, "device.recovered", after=after) == {"pan_tilt", "rail"}
     come_to_rest(homed)
+
+
+@pytest.fixture
+def without_switches(homed: Running) -> Iterator[Running]:
+    """The rig whose board has no switches from here on, at its zero."""
+    rail = homed.rig.rail
+    assert isinstance(rail, GrblRail)
+    board = rail._board
+    homed.truth.pan_tilt.impair(settings={20: 0.0, 22: 0.0})
+    board.has_switches = False
+    yield homed
+    board.has_switches = True
+    homed.truth.pan_tilt.impair(settings={20: 1.0, 22: 1.0})
+
+
+@pytest.mark.parametrize("positioner", ["rail", "pan-tilt"])
+def test_a_board_without_switches_that_restarted_is_usable_once_the_command_line_says_its_zero(
+    without_switches: Running,
+    positioner: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    server = without_switches
+    path = f"/{positioner.replace('-', '_')}"
+    server.truth.pan_tilt.power_cycle()
+    seen = server.get(path).json()
+    assert seen["awaits_zero"] and not seen["homed"]
+    assert "then confirm that it stands there" in seen["fault"]
+    refused = server.post(f"{path}/homings")
+    assert refused.status_code == 502 and "no reference switches" in refused.text
+
+    address = f"http://127.0.0.1:{server.port}"
+    monkeypatch.setattr("sys.argv", ["foveacam", "confirm-zero", positioner, "--server", address])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+
+    assert ended.value.code in (0, None)
+    assert "counts from where it stands" in capsys.readouterr().out
+    seen = server.get(path).json()
+    assert (seen["fault"], seen["homed"], seen["awaits_zero"]) == (None, True, False)
+
+
+def test_a_board_with_switches_is_told_to_home_by_rest(homed: Running) -> None:
+    refused = homed.post("/rail/zero_confirmations")
+
+    assert refused.status_code == 502
+    assert "home it" in refused.json()["detail"]

@@ -135,6 +135,16 @@ def test_homing_is_seen(setup: Setup) -> None:
     assert setup.desk.seen_now().result(PATIENCE_S).homed
 
 
+def test_a_zero_is_confirmed_to_the_device_while_no_job_has_the_rig(setup: Setup) -> None:
+    with (
+        setup.hardware.session("a calibration", cancelled=never),
+        pytest.raises(Busy, match="a calibration is using the rig"),
+    ):
+        setup.desk.confirm_zero()
+    setup.desk.confirm_zero().result(PATIENCE_S)
+    assert setup.pan_tilt.commands == ["confirm zero"]
+
+
 def test_rig_on_a_fixed_base_says_how_to_name_one(setup: Setup) -> None:
     setup.rig.pan_tilt = None
     setup.hardware.submit(lambda _rig: None).result(PATIENCE_S)

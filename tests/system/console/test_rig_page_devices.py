@@ -87,6 +87,21 @@ def test_controller_shows_its_line_its_clock_and_who_watches(
     assert stand_in.orders("/mirrors/recover") and stand_in.orders("/mirrors/disable")
 
 
+def test_rail_without_switches_asks_for_its_zero_until_it_is_confirmed(
+    stand_in: StandIn, open_console: OpenConsole
+) -> None:
+    fault = "rail: it restarted by itself; bring it to its zero, then confirm that it stands there"
+    lost = {"homed": False, "position_mm": None, "fault": fault, "awaits_zero": True}
+    stand_in.answers["/rail"] = documents.rail() | lost
+    rail = panel("Rail", stand_in, open_console)
+    expect(rail).to_contain_text("confirm that it stands there")
+    expect(rail.get_by_role("button", name="Home the rail")).to_be_hidden()
+    stand_in.after["POST /rail/zero_confirmations"] = {"/rail": documents.rail()}
+    rail.get_by_role("button", name="The rail stands at its zero").click()
+    expect(rail.locator(".pose")).to_have_text("0.0 mm")
+    expect(rail.get_by_role("button", name="The rail stands at its zero")).to_be_hidden()
+
+
 def test_rail_moves_to_places_and_positions_once_it_is_homed(
     stand_in: StandIn, open_console: OpenConsole
 ) -> None:
