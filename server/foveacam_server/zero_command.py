@@ -29,5 +29,7 @@ def confirm_zero(
     with ServerClient(server, token=checked_settings({"token": token}).token) as client:
         found = client.post(path)
     if found["fault"] is not None:
-        raise FoveaError(f"{positioner}: it was said to stand at its zero, and has a fault still: {found['fault']}")
+        raise FoveaError(
+            f"{positioner}: it was said to stand at its zero, and has a fault still: {found['fault']}"
+        )
     typer.echo(f"{positioner}: it counts from where it stands, its zero")

@@ -66,6 +66,15 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
 
 
+def test_the_foveae_of_a_look_carry_the_controllers_number_of_their_exposure(rig: Rig) -> None:
+    first, second = (rig.head.look(both(10.0 * k, 0.0)) for k in range(2))
+
+    number = first.left.frame_id
+    assert number is not None
+    assert (first.right.frame_id, second.left.frame_id) == (number, number + 1)
+    assert second.wide.frame_id is None
+
+
 @pytest.mark.parametrize("exposure_ms", [1, 20, 50, 100])
 def test_no_look_hands_out_a_wide_frame_older_than_its_foveae(exposure_ms: int) -> None:
     with open_simulated("calibration", inline=True) as rig:

@@ -48,6 +48,15 @@ def test_each_place_of_the_mosaic_is_its_colour(row: int, column: int, channel: 
     assert [int(level) for level in inner.max(axis=0)].count(0) == 2
 
 
+@pytest.mark.parametrize(("height", "width"), [(2, 2), (2, 9), (3, 3), (9, 11), (40, 50)])
+def test_a_mosaic_is_rgb_right_to_its_border(height: int, width: int) -> None:
+    mosaic = np.full((height, width), 2000, dtype=np.uint16)
+    mosaic[::2, ::2], mosaic[1::2, 1::2] = 3000, 1000
+    picture = picture_of(packed(mosaic), PixelFormat.BAYER_RG12P, height=height, width=width)
+
+    assert picture.reshape(-1, 3).tolist() == [[3000, 2000, 1000]] * (height * width)
+
+
 def test_a_packed_mosaic_becomes_twelve_bit_rgb() -> None:
     mosaic = np.full((6, 8), 3000, dtype=np.uint16)
     picture = picture_of(packed(mosaic), PixelFormat.BAYER_RG12P, height=6, width=8)

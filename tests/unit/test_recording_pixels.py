@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.recording.pixels import (
     pack_12p,
     payload_of,
     picture_of,
+    pixels_of,
     stream_format,
     unpack_12p,
 )
@@ -25,6 +26,11 @@ def form_of(pixel_format: str, *, dtype: str = "U8", channels: int = 1, bits: in
     return StreamFormat(
         pixel_format=pixel_format, dtype=dtype, height=4, width=6, channels=channels, bits=bits
     )
+
+
+def picture(payload: bytes, form: StreamFormat, *, what: str = "frame") -> Image:
+    """Return the picture that a message makes."""
+    return picture_of(pixels_of(payload, form, what=what), form, what=what)
 
 
 def deep(height: int, width: int) -> NDArray[np.uint16]:
@@ -44,7 +50,7 @@ def deep(height: int, width: int) -> NDArray[np.uint16]:
 )
 def test_a_picture_comes_back_as_it_was(image: Image, bits: int, packed: bool, name: str) -> None:
     form = stream_format(image, bits=bits, packed=packed)
-    back = picture_of(payload_of(image, form).tobytes(), form, what="frame")
+    back = picture(payload_of(image, form).tobytes(), form)
 
     assert form.pixel_format == name
     assert form.packed is packed
@@ -68,15 +74,40 @@ def test_a_red_world_is_red_through_every_mosaic(pixel_format: str, red_at: tupl
     mosaic = np.zeros((8, 10), dtype=np.uint8)
     mosaic[red_at[0] :: 2, red_at[1] :: 2] = 200
     form = replace(form_of(pixel_format), height=8, width=10)
-    rgb = picture_of(mosaic.tobytes(), form, what="frame")
+    rgb = picture(mosaic.tobytes(), form)
 
-    assert rgb[2:-2, 2:-2].reshape(-1, 3).tolist() == [[200, 0, 0]] * 24
+    assert rgb.reshape(-1, 3).tolist() == [[200, 0, 0]] * 80
+
+
+@pytest.mark.parametrize(("height", "width"), [(2, 2), (2, 9), (3, 3), (5, 7), (8, 8), (9, 11), (40, 50)])
+@pytest.mark.parametrize("pixel_format", ["BayerRG", "BayerGR", "BayerGB", "BayerBG"])
+def test_a_mosaic_is_rgb_right_to_its_border(pixel_format: str, height: int, width: int) -> None:
+    shades = {"R": 3000, "G": 2000, "B": 1000}
+    first = pixel_format[5:]
+    second = {"RG": "GB", "BG": "GR", "GR": "BG", "GB": "RG"}[first]
+    rows = [[shades[row[column % 2]] for column in range(width)] for row in (first, second)]
+    mosaic = np.array([rows[row % 2] for row in range(height)], dtype=np.uint16)
+    form = replace(form_of(pixel_format + "12p", bits=12), height=height, width=width)
+
+    raw = pixels_of(pack_12p(mosaic).tobytes(), form, what="frame")
+    rgb = picture_of(raw, form, what="frame")
+
+    np.testing.assert_array_equal(raw, mosaic)
+    assert rgb.reshape(-1, 3).tolist() == [[3000, 2000, 1000]] * (height * width)
+
+
+def test_the_pixels_of_a_grey_picture_are_the_picture() -> None:
+    form = form_of("Mono8")
+    raw = pixels_of(bytes(range(24)), form, what="frame")
+
+    assert picture_of(raw, form, what="frame") is raw
+    assert raw.tobytes() == bytes(range(24))
 
 
 def test_a_packed_mosaic_of_twelve_bits_becomes_deep_rgb() -> None:
     mosaic = np.zeros((4, 6), dtype=np.uint16)
     mosaic[::2, ::2] = 3000
-    rgb = picture_of(pack_12p(mosaic).tobytes(), form_of("BayerRG12p", bits=12), what="frame")
+    rgb = picture(pack_12p(mosaic).tobytes(), form_of("BayerRG12p", bits=12))
 
     assert rgb.dtype == np.uint16
     assert rgb[1, 2].tolist() == [3000, 0, 0]
@@ -89,23 +120,23 @@ def test_other_orders_of_channels_become_rgb(pixel_format: str, pixel: list[int]
     data = np.array(pixel * 24, dtype=np.uint8)
     form = form_of(pixel_format, channels=len(pixel))
 
-    assert picture_of(data.tobytes(), form, what="frame")[0, 0].tolist() == [1, 2, 3]
+    assert picture(data.tobytes(), form)[0, 0].tolist() == [1, 2, 3]
 
 
 def test_bytes_that_make_no_picture_are_refused_with_both_lengths() -> None:
     with pytest.raises(InvalidInput, match="are 24 bytes, 23 were found"):
-        picture_of(bytes(23), form_of("Mono8"), what="frame 3 of left")
+        picture(bytes(23), form_of("Mono8"), what="frame 3 of left")
 
 
 @pytest.mark.parametrize("data", [b"no zlib", zlib.compress(bytes(10_000_000))], ids=["noise", "bomb"])
 def test_what_is_no_compressed_frame_is_refused(data: bytes) -> None:
     with pytest.raises(InvalidInput, match="frame"):
-        picture_of(data, replace(form_of("Mono8"), compressed=True), what="frame")
+        picture(data, replace(form_of("Mono8"), compressed=True))
 
 
 def test_a_format_that_nobody_knows_is_named() -> None:
     with pytest.raises(InvalidInput, match=r"'YUV422'.*known are Mono8"):
-        picture_of(bytes(24), form_of("YUV422"), what="frame")
+        picture(bytes(24), form_of("YUV422"))
 
 
 @pytest.mark.parametrize(

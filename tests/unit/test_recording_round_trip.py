@@ -1,14 +1,15 @@
 """What was recorded is what is read, by our reader and by the library's."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
 
-from foveacam_hardware.contract import DeviceInfo, InvalidInput, Role
+from foveacam_hardware.contract import DeviceInfo, Frame, InvalidInput, MirrorVolts, Role
 from foveacam_pipeline.capture.recording.pixels import pack_12p
-from foveacam_pipeline.capture.recording.poses import wide_from_fovea
+from foveacam_pipeline.capture.recording.poses import raw_frame, wide_from_fovea
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RecordedRig, wide_lens_of
@@ -96,7 +97,39 @@ def test_packed_bytes_of_a_camera_are_kept_as_they_came(tmp_path: Path) -> None:
 
     assert sent.tobytes() in (tmp_path / "a.fcap").read_bytes()
     with Recording(tmp_path / "a.fcap") as recording:
-        assert recording.frame("left", 0).image[1, 2].tolist() == [3000, 0, 0]
+        frame = recording.frame("left", 0)
+        assert frame.image[1, 2].tolist() == [3000, 0, 0]
+        np.testing.assert_array_equal(frame.raw, mosaic)
+        assert pack_12p(frame.raw).tobytes() == sent.tobytes()
+
+
+@pytest.mark.parametrize(("height", "width"), [(2, 2), (5, 7), (24, 32)])
+@pytest.mark.parametrize("compress", [True, False])
+def test_a_mosaic_comes_back_bit_for_bit_beside_its_picture(
+    tmp_path: Path, height: int, width: int, compress: bool
+) -> None:
+    mosaic = np.random.default_rng(3).integers(1, 256, (height, width), dtype=np.uint8)
+    form = StreamFormat(pixel_format="BayerGB8", dtype="U8", height=height, width=width, channels=1, bits=8)
+    with Recorder(tmp_path / "a.fcap", SESSION, options=RecordingOptions(compress=compress)) as recorder:
+        recorder.publish("left", RawFrame(payload=mosaic, form=form, seq=0, t_ns=1))
+
+    with Recording(tmp_path / "a.fcap") as recording:
+        frame = recording.frame("left", 0)
+    assert frame.raw.tobytes() == mosaic.tobytes()
+    assert frame.image.shape == (height, width, 3)
+    assert frame.image.min() > 0  # right to the border
+
+
+def test_the_number_of_an_exposure_goes_with_its_volts(tmp_path: Path) -> None:
+    seen = Frame(image=picture("left", 0), role=Role.LEFT, seq=3, t_ns=BEGIN_NS, exposure_ns=1_000_000)
+    drive = MirrorVolts(x_v=1.5, y_v=-2.0)
+    with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
+        recorder.publish("left", raw_frame(seen.with_volts(drive, frame_id=41)))
+        recorder.publish("center", raw_frame(replace(seen, role=Role.WIDE)))
+
+    with Recording(tmp_path / "a.fcap") as recording:
+        assert (recording.pose("left", 0).frame_id, recording.pose("left", 0).volts) == (41, drive)
+        assert recording.pose("center", 0).frame_id is None
 
 
 def test_the_library_reads_it_and_finds_telemetry_before_its_frame(tmp_path: Path) -> None:

@@ -67,12 +67,14 @@ class Frame:
     exposure_ns: int
     bits: int = 8
     volts: MirrorVolts | None = None
+    frame_id: int | None = None
+    """The controller's number of the exposure that `volts` are of; None where no controller counted it."""
     epoch: int = 0
     """Which opening of the camera it comes from; `seq` goes on over a reopening."""
 
-    def with_volts(self, volts: MirrorVolts) -> "Frame":
-        """Return the same frame carrying the mirror drive of its exposure."""
-        return replace(self, volts=volts)
+    def with_volts(self, volts: MirrorVolts, *, frame_id: int | None = None) -> "Frame":
+        """Return the same frame carrying the mirror drive of its exposure, and the exposure's number."""
+        return replace(self, volts=volts, frame_id=frame_id)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

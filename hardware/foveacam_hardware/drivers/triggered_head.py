@@ -179,7 +179,7 @@ class TriggeredHead:
                 ) from silence
             late_ns = frame.t_ns - receipt.middle_ns(exposure_ns=frame.exposure_ns)
             if abs(late_ns) <= tolerance_ns:
-                return frame.with_volts(volts)
+                return frame.with_volts(volts, frame_id=receipt.frame_id)
             if late_ns > 0:
                 raise DeviceFault(
                     f"camera {camera.role}: the frame of exposure {receipt.frame_id} is missing, the next one"

@@ -109,8 +109,8 @@ def _looks(
             if wide.seq > last_wide:
                 last_wide = wide.seq
                 publish(wide)
-        publish(sighting.left.with_volts(sighting.volts.left))
-        publish(sighting.right.with_volts(sighting.volts.right))
+        publish(sighting.left)
+        publish(sighting.right)
         done_s = (rig.clock.now_ns() - begin_ns) / 1e9
         tell(done_s, _told(recorder.statistics, recorder.bytes_written))
     return ended or Ended.FAILED

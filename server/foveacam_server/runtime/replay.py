@@ -42,7 +42,13 @@ class PlayedCamera:
         with self._lock:
             found = self._recording.frame(self._stream.name, index)
         pose = found.pose
-        return Recorded(image=found.image, bits=found.bits, volts=pose.volts, exposure_ns=pose.exposure_ns)
+        return Recorded(
+            image=found.image,
+            bits=found.bits,
+            volts=pose.volts,
+            exposure_ns=pose.exposure_ns,
+            frame_id=pose.frame_id,
+        )
 
     def volts(self, index: int) -> MirrorVolts | None:
         """Return the mirror's drive during an exposure."""

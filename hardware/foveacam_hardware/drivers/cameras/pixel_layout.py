@@ -20,6 +20,9 @@ BITS = {
 """Significant bits of a pixel."""
 PACKED = (PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
 BAYER = (PixelFormat.BAYER_RG8, PixelFormat.BAYER_RG12P)
+SMALL_PX = 8
+REFLECTED_PX = 2
+"""Reflected pixels beyond a border have the colours that the mosaic would go on with."""
 
 
 def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray[np.uint16]:
@@ -45,6 +48,29 @@ def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray
 
 def demosaic_rg(mosaic: Image) -> Image:
     """Return (h, w, 3) RGB of an (h, w) mosaic whose first row begins red, green.
+
+    Each border is interpolated between the pixels that there are; OpenCV replaces it by what lies beside it.
+    """
+    height, width = mosaic.shape
+    if min(height, width) < SMALL_PX:
+        return _reflected_rg(mosaic)
+    rgb = _bilinear_rg(mosaic)
+    bottom, right = (height - 3) // 2 * 2, (width - 3) // 2 * 2  # where a strip begins as the mosaic does
+    rgb[0], rgb[-1] = _reflected_rg(mosaic[:4])[0], _reflected_rg(mosaic[bottom:])[-1]
+    rgb[:, 0], rgb[:, -1] = _reflected_rg(mosaic[:, :4])[:, 0], _reflected_rg(mosaic[:, right:])[:, -1]
+    return rgb
+
+
+def _reflected_rg(mosaic: Image) -> Image:
+    """Return a mosaic as RGB, as if it were reflected at its borders."""
+    around = (REFLECTED_PX,) * 4
+    reflected = np.asarray(cv2.copyMakeBorder(mosaic, *around, cv2.BORDER_REFLECT_101), dtype=mosaic.dtype)
+    inner = slice(REFLECTED_PX, -REFLECTED_PX)
+    return np.ascontiguousarray(_bilinear_rg(reflected)[inner, inner])
+
+
+def _bilinear_rg(mosaic: Image) -> Image:
+    """Return a mosaic as RGB, its outermost pixels replaced.
 
     OpenCV names mosaics by the second row and column: GenICam's RG is its BG.
     """

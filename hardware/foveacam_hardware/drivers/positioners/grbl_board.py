@@ -163,7 +163,9 @@ class GrblBoard:
                     " home it"
                 )
             if self._moving:
-                raise Busy(f"{self._name}: asked to take where it stands for its zero while it moves; hold it")
+                raise Busy(
+                    f"{self._name}: asked to take where it stands for its zero while it moves; hold it"
+                )
             place = self._place_at_zero(session)
             self._forget(None)
             self._homed, self._place = True, place
@@ -283,7 +285,9 @@ class GrblBoard:
             why = "it is in alarm"
         again = "home it again"
         if not self.has_switches:
-            first = "bring it to its zero" if restarted else "bring it to its zero, switch the board off and on"
+            first = (
+                "bring it to its zero" if restarted else "bring it to its zero, switch the board off and on"
+            )
             again = f"{first}, then confirm that it stands there"
         self._dealt_with = session.alarm
         self._forget(self._fault if why is None else f"{self._name}: {why}; {again}")

@@ -210,6 +210,7 @@ class ReplayCamera:
             exposure_ns=self._settings.exposure_ns if exposure_ns is None else exposure_ns,
             bits=recorded.bits,
             volts=recorded.volts,
+            frame_id=recorded.frame_id,
             epoch=self._epoch,
         )
         return self._last

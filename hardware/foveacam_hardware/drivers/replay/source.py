@@ -21,6 +21,7 @@ class Recorded:
     bits: int
     volts: MirrorVolts | None = None
     exposure_ns: int | None = None
+    frame_id: int | None = None
 
 
 class RecordedCamera(Protocol):

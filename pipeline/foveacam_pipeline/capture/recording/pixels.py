@@ -25,6 +25,9 @@ MOSAICS = {
     "BayerGB": cv2.COLOR_BayerGR2RGB,
 }
 """OpenCV names a mosaic by its second row and column: GenICam's RG is its BG."""
+SMALL_PX = 8
+REFLECTED_PX = 2
+"""Reflected pixels beyond a border have the colours that the mosaic would go on with."""
 ORDERS: dict[str, Callable[[Image], NDArray[np.generic]]] = {
     "RGB8": lambda image: image,
     "RGB16": lambda image: image,
@@ -97,8 +100,11 @@ def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray
     return pairs.reshape(-1)[:pixels].reshape(height, width)
 
 
-def picture_of(payload: Bytes, form: StreamFormat, *, what: str) -> Image:
-    """Return the picture of a message, a copy of its own; raise `InvalidInput` for bytes that make none."""
+def pixels_of(payload: Bytes, form: StreamFormat, *, what: str) -> Image:
+    """Return the pixels of a message as they were recorded, a copy of its own: (h, w) or (h, w, channels).
+
+    Raise `InvalidInput` for bytes that are no frame of this form.
+    """
     data = payload
     if form.compressed:
         data = _inflated(payload, form, what)
@@ -109,11 +115,9 @@ def picture_of(payload: Bytes, form: StreamFormat, *, what: str) -> Image:
         )
     flat = np.frombuffer(data, dtype=np.uint8)
     if form.packed:
-        return _coloured(unpack_12p(flat, height=form.height, width=form.width), form, what)
+        return unpack_12p(flat, height=form.height, width=form.width)
     shape = (form.height, form.width) + ((form.channels,) if form.channels > 1 else ())
-    if form.dtype == "U8":
-        return _coloured(flat.reshape(shape), form, what)
-    return _coloured(flat.view(np.uint16).reshape(shape), form, what)
+    return flat.reshape(shape).copy() if form.dtype == "U8" else flat.view(np.uint16).reshape(shape).copy()
 
 
 def _inflated(payload: Bytes, form: StreamFormat, what: str) -> bytes:
@@ -127,24 +131,47 @@ def _inflated(payload: Bytes, form: StreamFormat, what: str) -> bytes:
         ) from error
 
 
-def _coloured(image: Image, form: StreamFormat, what: str) -> Image:
-    """Return grey or RGB, contiguous and its own."""
-    name = form.pixel_format
+def picture_of(pixels: Image, form: StreamFormat, *, what: str) -> Image:
+    """Return recorded pixels as grey or RGB, contiguous: themselves where they are that already.
+
+    Raise `InvalidInput` for a format that is not known.
+    """
+    name, image = form.pixel_format, pixels
     mosaic = MOSAICS.get(name[:7]) if name.startswith("Bayer") else None
-    if mosaic is not None:
-        return _of_kind(cv2.cvtColor(np.ascontiguousarray(image), mosaic))
+    if mosaic is not None and image.ndim == 2:
+        return demosaiced(image, mosaic)
     if name in GREY and image.ndim == 2:
-        return _of_kind(image)
+        return image
     if name in ORDERS and image.ndim == 3:
-        return _of_kind(ORDERS[name](image))
+        return _of_kind(np.ascontiguousarray(ORDERS[name](image)))
     raise InvalidInput(
         f"{what}: pixels of format {name!r} and shape {image.shape} are not known here; known are"
         f" {', '.join([*GREY, *ORDERS, *(f'{mosaic}8, 16 or 12p' for mosaic in MOSAICS)])}"
     )
 
 
+def demosaiced(mosaic: Image, code: int) -> Image:
+    """Return (h, w, 3) RGB of an (h, w) mosaic, its borders interpolated between the pixels that there are."""
+    height, width = mosaic.shape
+    if min(height, width) < SMALL_PX:
+        return _reflected(mosaic, code)
+    rgb = _of_kind(cv2.cvtColor(mosaic, code))  # here OpenCV replaces each border by what lies beside it
+    bottom, right = (height - 3) // 2 * 2, (width - 3) // 2 * 2  # where a strip begins as the mosaic does
+    rgb[0], rgb[-1] = _reflected(mosaic[:4], code)[0], _reflected(mosaic[bottom:], code)[-1]
+    rgb[:, 0] = _reflected(mosaic[:, :4], code)[:, 0]
+    rgb[:, -1] = _reflected(mosaic[:, right:], code)[:, -1]
+    return rgb
+
+
+def _reflected(mosaic: Image, code: int) -> Image:
+    """Return a mosaic as RGB, as if it were reflected at its borders."""
+    reflected = cv2.copyMakeBorder(mosaic, *(REFLECTED_PX,) * 4, cv2.BORDER_REFLECT_101)
+    inner = slice(REFLECTED_PX, -REFLECTED_PX)
+    return _of_kind(np.ascontiguousarray(cv2.cvtColor(reflected, code)[inner, inner]))
+
+
 def _of_kind(pixels: object) -> Image:
-    found = np.array(pixels)
+    found = np.asarray(pixels)
     if found.dtype == np.uint8:
         return found.astype(np.uint8, copy=False)
     return found.astype(np.uint16, copy=False)

@@ -1,6 +1,7 @@
 """From a camera's frame to what is recorded of it: pixels as they came, and the pose of the exposure."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,5 +52,9 @@ def raw_frame(frame: Frame, *, calibration: Calibration | None = None, packed: b
     form = stream_format(frame.image, bits=frame.bits, packed=packed)
     pose = pose_at(frame.role, frame.volts, exposure_ns=frame.exposure_ns, calibration=calibration)
     return RawFrame(
-        payload=payload_of(frame.image, form), form=form, seq=frame.seq, t_ns=frame.t_ns, pose=pose
+        payload=payload_of(frame.image, form),
+        form=form,
+        seq=frame.seq,
+        t_ns=frame.t_ns,
+        pose=replace(pose, frame_id=frame.frame_id),
     )

@@ -20,7 +20,7 @@ from foveacam_pipeline.capture.recording.index import (
     index_of,
     records_of,
 )
-from foveacam_pipeline.capture.recording.pixels import picture_of
+from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
 from foveacam_pipeline.capture.recording.session import FINALIZE, RecordedRig, rig_of
 from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
 from foveacam_pipeline.capture.recording.telemetry import descriptor_of, pose_of, told_of
@@ -218,13 +218,14 @@ class Recording:
         entry = self._index.entries[number]
         seq, payload = self._message(entry)
         what = f"recording {self.path}: frame {index} of {stream.name}"
-        image = picture_of(payload, stream.form, what=what)
+        raw = pixels_of(payload, stream.form, what=what)
         return RecordedFrame(
             stream=stream.name,
             index=index,
             seq=seq,
             t_ns=entry.t_ns,
-            image=image,
+            image=picture_of(raw, stream.form, what=what),
+            raw=raw,
             bits=stream.form.bits,
             pose=self._pose(stream.name, seq, number),
         )
