@@ -52,7 +52,7 @@ class Controllers:
         process, switched = self._running[version]
         process.plug()
         process.heal()
-        process.configure(strict=strict, silent=False, clock_ppm=0.0)
+        process.configure(strict=strict, silent=False, fragile=False, clock_ppm=0.0)
         process.power_cycle()
         process.status()  # what it did on its way down is told
         switched.to = cables

@@ -102,7 +102,7 @@ def test_the_golden_bytes_become_the_packet(name: str) -> None:
 
 
 def test_a_log_push_begins_with_the_golden_bytes() -> None:
-    push = Packet(Method.SYN, Property.LOG, 0, b"[INFO]: Rail is on")
+    push = Packet(Method.SYN, Property.LOG, 0, b"[INFO] MEMS Enable")
 
     assert encode_packet(push).startswith(bytes.fromhex("03 c0 ff 01 13 5b 49 4e 46 4f 5d"))
 

@@ -49,8 +49,8 @@ def test_silence_slews_both_mirrors_to_the_bias_and_then_switches_the_rail_off(b
     assert board.pins.rails[-1] == (fed_us + 2_128_000, False)
     assert board.pins.clocks[-1] == (fed_us + 2_128_000, 0)
     assert texts(board.packets()) == [
-        "[WARN]: Watchdog: no packet, parking the mirrors",
-        "[INFO]: Rail is off",
+        "[WARN] Watchdog: no packet, parking the mirrors",
+        "[INFO] MEMS Disable",
     ]
     assert (board.item(Item.STATE), board.item(Item.WATCHDOG_PARKS)) == (3, 1)
 

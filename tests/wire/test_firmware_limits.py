@@ -92,7 +92,7 @@ def test_a_silent_move_outside_is_refused_counted_and_told_once_a_second(board: 
         board.post(Packet(Method.SET, Property.STREAM, 0, stream(1, 0, (65_535, 0, 0, 0))))
 
     (told,) = board.packets()
-    assert told.payload == b"[WARN]: A move outside the voltage limits was refused"
+    assert told.payload == b"[WARN] A move outside the voltage limits was refused"
     assert board.pins.codes == REST
     assert board.item(Item.REFUSED_MOVES) == 5
     board.run_for(1_000_000)

@@ -75,8 +75,8 @@ void drive_count_refusal(struct fovea *fovea, const char *refusal)
     if (fovea->now_us >= fovea->guard.log_us) {
         fovea->guard.log_us = fovea->now_us + LOG_EVERY_US;
         say(fovea, LOG_WARN,
-            refusal == REFUSED_SLEW ? "[WARN]: A move outside the slew limits was refused"
-                                    : "[WARN]: A move outside the voltage limits was refused");
+            refusal == REFUSED_SLEW ? "[WARN] A move outside the slew limits was refused"
+                                    : "[WARN] A move outside the voltage limits was refused");
     }
 }
 

@@ -98,7 +98,7 @@ static void arrive_on(struct fovea *fovea)
     fovea->guard.parked_by_watchdog = false;
     fovea->guard.fed_us = fovea->now_us;
     fovea->drive.recovery_us = fovea->now_us + RECOVERY_US;
-    say(fovea, LOG_INFO, "[INFO]: Rail is on");
+    say(fovea, LOG_INFO, "[INFO] MEMS Enable");
     answer(fovea, M_ACK, P_ENABLE, fovea->guard.sequence, &state, 1);
 }
 
@@ -108,7 +108,7 @@ static void arrive_off(struct fovea *fovea)
     rail(fovea, false);
     drive_filter(fovea, false);
     fovea->guard.power = POWER_OFF;
-    say(fovea, LOG_INFO, "[INFO]: Rail is off");
+    say(fovea, LOG_INFO, "[INFO] MEMS Disable");
     answer(fovea, M_ACK, P_ENABLE, fovea->guard.sequence, &state, 1);
 }
 
@@ -117,7 +117,7 @@ static void start_parking(struct fovea *fovea)
     fovea->counters.watchdog_parks++;
     fovea->guard.parked_by_watchdog = true;
     end_everything(fovea, ENDED_BY_DISABLE);
-    say(fovea, LOG_WARN, "[WARN]: Watchdog: no packet, parking the mirrors");
+    say(fovea, LOG_WARN, "[WARN] Watchdog: no packet, parking the mirrors");
     switching(fovea, POWER_PARKING, 0, 0);
 }
 

@@ -28,7 +28,8 @@ class ControllerFarEnd:
     """A mirror controller; its faults are attributes.
 
     `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `dead` has stopped for
-    good with its pins as they stood; `unplugged` has no link to the host.
+    good with its pins as they stood; `unplugged` has no link to the host; `fragile` dies of the first frame that
+    it does not understand, as firmware 2.1.0 does of packets whose ends are cut off.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class ControllerFarEnd:
         self.to_device = LineFaults()
         self.to_host = LineFaults()
         self.silent = False
+        self.fragile = False
         self.unplugged = False
         self.dead = False
         self.packets_received: deque[Packet] = deque(maxlen=4096)
@@ -142,15 +144,20 @@ class ControllerFarEnd:
                 raise BadPacket(f"{request.prop.name} is unknown to this firmware")
         except BadChecksum:
             self.malformed += 1
-            if self.strict:
+            if self.fragile:
+                self.die()
+            elif self.strict:
                 self._send(NOISE_REPLY)
         except BadPacket:
             self.malformed += 1
-            if self.strict:
+            if self.strict or self.fragile:
                 self.die()
         else:
             self.packets_received.append(request)
-            self.firmware.execute(t_ns, request)
+            answered = len(self._out)
+            if not self.firmware.execute(t_ns, request) and self.fragile:
+                del self._out[answered:]
+                self.die()
 
     def _send(self, data: bytes) -> None:
         if not (self.silent or self.dead or self.unplugged):

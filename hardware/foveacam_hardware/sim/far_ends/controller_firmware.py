@@ -94,14 +94,16 @@ class Firmware:
             self.drive.recover(due_ns)
             self._streams.write(due_ns, again=True)
 
-    def execute(self, t_ns: int, request: Packet) -> None:
-        """Act on one request and answer it."""
+    def execute(self, t_ns: int, request: Packet) -> bool:
+        """Act on one request and answer it; tell whether it could be understood."""
         try:
             self._serve(t_ns, request)
         except Refused as refused:
             self._answer(request, Method.REJ, str(refused).encode("ascii"))
         except BadPacket:
             self._answer(request, Method.REJ, b"Invalid packet")
+            return False
+        return True
 
     def _time_us(self, t_ns: int) -> int:
         return max(0, round((t_ns - self._zero_ns) * (1 + self.clock_ppm * 1e-6) / 1000))
@@ -201,13 +203,13 @@ class Firmware:
         self.drive.low_pass(t_ns, self._low_pass_hz)
         self.enabled = True
         self.recovery_ns = t_ns + RECOVERY_NS
-        self._log("[INFO]: Rail is on")
+        self._log("[INFO] MEMS Enable")
         self._acknowledge(request, reply)
 
     def _disable(self, t_ns: int, request: Packet, reply: bytes) -> None:
         self.drive.rail(t_ns, on=False)
         self.drive.low_pass(t_ns, 0)
-        self._log("[INFO]: Rail is off")
+        self._log("[INFO] MEMS Disable")
         self._acknowledge(request, reply)
 
     def _cancel(self, text: str) -> None:

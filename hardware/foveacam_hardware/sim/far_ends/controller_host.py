@@ -53,10 +53,15 @@ class ControllerProcess:
         return SerialLink(self.port)
 
     def configure(
-        self, *, strict: bool | None = None, silent: bool | None = None, clock_ppm: float | None = None
+        self,
+        *,
+        strict: bool | None = None,
+        silent: bool | None = None,
+        fragile: bool | None = None,
+        clock_ppm: float | None = None,
     ) -> None:
         """Change how it behaves; what is None stays."""
-        given = {"strict": strict, "silent": silent, "clock_ppm": clock_ppm}
+        given = {"strict": strict, "silent": silent, "fragile": fragile, "clock_ppm": clock_ppm}
         self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
 
     def damage_to_device(self, damage: Damage) -> None:

@@ -53,6 +53,7 @@ def obey(far_end: ControllerFarEnd, message: Message) -> Message:
         case "set":
             far_end.strict = message.get("strict", far_end.strict)
             far_end.silent = message.get("silent", far_end.silent)
+            far_end.fragile = message.get("fragile", far_end.fragile)
             far_end.firmware.clock_ppm = message.get("clock_ppm", far_end.firmware.clock_ppm)
         case "die":
             far_end.die()

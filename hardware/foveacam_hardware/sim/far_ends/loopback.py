@@ -98,12 +98,18 @@ class LoopbackController:
         return LoopbackLink(self.far_end, self.clock)
 
     def configure(
-        self, *, strict: bool | None = None, silent: bool | None = None, clock_ppm: float | None = None
+        self,
+        *,
+        strict: bool | None = None,
+        silent: bool | None = None,
+        fragile: bool | None = None,
+        clock_ppm: float | None = None,
     ) -> None:
         """Change how it behaves; what is None stays."""
         far_end = self.far_end
         far_end.strict = far_end.strict if strict is None else strict
         far_end.silent = far_end.silent if silent is None else silent
+        far_end.fragile = far_end.fragile if fragile is None else fragile
         far_end.firmware.clock_ppm = far_end.firmware.clock_ppm if clock_ppm is None else clock_ppm
 
     def damage_to_device(self, damage: Damage) -> None:
