@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
+"""Names the port of a mirror controller that is none of ours."""
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Offer to run the contracts on a real rig."""
@@ -23,7 +26,16 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("busy")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what needs a controller that nobody named, and put the files into a good order."""
+    if not os.environ.get(CONTROLLER_PORT):
+        absent = [item for item in items if item.get_closest_marker("external_controller")]
+        items[:] = [item for item in items if item not in absent]
+        config.hook.pytest_deselected(items=absent)
+    _alternate(items)
+
+
+def _alternate(items: list[pytest.Item]) -> None:
     """Let the files that drive a browser alternate with those that wait for a rig.
 
     Two workers take whole files in this order: one uses what the other leaves.

@@ -1,5 +1,4 @@
-"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, recording, study, confirm-zero, bench,
-doctor.
+"""The `foveacam` program: serve, calibrate, capture, still, dataset, record, study, bench, doctor and more.
 
 Errors are one line; no traceback reaches a user.
 """

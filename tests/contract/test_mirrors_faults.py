@@ -273,7 +273,7 @@ def test_a_controller_that_dies_of_cut_off_packets_is_told_within_a_second_with_
 
     mirrors = ControllerMirrors(open_link, MonotonicClock())
     mirrors.connect()
-    works = {
+    works: dict[str, Callable[[], object]] = {
         "steer": lambda: mirrors.steer(ASIDE),
         "ping": mirrors.ping,
         "expose": lambda: mirrors.expose(ASIDE, settle_us=0, pulse_us=4000),

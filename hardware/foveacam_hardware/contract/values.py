@@ -212,7 +212,7 @@ class PanTiltState:
     fault: str | None = None
     """Why it is not usable, in words for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether only the operator can say that it stands at its zero: it has no switches and has lost its place."""
+    """Whether the operator has to say when it stands at its zero: without switches, it has lost its place."""
     wanted: PanTiltPose | None = None
     """Where whoever turns it by hand is to turn it; None when nothing is wanted, or when it has motors."""
 
@@ -252,7 +252,7 @@ class RailState:
     fault: str | None = None
     """Why it is not usable, in words for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether only the operator can say that it stands at its zero: it has no switch and has lost its place."""
+    """Whether the operator has to say when it stands at its zero: without a switch, it has lost its place."""
     wanted_m: float | None = None
     """Where whoever moves it by hand is to push it; None when nothing is wanted, or when it has a motor."""
 

@@ -63,10 +63,9 @@ def demosaic_rg(mosaic: Image) -> Image:
 
 def _reflected_rg(mosaic: Image) -> Image:
     """Return a mosaic as RGB, as if it were reflected at its borders."""
-    around = (REFLECTED_PX,) * 4
-    reflected = np.asarray(cv2.copyMakeBorder(mosaic, *around, cv2.BORDER_REFLECT_101), dtype=mosaic.dtype)
+    reflected = _of_kind(cv2.copyMakeBorder(mosaic, *(REFLECTED_PX,) * 4, cv2.BORDER_REFLECT_101))
     inner = slice(REFLECTED_PX, -REFLECTED_PX)
-    return np.ascontiguousarray(_bilinear_rg(reflected)[inner, inner])
+    return _of_kind(np.ascontiguousarray(_bilinear_rg(reflected)[inner, inner]))
 
 
 def _bilinear_rg(mosaic: Image) -> Image:
@@ -74,10 +73,12 @@ def _bilinear_rg(mosaic: Image) -> Image:
 
     OpenCV names mosaics by the second row and column: GenICam's RG is its BG.
     """
-    rgb = cv2.cvtColor(mosaic, cv2.COLOR_BayerBG2RGB)
-    if mosaic.dtype == np.uint8:
-        return np.asarray(rgb, dtype=np.uint8)
-    return np.asarray(rgb, dtype=np.uint16)
+    return _of_kind(cv2.cvtColor(mosaic, cv2.COLOR_BayerBG2RGB))
+
+
+def _of_kind(pixels: object) -> Image:
+    found = np.asarray(pixels)
+    return found.astype(np.uint8 if found.dtype == np.uint8 else np.uint16, copy=False)
 
 
 def picture_of(sent: Image, pixel_format: PixelFormat, *, height: int, width: int) -> Image:

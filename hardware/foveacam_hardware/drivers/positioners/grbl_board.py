@@ -159,8 +159,8 @@ class GrblBoard:
             session = self._looked(user)
             if self.has_switches:
                 raise DeviceFault(
-                    f"{self._name}: asked to take where it stands for its zero, but it has reference switches;"
-                    " home it"
+                    f"{self._name}: asked to take where it stands for its zero, but it has reference"
+                    " switches; home it"
                 )
             if self._moving:
                 raise Busy(

@@ -28,8 +28,8 @@ class ControllerFarEnd:
     """A mirror controller; its faults are attributes.
 
     `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `dead` has stopped for
-    good with its pins as they stood; `unplugged` has no link to the host; `fragile` dies of the first frame that
-    it does not understand, as firmware 2.1.0 does of packets whose ends are cut off.
+    good with its pins as they stood; `unplugged` has no link to the host; `fragile` dies of the first frame
+    that it does not understand, as firmware 2.1.0 does of packets whose ends are cut off.
     """
 
     def __init__(

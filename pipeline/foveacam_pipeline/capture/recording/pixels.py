@@ -151,7 +151,7 @@ def picture_of(pixels: Image, form: StreamFormat, *, what: str) -> Image:
 
 
 def demosaiced(mosaic: Image, code: int) -> Image:
-    """Return (h, w, 3) RGB of an (h, w) mosaic, its borders interpolated between the pixels that there are."""
+    """Return (h, w, 3) RGB of an (h, w) mosaic, its borders interpolated as its inside is."""
     height, width = mosaic.shape
     if min(height, width) < SMALL_PX:
         return _reflected(mosaic, code)

@@ -142,8 +142,8 @@ class RecordedFrame:
     """One frame of a recording.
 
     `image`: (h, w) grey or (h, w, 3) RGB, uint8, or uint16 with `bits` significant bits; a mosaic was made
-    RGB. `raw`: the pixels as they were recorded, unpacked and else unchanged: a mosaic is (h, w), and what was
-    recorded as grey or RGB is `image` itself. `t_ns`: on the recording's own monotonic clock.
+    RGB. `raw`: the pixels as they were recorded, unpacked and else unchanged: a mosaic is (h, w), and what
+    was recorded as grey or RGB is `image` itself. `t_ns`: on the recording's own monotonic clock.
     """
 
     stream: str
