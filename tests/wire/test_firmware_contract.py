@@ -13,6 +13,7 @@ from foveacam_hardware.sim.far_ends.loopback import LoopbackController, Loopback
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 
 from ..contract import test_mirrors as contract  # noqa: TID252 - tests are no installed package
+from ..contract.mirror_benches import Bench, Make  # noqa: TID252 - as above
 from .firmware_board import FirmwareBoard, Item, Kind
 
 START_NS = 1_000_000_000
@@ -87,15 +88,15 @@ class FirmwareController:
 
 
 @pytest.fixture
-def make() -> Iterator[contract.Make]:
-    benches: list[contract.Bench] = []
+def make() -> Iterator[Make]:
+    benches: list[Bench] = []
 
-    def build(version: tuple[int, int, int]) -> contract.Bench:
+    def build(version: tuple[int, int, int]) -> Bench:
         if version != (2, 1, 0):
             pytest.skip("this firmware is 2.1.0")
         clock, cables = VirtualClock(START_NS), RecordingCables()
         controller = cast(LoopbackController, FirmwareController(clock, cables))  # what the suite asks of it
-        benches.append(contract.Bench(controller, cables, clock))
+        benches.append(Bench(controller, cables, clock))
         return benches[-1]
 
     yield build

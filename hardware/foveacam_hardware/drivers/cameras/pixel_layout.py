@@ -78,7 +78,9 @@ def _bilinear_rg(mosaic: Image) -> Image:
 
 def _of_kind(pixels: object) -> Image:
     found = np.asarray(pixels)
-    return found.astype(np.uint8 if found.dtype == np.uint8 else np.uint16, copy=False)
+    if found.dtype == np.uint8:
+        return found.astype(np.uint8, copy=False)
+    return found.astype(np.uint16, copy=False)
 
 
 def picture_of(sent: Image, pixel_format: PixelFormat, *, height: int, width: int) -> Image:
