@@ -23,6 +23,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.world import World
@@ -66,9 +67,10 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
 
 
-def test_the_foveae_of_a_look_carry_the_controllers_number_of_their_exposure(rig: Rig) -> None:
+def test_a_look_tells_what_the_controller_said_of_its_exposure(rig: Rig) -> None:
     first, second = (rig.head.look(both(10.0 * k, 0.0)) for k in range(2))
 
+    assert first.exposure_after_trigger_ns == pytest.approx(TRIGGER_TO_EXPOSURE_US * 1000, abs=2000)
     number = first.left.frame_id
     assert number is not None
     assert (first.right.frame_id, second.left.frame_id) == (number, number + 1)

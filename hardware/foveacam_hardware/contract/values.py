@@ -90,6 +90,8 @@ class Sighting:
     """Wide frames that waited unread before `wide`, oldest first: a recording wants them all."""
     missing: Role | None = None
     """The fovea whose camera is not there: its frame is black."""
+    exposure_after_trigger_ns: int = 0
+    """From the trigger to the start of the exposure, both by the controller's clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

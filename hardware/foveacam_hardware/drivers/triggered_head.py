@@ -130,6 +130,7 @@ class TriggeredHead:
             volts=receipt.volts,
             wide_before=tuple(before),
             missing=missing,
+            exposure_after_trigger_ns=receipt.t_exposure_start_ns - receipt.t_trigger_ns,
         )
 
     def _wides_until(self, t_ns: int) -> list[Frame]:

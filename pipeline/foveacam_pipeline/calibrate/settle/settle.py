@@ -117,6 +117,8 @@ class _Bench:
         self._watch = watch
         self._done = 0
         self._at_first = False
+        self._begins_us: dict[int, float] = {}
+        """From the command to the start of the exposure, by the delay that was asked for."""
         rough = len(list(_doubling(FIRST_US, settings.longest_us)))
         self._total = len(settings.axes) * (rough + settings.delays + settings.ringing_delays)
 
@@ -170,7 +172,7 @@ class _Bench:
         for role in EYES:
             known = [(delay, seen[delay][role]) for delay in sorted(seen) if math.isfinite(seen[delay][role])]
             found[role] = Trace(
-                times_us=tuple(delay + middle_us for delay, _ in known),
+                times_us=tuple(self._begins_us[delay] + middle_us for delay, _ in known),
                 left_px=tuple(left * step.step_px[role] for _, left in known),
                 unrecognised=len(seen) - len(known),
             )
@@ -184,7 +186,9 @@ class _Bench:
         """Step to the other end, look `delay_us` later, and wait there for the next."""
         check(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
-        left = end.left(self._head.look(end.volts, settle_us=delay_us))
+        sighting = self._head.look(end.volts, settle_us=delay_us)
+        self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
+        left = end.left(sighting)
         self._at_first = not self._at_first
         self._wait()
         self._done += 1
