@@ -30,6 +30,19 @@ def test_a_hold_breaks_homing_off_without_a_fault() -> None:
     assert bench.rest().homed
 
 
+def test_a_hold_at_the_very_end_of_homing_is_no_fault_either() -> None:
+    bench = grbl_bench()
+    bench.driver.connect()
+    bench.driver.home()
+    end_ns = bench.clock.now_ns() + 30_000_000_000
+    bench.clock.sleep_until_ns(end_ns)  # found, and nobody has looked yet
+
+    bench.driver.hold()
+
+    assert bench.rest() == PanTiltState(connected=True)
+    assert bench.wait(2.0) == PanTiltState(connected=True)
+
+
 def test_a_bearing_that_the_board_refuses_is_a_fault_in_words() -> None:
     bench = grbl_bench(zero_deg=(60.0, 32.0)).homed()  # the switch is said to be nearer than the limit
 

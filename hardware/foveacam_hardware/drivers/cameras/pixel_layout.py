@@ -21,6 +21,7 @@ BITS = {
 PACKED = (PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
 BAYER = (PixelFormat.BAYER_RG8, PixelFormat.BAYER_RG12P)
 SMALL_PX = 8
+"""A mosaic with a shorter side is interpolated as a whole, a larger one's borders in strips."""
 REFLECTED_PX = 2
 """Reflected pixels beyond a border have the colours that the mosaic would go on with."""
 

@@ -246,10 +246,10 @@ class GrblBoard:
                     f"{self._name}: no switch was found within {HOMING_S:g} s; look at it, home again"
                 )
             return False
-        found = isinstance(sent.answer, Ok)
-        why = session.alarm or sent.answer or "it restarted"
         held = self._held.is_set()
         self._held.clear()
+        found = isinstance(sent.answer, Ok) and not held  # a reset is on its way
+        why = session.alarm or sent.answer or "it restarted"
         self._forget(
             None if found or held else f"{self._name}: homing failed ({why}); look at it, home again"
         )

@@ -26,6 +26,7 @@ MOSAICS = {
 }
 """OpenCV names a mosaic by its second row and column: GenICam's RG is its BG."""
 SMALL_PX = 8
+"""A mosaic with a shorter side is interpolated as a whole, a larger one's borders in strips."""
 REFLECTED_PX = 2
 """Reflected pixels beyond a border have the colours that the mosaic would go on with."""
 ORDERS: dict[str, Callable[[Image], NDArray[np.generic]]] = {
