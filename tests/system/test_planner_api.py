@@ -6,6 +6,8 @@ import math
 import struct
 import time
 from collections.abc import Iterator
+from contextlib import closing
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -20,6 +22,7 @@ from foveacam_pipeline.study.standoff import ring
 from foveacam_server import errors
 from foveacam_server.api import planner
 from foveacam_server.bench.local_server import serving
+from foveacam_server.runtime.computing import Computing
 from foveacam_server.runtime.planner_maps import MOST_VERTICES
 
 Json = dict[str, Any]  # Any: JSON documents
@@ -35,9 +38,11 @@ def http() -> Iterator[httpx.Client]:
     errors.install(app)
     app.include_router(planner.router)
     with (
+        closing(Computing()) as computing,
         serving(app) as port,
         httpx.Client(base_url=f"http://127.0.0.1:{port}/planner", timeout=60.0, trust_env=False) as client,
     ):
+        app.state.services = SimpleNamespace(computing=computing)
         yield client
 
 
