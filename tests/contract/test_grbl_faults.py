@@ -2,7 +2,7 @@
 
 import pytest
 
-from foveacam_hardware.contract import DeviceFault, PanTiltState
+from foveacam_hardware.contract import DeviceFault, InvalidInput, PanTiltState
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 
 from .pan_tilt_boards import Bench, bearing, grbl_bench
@@ -171,7 +171,7 @@ def test_a_zero_that_the_board_does_not_count_from_is_not_taken() -> None:
 
 
 def test_a_board_with_switches_takes_nobodys_word_for_its_zero(homed: Bench) -> None:
-    with pytest.raises(DeviceFault, match="reference switches; home it"):
+    with pytest.raises(InvalidInput, match="reference switches; home it"):
         homed.driver.confirm_zero()
     assert not homed.driver.state.awaits_zero
 

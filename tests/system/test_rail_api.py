@@ -161,5 +161,5 @@ def test_a_board_without_switches_that_restarted_is_usable_once_the_command_line
 def test_a_board_with_switches_is_told_to_home_by_rest(homed: Running) -> None:
     refused = homed.post("/rail/zero_confirmations")
 
-    assert refused.status_code == 502
+    assert refused.status_code == 422
     assert "home it" in refused.json()["detail"]

@@ -48,7 +48,10 @@ class PanTilt(Protocol):
         ...
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that it stands at its zero; raise `DeviceFault` where that cannot be."""
+        """Take the operator's word that it stands at its zero.
+
+        Raise `InvalidInput` for one that finds its zero by itself, `DeviceFault` where that cannot be.
+        """
         ...
 
     def move_to(self, pose: PanTiltPose) -> None:
@@ -96,7 +99,10 @@ class Rail(Protocol):
         ...
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that it stands at its zero; raise `DeviceFault` where that cannot be."""
+        """Take the operator's word that it stands at its zero.
+
+        Raise `InvalidInput` for one that finds its zero by itself, `DeviceFault` where that cannot be.
+        """
         ...
 
     def move_to(self, position_m: float) -> None:

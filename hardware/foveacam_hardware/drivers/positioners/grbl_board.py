@@ -10,7 +10,15 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Busy, Clock, DeviceFault, FoveaError, NotConnected, Timeout
+from foveacam_hardware.contract import (
+    Busy,
+    Clock,
+    DeviceFault,
+    FoveaError,
+    InvalidInput,
+    NotConnected,
+    Timeout,
+)
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis, feed_per_min
 from foveacam_hardware.drivers.positioners.grbl_journey import Journey
 from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, Sent
@@ -158,7 +166,7 @@ class GrblBoard:
         with self._lock:
             session = self._looked(user)
             if self.has_switches:
-                raise DeviceFault(
+                raise InvalidInput(
                     f"{self._name}: asked to take where it stands for its zero, but it has reference"
                     " switches; home it"
                 )

@@ -14,6 +14,7 @@ from foveacam_hardware.contract import (
     DeviceFault,
     DeviceInfo,
     FoveaError,
+    InvalidInput,
     NotConnected,
     PanTiltLimits,
     PanTiltPose,
@@ -132,7 +133,7 @@ class PtuPanTilt:
 
     def confirm_zero(self) -> None:
         """Refuse: it finds its limits by itself."""
-        raise DeviceFault(
+        raise InvalidInput(
             f"{self._name}: asked to take where it stands for its zero, but it finds its limits; home it"
         )
 
