@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.contract import StorageFull
 from foveacam_pipeline.study.cache import DamagedFile, Kept, StudyCache, key_of
 from foveacam_pipeline.study.findings import Row, Study
 
@@ -70,6 +70,6 @@ def test_the_key_follows_name_settings_and_content_of_the_files(tmp_path: Path) 
 
 def test_a_folder_that_cannot_be_is_said_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    with pytest.raises(DeviceFault, match="the result of a study"):
+    with pytest.raises(StorageFull, match="the result of a study"):
         StudyCache(tmp_path / "file" / "cache").keep("k", KEPT)
     assert (tmp_path / "file").read_text() == "in the way"
