@@ -18,6 +18,7 @@ from foveacam_server.api.stop_at_door import StopAtDoor
 from foveacam_server.app import create_app
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
+from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.runtime.opening import rig_config
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.stream_socket import listen
@@ -75,6 +76,7 @@ class _Greeting(WatchedServer):
     async def _greet(self) -> None:
         services = self._services()
         await asyncio.to_thread(services.hardware.wait_open, RIG_PATIENCE_S)
+        keep_start_objects()
         problems = [f"{problem.device}: {problem.detail}" for problem in services.hardware.status.problems]
         if services.calibration.problem is not None:
             problems.append(f"calibration: {services.calibration.problem}")

@@ -1,4 +1,5 @@
 import asyncio
+import gc
 import json
 import socket
 import threading
@@ -18,6 +19,7 @@ from foveacam_server.api.security import Gate
 from foveacam_server.api.stop_at_door import StopAtDoor
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
+from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
@@ -173,3 +175,12 @@ async def _serve(server: WatchedServer, door: StopDoor) -> None:
     door.open()
     await serving
     await asyncio.to_thread(door.close)
+
+
+def test_what_exists_at_the_start_is_collected_no_more() -> None:
+    before = gc.get_freeze_count()
+    try:
+        keep_start_objects()
+        assert gc.get_freeze_count() > before + 1000
+    finally:
+        gc.unfreeze()
