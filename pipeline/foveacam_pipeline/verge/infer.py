@@ -35,7 +35,7 @@ ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
 HOLDING_SAMPLES = 3
 """A surface that is measured in so many directions is not one place's error."""
 NEAR_CHANCE = 0.3
-"""A point of a smaller chance is beyond the target's region or of another colour: it surrounds nothing."""
+"""A point of a smaller chance lies beyond the target's region, and surrounds nothing."""
 NEXT_TAN = 1.0e-3
 """A point so near to the target is next to it: three wide px."""
 SURE_CHANCE = 0.9
@@ -161,8 +161,7 @@ class _Measured:
     def surrounds(self, own: NDArray[np.bool_]) -> bool:
         """Return whether samples surround the target with what lies in front, which hides where they end."""
         in_front = self.q > float(self.q[own].max())
-        near = own & (self.own_chance >= NEAR_CHANCE)
-        return int(near.sum()) >= HOLDING_SAMPLES and encloses(self.offsets[own | in_front])
+        return int(own.sum()) >= HOLDING_SAMPLES and encloses(self.offsets[own | in_front])
 
     def other_log_weight(self, surface: NDArray[np.bool_], share: float) -> float:
         """Return the log weight of one surface that is not the target's.

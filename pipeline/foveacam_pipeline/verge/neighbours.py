@@ -18,9 +18,8 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.blank_region import BlankRegion
 from foveacam_pipeline.verge.border_depth import BorderDepth
-from foveacam_pipeline.verge.colour import TargetColour
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.infer import MAX_SAMPLES, OWN_CHANCE, SAME_SHARE
+from foveacam_pipeline.verge.infer import OWN_CHANCE, SAME_SHARE
 from foveacam_pipeline.verge.looking import Seen
 from foveacam_pipeline.verge.template import Template, cut_view
 
@@ -29,10 +28,6 @@ REACH_TAN = 0.06
 SECTORS = 8
 BAND_PX = 4.0
 """Points of one direction that lie farther than the nearest by so much count with it, wide px."""
-ALIKE = 5
-"""So many of the few about a target are its nearest surfaces of its own colour."""
-ALIKE_REACH_TAN = 0.03
-"""They lie within 1.7 degrees of it."""
 INSIDE_CHANCE, BORDER_CHANCE, BEYOND_CHANCE = 0.9, 0.4, 0.25
 """Chance of a point being of the surface of a blank region: well within it, near its border, beyond."""
 BORDER_PX = 8.0
@@ -124,30 +119,6 @@ def few_around(samples: DepthSamples, target: NDArray[np.float64], *, px_tan: fl
     return few.only(np.argsort(np.hypot(*(few.tangents - target).T)))
 
 
-def few_of_colour(
-    samples: DepthSamples, target: NDArray[np.float64], *, colour: TargetColour, wide: Intrinsics
-) -> DepthSamples:
-    """Return the nearest surfaces about a target, `MAX_SAMPLES` at most: first those of its colour.
-
-    Of a surface that is hidden beside the target, what has its colour may be seen farther off.
-    """
-    px_tan = 1.0 / wide.fx_px
-    few = few_around(samples, target, px_tan=px_tan)
-    near = samples.near(target, reach_tan=ALIKE_REACH_TAN)
-    like = few_around(near.only(colour.like(pixels_of(near, wide))), target, px_tan=px_tan)
-    like = like.only(np.arange(min(len(like), ALIKE)))
-    apart_px = np.hypot(*(few.tangents[:, None] - like.tangents[None]).transpose(2, 0, 1)) / px_tan
-    as_deep = np.abs(few.inverse_z_per_m[:, None] / like.inverse_z_per_m[None] - 1.0) <= SAME_SHARE
-    new = ~np.any((apart_px <= BAND_PX) & as_deep, axis=1)
-    others = few.only(np.flatnonzero(new)[: MAX_SAMPLES - len(like)])
-    return like.joined(others)
-
-
-def pixels_of(samples: DepthSamples, wide: Intrinsics) -> NDArray[np.float64]:
-    """Return (n, 2) the wide pixels of samples."""
-    return wide.pixels(np.arctan(samples.tangents))
-
-
 def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.float64]:
     """Return (n,) the chance of points at wide pixels, (n, 2), to be of the surface of a region's target."""
     if region.area_share >= TEXTURED_SHARE:
@@ -168,7 +139,7 @@ def edge_owners(
     An edge moves with the nearer of the two surfaces that meet there. What lies beyond it moves along unless
     it is farther away: then the edge is the region's own. Where pictures do not decide, measured points do.
     """
-    pixels = pixels_of(points, wide)
+    pixels = wide.pixels(np.arctan(points.tangents)) if len(points) else np.empty((0, 2))
     beyond = region.depth_px(pixels) <= -BORDER_PX
     pixels, q = pixels[beyond], points.inverse_z_per_m[beyond]
     return np.array([_own_chance(edge, pixels, q, wide) for edge in edges])

@@ -20,7 +20,6 @@ from foveacam_pipeline.verge.border_depth import (
     BorderPlace,
     border_patch,
 )
-from foveacam_pipeline.verge.colour import TargetColour
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import Place
 from foveacam_pipeline.verge.infer import OWN_CHANCE, Inferred, encloses, infer_depth
@@ -32,10 +31,8 @@ from foveacam_pipeline.verge.neighbours import (
     LookPoints,
     edge_owners,
     few_around,
-    few_of_colour,
     is_open,
     own_chances,
-    pixels_of,
     repeats_in_row,
     textured_chances,
 )
@@ -82,15 +79,6 @@ class SurroundingDepth:
     open: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Point:
-    """The point whose depth is asked for: (2,) tangents, the blank region about it, its colour."""
-
-    tangents: NDArray[np.float64]
-    region: BlankRegion
-    colour: TargetColour
-
-
 class SurroundingsEstimator:
     """Infers the depth of targets from the borders of the blank regions around them."""
 
@@ -133,8 +121,7 @@ class SurroundingsEstimator:
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
         border = [self._place(image, np.asarray(mask, dtype=np.uint8), place) for place in places]
         self._matched = template is None or not repeats_in_row(image, wide, template, target)
-        point = _Point(tangents=target, region=region, colour=TargetColour(frame, at_px))
-        return self._measured(point, border, earlier, _beside(beside))
+        return self._measured(target, region, border, earlier, _beside(beside))
 
     def _place(
         self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64]
@@ -150,19 +137,23 @@ class SurroundingsEstimator:
         )
 
     def _measured(
-        self, point: _Point, border: list[BorderPlace], earlier: tuple[Seen, ...], known: DepthSamples
+        self,
+        target: NDArray[np.float64],
+        region: BlankRegion,
+        border: list[BorderPlace],
+        earlier: tuple[Seen, ...],
+        known: DepthSamples,
     ) -> SurroundingDepth:
-        target = point.tangents
         found: dict[int, BorderDepth] = {}
         for seen in earlier:
             self._examine(seen, border, found)
         points = self._around(target).joined(self._shown(earlier))
-        outcome = self._inferred(point, found.values(), points, known)
+        outcome = self._inferred(target, region, found.values(), points, known)
         try:
             for seen in () if _sure(outcome, target) else self._looks(target, border, found):
                 self._examine(seen, border, found)
                 points = points.joined(self._shown((seen,)))
-                outcome = self._inferred(point, found.values(), points, known)
+                outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
                     break
         except Ended:
@@ -170,40 +161,33 @@ class SurroundingsEstimator:
         return outcome
 
     def _inferred(
-        self, point: _Point, border: Collection[BorderDepth], points: DepthSamples, known: DepthSamples
+        self,
+        target: NDArray[np.float64],
+        region: BlankRegion,
+        border: Collection[BorderDepth],
+        points: DepthSamples,
+        known: DepthSamples,
     ) -> SurroundingDepth:
         """Return what the border of a region, the points about a target and what is known else suggest."""
-        wide, target, region = self._calibration.wide, point.tangents, point.region
+        wide = self._calibration.wide
         blank = region.area_share >= TEXTURED_SHARE
         middles = _by_sector(border, target) if blank else []
         edges = known.joined(_samples_of(middles))
         owners = edge_owners(middles, points, region, wide)
         edge_chances = np.append(np.full(len(edges) - len(middles), OWN_CHANCE), owners)
-        bordered = blank and len(edges) > 0
-        few, chances = self._inside(point, points) if bordered else self._of_colour(point, points)
+        few = few_around(points, target, px_tan=1.0 / wide.fx_px)
+        chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
+        if blank and len(edges):
+            inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
+            few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
         chances = np.append(edge_chances, chances)
         return SurroundingDepth(
             samples=samples,
-            inferred=infer_depth(samples, target, own_chance=chances, blank=bordered),
+            inferred=infer_depth(samples, target, own_chance=chances, blank=blank and len(edges) > 0),
             region=region,
             open=is_open(region, samples, chances),
         )
-
-    def _inside(self, point: _Point, points: DepthSamples) -> tuple[DepthSamples, NDArray[np.float64]]:
-        """Return the measured points well within a blank region, and their chances to be of its surface."""
-        wide, region = self._calibration.wide, point.region
-        few = few_around(points, point.tangents, px_tan=1.0 / wide.fx_px)
-        chances = own_chances(pixels_of(few, wide), region)
-        inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
-        return few.only(inside), chances[inside]
-
-    def _of_colour(self, point: _Point, points: DepthSamples) -> tuple[DepthSamples, NDArray[np.float64]]:
-        """Return the measured points about a target, and their chances to be of its surface."""
-        wide = self._calibration.wide
-        few = few_of_colour(points, point.tangents, colour=point.colour, wide=wide)
-        pixels = pixels_of(few, wide)
-        return few, point.colour.weighed(own_chances(pixels, point.region), pixels)
 
     def peek(
         self, target: NDArray[np.float64], frame: Frame, looks: tuple[Seen, ...], template: Template
@@ -214,15 +198,13 @@ class SurroundingsEstimator:
         if repeats_in_row(image, wide, template, target):
             return ()
         points = self._around(target).joined(self._points.of(looks))
+        few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        colour = TargetColour(frame, at_px)
-        few = few_of_colour(points, target, colour=colour, wide=wide)
-        few = few.only(np.hypot(*(pixels_of(few, wide) - at_px).T) <= NEIGHBOUR_PX)
+        off_px = np.hypot(*(wide.pixels(np.arctan(few.tangents)) - at_px).T)
+        few, off_px = few.only(off_px <= NEIGHBOUR_PX), off_px[off_px <= NEIGHBOUR_PX]
         if len(few) < LEAST_NEIGHBOURS:
             return ()
-        pixels = pixels_of(few, wide)
-        chances = colour.weighed(textured_chances(np.hypot(*(pixels - at_px).T)), pixels)
-        return infer_depth(few, target, own_chance=chances, blank=False)
+        return infer_depth(few, target, own_chance=textured_chances(off_px), blank=False)
 
     def _shown(self, looks: tuple[Seen, ...]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""
