@@ -27,27 +27,27 @@ from foveacam_hardware.contract import (
     Station,
 )
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rig_base import build_base
 from foveacam_hardware.rig_cameras import build_camera
 from foveacam_hardware.rig_config import RigConfig, SerialRigConfig, SimulatedRigConfig, load_rig_config
-from foveacam_hardware.simulated_faults import Breakable
+from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.link import usb_link
 
 if TYPE_CHECKING:  # the simulation compiles a renderer: a rig of metal does without
     from foveacam_hardware.sim.truth import Truth
 
-__all__ = ["Closing", "Problem", "Rig", "RigConfig", "RigName", "load_rig_config", "open_rig"]
+__all__ = ["Closeable", "OpeningProblem", "Rig", "RigConfig", "RigName", "load_rig_config", "open_rig"]
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Problem:
+class OpeningProblem:
     """Why a device is not usable, in words for the operator; what to do about it, where the device knows."""
 
     device: str
@@ -66,7 +66,7 @@ class RigName:
     scene: str | None = None
 
 
-class Closing(Protocol):
+class Closeable(Protocol):
     """Anything that is released at the end."""
 
     def close(self) -> None:
@@ -114,13 +114,13 @@ class Rig:
         """What moves the whole rig sideways; None when nothing does."""
         self.rail_places: tuple[RailPlace, ...] = ()
         """Places on the rail that have names."""
-        self.breakable: Breakable | None = None
+        self.breakable: FaultInjector | None = None
         """What breaks the rig on purpose; None for a rig of metal."""
         self.truth: Truth | None = None
         self.replayed = False
         """Whether it plays a recording: then nothing moves, and looks come as they were recorded."""
-        self.problems: tuple[Problem, ...] = ()
-        self._owned: list[Closing] = []
+        self.problems: tuple[OpeningProblem, ...] = ()
+        self._owned: list[Closeable] = []
 
     @property
     def settle_us(self) -> int:
@@ -133,7 +133,7 @@ class Rig:
             raise InvalidInput(f"settle time {settle_us} µs: give 0 or more")
         self.head.settle_us = settle_us
 
-    def own(self, resources: Sequence[Closing]) -> None:
+    def own(self, resources: Sequence[Closeable]) -> None:
         """Take resources that were opened before the devices, to be closed after them."""
         self._owned.extend(resources)
 
@@ -146,30 +146,32 @@ class Rig:
         """Return the camera of an eye."""
         return {Role.WIDE: self.wide, Role.LEFT: self.left, Role.RIGHT: self.right}[role]
 
-    def connect(self) -> tuple[Problem, ...]:
+    def connect(self) -> tuple[OpeningProblem, ...]:
         """Open every device; return what is wrong with those that would not open. Never raises for them."""
         problems = []
         try:
             self.mirrors.connect()
         except FoveaError as error:
-            problems.append(Problem(device="mirrors", detail=str(error), remedy=error.remedy))
+            problems.append(OpeningProblem(device="mirrors", detail=str(error), remedy=error.remedy))
         for camera in self.cameras:
             try:
                 camera.connect()
                 camera.start()
             except FoveaError as error:
-                problems.append(Problem(device=str(camera.role), detail=str(error), remedy=error.remedy))
+                problems.append(
+                    OpeningProblem(device=str(camera.role), detail=str(error), remedy=error.remedy)
+                )
         for name, device in self._base:
             try:
                 device.connect()
             except FoveaError as error:
-                problems.append(Problem(device=name, detail=str(error), remedy=error.remedy))
+                problems.append(OpeningProblem(device=name, detail=str(error), remedy=error.remedy))
         self.problems = tuple(problems)
         return self.problems
 
     def close(self) -> None:
         """Release everything, last opened first; pan-tilt and rail are held, the mirrors are parked."""
-        devices: list[tuple[str, Closing]] = [*reversed(self._base)]
+        devices: list[tuple[str, Closeable]] = [*reversed(self._base)]
         devices.extend((str(camera.role), camera) for camera in reversed(self.cameras))
         devices.append(("mirrors", self.mirrors))
         devices.extend(("resource", owned) for owned in reversed(self._owned))
@@ -207,11 +209,11 @@ def open_rig(
         from foveacam_hardware.sim.rig import simulated_rig
 
         return simulated_rig(config, clock=clock)
-    care = Care(guardian=Guardian() if guarded else None, crc=Crc(config.mirrors.crc))
+    care = LinkSupervision(guardian=Guardian() if guarded else None, crc=Crc(config.mirrors.crc))
     return _serial_rig(config, clock or MonotonicClock(), care)
 
 
-def _serial_rig(config: SerialRigConfig, clock: Clock, care: Care) -> Rig:
+def _serial_rig(config: SerialRigConfig, clock: Clock, care: LinkSupervision) -> Rig:
     given = config.mirrors
     mirrors = ControllerMirrors(
         usb_link(given.port, usb_id=(USB_VENDOR_ID, USB_PRODUCT_ID)),

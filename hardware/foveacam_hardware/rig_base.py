@@ -22,7 +22,7 @@ from foveacam_hardware.wire.link import serial_link
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Base:
+class RigBase:
     """Pan-tilt and rail, None where the rig has none, and the places that both know."""
 
     pan_tilt: PanTilt | None
@@ -31,11 +31,11 @@ class Base:
     places: tuple[RailPlace, ...]
 
 
-def build_base(config: SerialRigConfig, clock: Clock) -> Base:
+def build_base(config: SerialRigConfig, clock: Clock) -> RigBase:
     """Return what the rig file says that the rig stands on, not yet connected."""
     turns, moves = config.pan_tilt, config.rail
     board = _shared_board(config, clock)
-    return Base(
+    return RigBase(
         pan_tilt=None if turns is None else _pan_tilt(turns, clock, board),
         stations=() if turns is None else tuple(table.station() for table in turns.stations),
         rail=None if moves is None else _rail(moves, clock, board),

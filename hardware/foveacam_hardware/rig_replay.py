@@ -12,7 +12,7 @@ from foveacam_hardware.drivers.replay.camera import ReplayCamera
 from foveacam_hardware.drivers.replay.head import ReplayHead
 from foveacam_hardware.drivers.replay.mirrors import ReplayMirrors
 from foveacam_hardware.drivers.replay.source import RecordedCamera, RecordedRig
-from foveacam_hardware.drivers.replay.tape import Playback, Tape
+from foveacam_hardware.drivers.replay.timeline import Playback, PlaybackTimeline
 from foveacam_hardware.rig import Rig, RigName
 
 USUAL_GAP_NS = 33_333_333
@@ -52,9 +52,9 @@ def _camera(role: Role, playing: dict[Role, ReplayCamera]) -> Camera:
     return AbsentCamera(role, reason="the recording has no frames of it", remedy="choose one that has")
 
 
-def _tape(recorded: RecordedRig, playback: Playback, clock: Clock) -> Tape:
+def _tape(recorded: RecordedRig, playback: Playback, clock: Clock) -> PlaybackTimeline:
     cameras = recorded.cameras.values()
-    return Tape(
+    return PlaybackTimeline(
         clock,
         playback,
         first_ns=min(int(camera.t_ns[0]) for camera in cameras),

@@ -20,7 +20,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class Knock(_Table):
+class MountKnock(_Table):
     """How far an eye's mount was knocked out of place; signs are those of a drift check, degrees."""
 
     shift_x_deg: KnockDeg = 0.0
@@ -44,8 +44,8 @@ class SimulatedFaults(_Table):
     """Cameras whose strobe cable is off; the exposure still happens."""
     dead_axes: MirrorAxes = []
     """Axes of the mirrors that stay where they are."""
-    knocked_left: Knock = Knock()
-    knocked_right: Knock = Knock()
+    knocked_left: MountKnock = MountKnock()
+    knocked_right: MountKnock = MountKnock()
 
     @property
     def words(self) -> list[str]:
@@ -56,10 +56,10 @@ class SimulatedFaults(_Table):
         parts += [f"{name} strobe cable off" for name in self.no_strobe]
         parts += [f"mirror axis {name} dead" for name in self.dead_axes]
         knocks = {"left": self.knocked_left, "right": self.knocked_right}
-        return parts + [f"{name} mount knocked" for name, knock in knocks.items() if knock != Knock()]
+        return parts + [f"{name} mount knocked" for name, knock in knocks.items() if knock != MountKnock()]
 
 
-class Breakable(Protocol):
+class FaultInjector(Protocol):
     """What can be broken on purpose; callable from any thread, in force with the next exposure."""
 
     @property

@@ -52,7 +52,7 @@ class StaleView(FoveaError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kind:
+class ProblemType:
     """Slug, status and title that one branch of the error tree gets."""
 
     slug: str
@@ -60,37 +60,37 @@ class Kind:
     title: str
 
 
-INVALID_INPUT = Kind(slug="invalid-input", status=422, title="The request cannot be used as it stands")
-UNREADABLE = Kind(slug="unreadable-body", status=400, title="The body cannot be read")
-INTERNAL = Kind(slug="internal", status=500, title="The server made a mistake")
-INTERRUPTED = Kind(slug="interrupted", status=503, title="The server was restarted")
-TOO_MANY_TRIES = Kind(slug="too-many-tries", status=429, title="Too many wrong tokens")
-TOO_LARGE = Kind(slug="content-too-large", status=413, title="The request is too large")
-NOT_FOUND = Kind(slug="not-found", status=404, title="There is nothing here")
-UNAUTHORIZED = Kind(slug="unauthorized", status=401, title="A token is needed")
-FORBIDDEN_ORIGIN = Kind(slug="forbidden-origin", status=403, title="This page may not control the rig")
+INVALID_INPUT = ProblemType(slug="invalid-input", status=422, title="The request cannot be used as it stands")
+UNREADABLE = ProblemType(slug="unreadable-body", status=400, title="The body cannot be read")
+INTERNAL = ProblemType(slug="internal", status=500, title="The server made a mistake")
+INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was restarted")
+TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
+TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
+NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
+UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="A token is needed")
+FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
 
-KINDS: dict[type[FoveaError], Kind] = {
+KINDS: dict[type[FoveaError], ProblemType] = {
     InvalidInput: INVALID_INPUT,
-    OutOfRange: Kind(slug="out-of-range", status=422, title="The rig cannot do that"),
-    NotCalibrated: Kind(slug="not-calibrated", status=409, title="The rig is not calibrated"),
-    NotConnected: Kind(slug="not-connected", status=503, title="A device is missing"),
-    StorageFull: Kind(slug="storage-full", status=507, title="The disk takes no more"),
-    Busy: Kind(slug="busy", status=409, title="Somebody else is using it"),
-    Stopped: Kind(slug="stopped", status=409, title="The stop is engaged"),
-    Cancelled: Kind(slug="cancelled", status=409, title="It was cancelled"),
-    Timeout: Kind(slug="timeout", status=504, title="A device did not answer in time"),
-    DeviceFault: Kind(slug="device-fault", status=502, title="A device failed"),
+    OutOfRange: ProblemType(slug="out-of-range", status=422, title="The rig cannot do that"),
+    NotCalibrated: ProblemType(slug="not-calibrated", status=409, title="The rig is not calibrated"),
+    NotConnected: ProblemType(slug="not-connected", status=503, title="A device is missing"),
+    StorageFull: ProblemType(slug="storage-full", status=507, title="The disk takes no more"),
+    Busy: ProblemType(slug="busy", status=409, title="Somebody else is using it"),
+    Stopped: ProblemType(slug="stopped", status=409, title="The stop is engaged"),
+    Cancelled: ProblemType(slug="cancelled", status=409, title="It was cancelled"),
+    Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
+    DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
-    StaleView: Kind(slug="stale-view", status=409, title="The view shows something else by now"),
+    StaleView: ProblemType(slug="stale-view", status=409, title="The view shows something else by now"),
 }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Problem:
+class ProblemDetails:
     """An RFC 9457 problem, before it knows its URL."""
 
-    kind: Kind
+    kind: ProblemType
     detail: str
     asked: str | None = None
     found: str | None = None
@@ -128,17 +128,17 @@ def _sendable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def problem_of(error: BaseException) -> Problem:
+def problem_of(error: BaseException) -> ProblemDetails:
     """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
     if isinstance(error, OSError) and takes_no_more(error):
         error = _of_full_disk(error)
     for branch in type(error).__mro__:
         kind = KINDS.get(branch)
         if kind is not None and isinstance(error, FoveaError):
-            return Problem(
+            return ProblemDetails(
                 kind=kind, detail=str(error), asked=error.asked, found=error.found, remedy=error.remedy
             )
-    return Problem(
+    return ProblemDetails(
         kind=INTERNAL,
         detail="The server met an error that it did not foresee; the cause is in its log.",
         remedy="Try again; when it stays, report it together with the log.",
@@ -158,20 +158,20 @@ def _of_full_disk(error: OSError) -> FoveaError:
     )
 
 
-def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> Problem:
+def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
     if status == HTTPStatus.NOT_FOUND:
-        return Problem(
+        return ProblemDetails(
             kind=NOT_FOUND,
             detail=f"Nothing is served at {path}.",
             asked=f"{method} {path}",
             remedy="See /docs for what there is.",
         )
     phrase = HTTPStatus(status).phrase
-    kind = Kind(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
+    kind = ProblemType(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
     allowed = headers.get("Allow")
     refused = status == HTTPStatus.METHOD_NOT_ALLOWED
     detail = f"{method} is not possible at {path}." if refused else f"{phrase}."
-    return Problem(
+    return ProblemDetails(
         kind=kind,
         detail=detail,
         asked=f"{method} {path}",
@@ -180,7 +180,9 @@ def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) 
     )
 
 
-def validation_problem(errors: Sequence[Any], *, body: object = None) -> Problem:  # Any: pydantic's own
+def validation_problem(
+    errors: Sequence[Any], *, body: object = None
+) -> ProblemDetails:  # Any: pydantic's own
     """Return the problem of a request that does not fit its model: field, value, what is allowed.
 
     `body`: text of a body that is no JSON.
@@ -188,13 +190,15 @@ def validation_problem(errors: Sequence[Any], *, body: object = None) -> Problem
     return _of_words(INVALID_INPUT, explain_validation(errors, body=body))
 
 
-def unreadable_problem(cause: BaseException) -> Problem:
+def unreadable_problem(cause: BaseException) -> ProblemDetails:
     """Return the problem of a body that no parser can begin with: what is wrong, and where."""
     return _of_words(UNREADABLE, explain_unreadable(cause))
 
 
-def _of_words(kind: Kind, words: PlainWords) -> Problem:
-    return Problem(kind=kind, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy)
+def _of_words(kind: ProblemType, words: PlainWords) -> ProblemDetails:
+    return ProblemDetails(
+        kind=kind, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
+    )
 
 
 def _served(request: Request) -> str:

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_server.api.security import Gate
+from foveacam_server.api.security import AccessRules
 from foveacam_server.api.stop_at_door import StopAtDoor
 from foveacam_server.app import create_app
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
@@ -98,9 +98,9 @@ class _Later:
             raise TypeError("the application has not started")
         return services
 
-    def gate(self) -> Gate:
+    def gate(self) -> AccessRules:
         """Return who may ask."""
-        return cast(Gate, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
+        return cast(AccessRules, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
 def run_server(settings: Settings, *, console: Console) -> None:

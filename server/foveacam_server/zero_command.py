@@ -10,7 +10,7 @@ from foveacam_server.server_client import ServerClient
 from foveacam_server.settings import checked_settings
 
 
-class Positioner(StrEnum):
+class ZeroedPositioner(StrEnum):
     """What can stand at its zero."""
 
     PAN_TILT = "pan-tilt"
@@ -18,7 +18,7 @@ class Positioner(StrEnum):
 
 
 def confirm_zero(
-    positioner: Annotated[Positioner, typer.Argument(help="what stands at its zero")],
+    positioner: Annotated[ZeroedPositioner, typer.Argument(help="what stands at its zero")],
     server: Annotated[str, typer.Option(help="the running server")] = "http://127.0.0.1:8000",
     token: Annotated[
         str | None, typer.Option(help="what the server wants to be shown", envvar="FOVEACAM_TOKEN")

@@ -17,7 +17,7 @@ from foveacam_hardware.contract import Camera, MonotonicClock, Role
 from foveacam_hardware.rig import load_rig_config, open_rig
 from foveacam_hardware.rig_cameras import build_camera
 from foveacam_hardware.rig_replay import replay_rig
-from foveacam_hardware.sim.far_ends.gige_camera import GigeCamera, Request
+from foveacam_hardware.sim.far_ends.gige_camera import AcquisitionRequest, GigeCamera
 
 from .gige_cameras import LOOPBACK, alone_on_loopback, aravis_camera, await_on_network, fake_program
 from .mjpeg_server import MjpegServer
@@ -45,7 +45,7 @@ def aravis_with_our_pictures() -> Iterator[NewCamera]:
     """The same in this process, sending pictures of ours."""
     rng = np.random.default_rng(3)
 
-    def noise(request: Request) -> NDArray[np.uint8]:
+    def noise(request: AcquisitionRequest) -> NDArray[np.uint8]:
         shape = (request.height, request.width, request.channels)
         picture = rng.integers(0, 256, shape, dtype=np.uint8)
         return picture if request.channels == 3 else picture[:, :, 0]

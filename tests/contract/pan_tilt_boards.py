@@ -9,7 +9,7 @@ from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, Impairment
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, BoardFaults
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
@@ -99,9 +99,9 @@ class Kind:
     make: Callable[[], Bench]
     homing_s: tuple[float, float]
     """Into it, and the longest."""
-    no_homing: Impairment
+    no_homing: BoardFaults
     """What makes homing fail, with `homing_again` undone."""
-    homing_again: Impairment
+    homing_again: BoardFaults
     homing_failed: str
     silent_s: float
     """How long until silence is the end of it."""

@@ -21,9 +21,9 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.presets import RIG120
-from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.world import World
 
 START_NS = 1_000_000_000
@@ -58,16 +58,16 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[AnimatedScene]:
     path: Path = tmp_path_factory.mktemp("scene") / "wall.toml"
     path.write_text(SCENE, encoding="utf-8")
-    stage = Stage(path)
+    stage = AnimatedScene(path)
     yield stage
     stage.close()
 
 
 @pytest.fixture(params=ROLES, ids=str)
-def bench(request: pytest.FixtureRequest, stage: Stage) -> Iterator[Bench]:
+def bench(request: pytest.FixtureRequest, stage: AnimatedScene) -> Iterator[Bench]:
     clock = VirtualClock(START_NS)
     world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, request.param, clock=clock)
@@ -257,7 +257,7 @@ def test_noise_differs_from_frame_to_frame(bench: Bench) -> None:
     assert not np.array_equal(first.image, camera.read().image)
 
 
-def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: Stage) -> None:
+def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: AnimatedScene) -> None:
     clock = VirtualClock()
     world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, Role.LEFT, clock=clock)
@@ -274,7 +274,7 @@ def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: Sta
     assert (counters.delivered, counters.skipped, counters.dropped) == (1, 0, 1)
 
 
-def test_two_readers_share_the_frames_and_none_is_given_twice(stage: Stage) -> None:
+def test_two_readers_share_the_frames_and_none_is_given_twice(stage: AnimatedScene) -> None:
     clock = MonotonicClock()
     world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, Role.WIDE, clock=clock)

@@ -16,9 +16,9 @@ from foveacam_hardware.contract import (
     Role,
     VirtualClock,
 )
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.presets import RIG120
-from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.world import World
 
 MS = 1_000_000
@@ -58,16 +58,16 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[AnimatedScene]:
     path: Path = tmp_path_factory.mktemp("scene") / "wall.toml"
     path.write_text(SCENE, encoding="utf-8")
-    stage = Stage(path)
+    stage = AnimatedScene(path)
     yield stage
     stage.close()
 
 
 @pytest.fixture
-def begin(stage: Stage) -> Callable[[Role, CameraSettings], Bench]:
+def begin(stage: AnimatedScene) -> Callable[[Role, CameraSettings], Bench]:
     """Return a camera that runs with settings."""
 
     def begin_(role: Role, settings: CameraSettings) -> Bench:

@@ -9,7 +9,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, OutOfRange, PixelFormat, Role, Timeout, TriggerSource
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cameras import default_settings
-from foveacam_hardware.sim.exposures import QUEUE_FRAMES, Triggered
+from foveacam_hardware.sim.exposures import QUEUE_FRAMES, TriggeredSchedule
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.sensor_limits import take_settings
 from foveacam_hardware.sim.world import World
@@ -28,8 +28,8 @@ def world_of(rig: Rig) -> World:
     return rig.truth.world
 
 
-def schedule() -> Triggered:
-    return Triggered(take_settings(Role.LEFT, default_settings(Role.LEFT)), first_seq=0)
+def schedule() -> TriggeredSchedule:
+    return TriggeredSchedule(take_settings(Role.LEFT, default_settings(Role.LEFT)), first_seq=0)
 
 
 def test_a_strobe_shows_the_exposure_of_a_camera_that_waits_for_a_trigger(rig: Rig) -> None:

@@ -24,7 +24,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.controller import mirrors
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind, LineFaults
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage, LineFaults
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
 BIAS_CODE = 29_490
@@ -87,7 +87,7 @@ def bench(*, strict: bool) -> Bench:
 def session_bytes(direction: str) -> int:
     built = bench(strict=True)
     line = built.line(direction)
-    line.add(Damage(kind=DamageKind.DROP, skip=BEYOND))
+    line.add(LineDamage(kind=DamageKind.DROP, skip=BEYOND))
     built.session()
     return line._passed
 
@@ -96,7 +96,7 @@ def lose(direction: str, skip: int, *, strict: bool) -> str:
     """Run a session without its byte number `skip`, check all that must hold, and return how it ended."""
     built = bench(strict=strict)
     line = built.line(direction)
-    line.add(Damage(kind=DamageKind.DROP, skip=skip))
+    line.add(LineDamage(kind=DamageKind.DROP, skip=skip))
     outcome = damaged_session(built)
     assert not line.pending
     built.session()

@@ -329,7 +329,9 @@ def test_a_failed_start_is_undone(make: Make, monkeypatch: pytest.MonkeyPatch) -
         raise DeviceFault("streams are out of order")
 
     with monkeypatch.context() as patched, pytest.raises(DeviceFault, match="out of order"):
-        patched.setattr("foveacam_hardware.drivers.controller.dialogue.Dialogue.create_streams", refuse)
+        patched.setattr(
+            "foveacam_hardware.drivers.controller.requests.ControllerRequests.create_streams", refuse
+        )
         bench.mirrors.connect()
 
     bench.controller.status()

@@ -16,13 +16,13 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.controller.recovery import PROBES
 from foveacam_hardware.drivers.controller.replies import STALL_S
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController, LoopbackLink
 
 from .controllers import PATIENT, Controllers, started
@@ -133,7 +133,7 @@ def test_one_damaged_byte_is_recovered_and_the_mirrors_are_parked(
     action: str, kind: DamageKind, direction: str, skip: int
 ) -> None:
     rig = loopback(strict=False)
-    damage = Damage(kind=kind, skip=skip)
+    damage = LineDamage(kind=kind, skip=skip)
     (rig.controller.damage_to_device if direction == "device" else rig.controller.damage_to_host)(damage)
 
     outcome = rig.outcome(actions(rig)[action])
@@ -152,7 +152,7 @@ def test_one_damaged_byte_is_recovered_and_the_mirrors_are_parked(
 
 def test_a_byte_lost_from_a_silent_update_costs_no_more_than_that_update() -> None:
     rig = loopback(strict=False)
-    rig.controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=8))
+    rig.controller.damage_to_device(LineDamage(kind=DamageKind.DROP, skip=8))
     rig.mirrors.steer(PARKED)
 
     assert rig.outcome(rig.mirrors.ping) == "done"
@@ -163,7 +163,7 @@ def test_a_byte_lost_from_a_silent_update_costs_no_more_than_that_update() -> No
 
 def test_half_a_packet_swallows_the_next_and_is_then_over() -> None:
     rig = loopback(strict=False)
-    rig.controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=12, count=100))
+    rig.controller.damage_to_device(LineDamage(kind=DamageKind.DROP, skip=12, count=100))
     rig.mirrors.steer(PARKED)
 
     assert rig.outcome(rig.mirrors.ping) in ("recovered", "done")
@@ -173,7 +173,7 @@ def test_half_a_packet_swallows_the_next_and_is_then_over() -> None:
 
 def test_replies_buried_in_noise_are_found_and_the_noise_is_counted() -> None:
     rig = loopback(strict=False)
-    rig.controller.damage_to_host(Damage(kind=DamageKind.INSERT, skip=0, count=3, value=0))
+    rig.controller.damage_to_host(LineDamage(kind=DamageKind.INSERT, skip=0, count=3, value=0))
 
     before = rig.mirrors.telemetry.bad_packets
     assert rig.outcome(rig.mirrors.ping) == "done"
@@ -184,7 +184,7 @@ def test_replies_buried_in_noise_are_found_and_the_noise_is_counted() -> None:
 @pytest.mark.parametrize("skip", [0, 3, 5])
 def test_a_strict_controller_that_stops_is_reported_with_its_rail_on(skip: int) -> None:
     rig = loopback(strict=True)
-    rig.controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=skip))
+    rig.controller.damage_to_device(LineDamage(kind=DamageKind.DROP, skip=skip))
 
     assert rig.outcome(rig.mirrors.ping) in ("silent", "recovered", "done")
     if not rig.controller.status().dead:  # the byte took only the checksum with it
@@ -218,7 +218,7 @@ def test_a_strict_controller_works_again_after_a_power_cycle_and_starts_parked()
 
 
 def test_silence_is_reported_within_a_second() -> None:
-    care = Care()
+    care = LinkSupervision()
     answer_s, probe_s = (one + min(STALL_S, one) for one in (care.answer_s, care.probe_s))
     assert answer_s + PROBES * probe_s <= 0.75
 
@@ -343,7 +343,7 @@ def test_a_park_that_nobody_acknowledges_is_not_called_confirmed(rig: Rig) -> No
 @pytest.mark.parametrize("damage", ["damage_to_device", "damage_to_host"])
 def test_a_park_is_confirmed_although_a_byte_is_lost(damage: str, skip: int) -> None:
     rig = loopback(strict=False)
-    getattr(rig.controller, damage)(Damage(kind=DamageKind.DROP, skip=skip))
+    getattr(rig.controller, damage)(LineDamage(kind=DamageKind.DROP, skip=skip))
 
     assert rig.outcome(lambda: rig.mirrors.park_confirmed(within_s=0.4)) == "done"
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from foveacam_hardware.contract import Busy, DeviceFault, NotConnected, PanTiltState
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 from .pan_tilt_boards import KINDS, Bench, Kind, bearing
 
@@ -170,7 +170,7 @@ LOST_OF_A_MOVE = [
 def test_a_byte_of_a_move_lost_on_its_way_never_goes_unnoticed(
     homed: Bench, kind: Kind, damage: DamageKind, skip: int
 ) -> None:
-    homed.board.damage_to_device(Damage(kind=damage, skip=skip, value=0x01))
+    homed.board.damage_to_device(LineDamage(kind=damage, skip=skip, value=0x01))
     try:
         homed.driver.move_to(bearing(-11.0, 7.0))
     except (DeviceFault, NotConnected):
@@ -199,7 +199,7 @@ LOST_OF_AN_ANSWER = [
 def test_a_byte_of_an_answer_lost_on_its_way_does_not_matter(
     homed: Bench, kind: Kind, damage: DamageKind, skip: int
 ) -> None:
-    homed.board.damage_to_host(Damage(kind=damage, skip=skip, value=0x15))
+    homed.board.damage_to_host(LineDamage(kind=damage, skip=skip, value=0x15))
 
     homed.driver.move_to(bearing(-11.0, 7.0))
 

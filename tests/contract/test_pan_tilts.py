@@ -23,22 +23,22 @@ from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
-from foveacam_hardware.sim.far_ends.board_far_end import Impairment
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults
 from foveacam_hardware.sim.far_ends.board_host import BoardProcess
 from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
-from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
+from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment
 
 from .pan_tilt_boards import GRBL_STEP_DEG, PTU_STEP_DEG, bearing, reach
 
 KINDS = ("grbl loopback", "grbl process", "ptu loopback", "ptu process", "manual")
-GRBL_SPEED: Impairment = {"settings": {24: 1e6, 25: 1e6, 110: 1e6, 111: 1e6, 120: 1e6, 121: 1e6}}
-PTU_SPEED: Impairment = {"steps_per_s": 2_000_000, "slow_ns": -8_000_000}
+GRBL_SPEED: BoardFaults = {"settings": {24: 1e6, 25: 1e6, 110: 1e6, 111: 1e6, 120: 1e6, 121: 1e6}}
+PTU_SPEED: BoardFaults = {"steps_per_s": 2_000_000, "slow_ns": -8_000_000}
 """Motors (and a unit) that are quick, for tests in real time: homing takes a tenth of a second."""
-GRBL_STROLL: Impairment = {"settings": {110: 600.0, 111: 600.0}}
-PTU_STROLL: Impairment = {"steps_per_s": 200}
+GRBL_STROLL: BoardFaults = {"settings": {110: 600.0, 111: 600.0}}
+PTU_STROLL: BoardFaults = {"steps_per_s": 200}
 """Motors that take several seconds for 60 degrees: slow enough to be met on their way by a busy machine."""
 POLL_NS = 10_000_000
 PATIENCE_NS = 30_000_000_000
@@ -100,7 +100,7 @@ class Shafts:
     def __init__(self) -> None:
         self.rig = TurningHistory()
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         self.rig.turn(turning)
 
 

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     DeviceFault,
     MonotonicClock,
     OutOfRange,
-    Span,
+    ValueRange,
 )
 from foveacam_hardware.drivers.cameras.pylon import PylonDevice
 from foveacam_hardware.drivers.cameras.pylon_nodes import READ_ONLY, Vendor
@@ -110,7 +110,7 @@ def test_what_is_locked_meanwhile_keeps_its_range(device: PylonDevice) -> None:
 
     assert ranges_of(locked) == by_hand
     device.configure(SETTINGS)
-    assert ranges_of(locked).exposure_ns == Span(low=1e6, high=1e6)  # locked for another reason
+    assert ranges_of(locked).exposure_ns == ValueRange(low=1e6, high=1e6)  # locked for another reason
 
 
 def test_a_camera_without_the_modes_refuses_them_in_a_sentence(device: PylonDevice) -> None:

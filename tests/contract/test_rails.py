@@ -23,7 +23,7 @@ from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM
-from foveacam_hardware.sim.pan_tilt import Turning, TurningHistory
+from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment
 
 KINDS = ("loopback", "process", "manual")
 BRISK = dict.fromkeys((24, 25, 110, 111, 112, 120, 121, 122), 1e6)
@@ -76,7 +76,7 @@ class Shafts:
     def __init__(self) -> None:
         self.rig = TurningHistory()
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         self.rig.turn(turning)
 
 

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.coverage import CLEARANCE_M, closed_path, coverage
 from foveacam_pipeline.study.maps import FieldMap, Place, RandomMap, random_map
 from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 BOUNDS_M = (-20.0, -20.0, 20.0, 20.0)
 
@@ -28,7 +28,9 @@ def test_around_one_target_the_loop_is_a_circle_and_sees_it_all_the_way() -> Non
     field = _field((1.0, 2.0))
     path = _path(field)
     assert path.length == pytest.approx(2.0 * math.pi * 2.1, rel=1e-3)
-    found = coverage(path, feasible_regions(field, Ring(inner_m=2.0, outer_m=3.0), agent_radius_m=0.3))
+    found = coverage(
+        path, feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=3.0), agent_radius_m=0.3)
+    )
     assert (found.multi, found.single_any, found.single_fixed) == pytest.approx((1.0, 1.0, 1.0))
 
 
@@ -38,13 +40,17 @@ def test_two_targets_count_twice_where_both_are_seen() -> None:
     path = _path(field)
     length_m = 2.0 * math.pi * 2.1 + 8.0
     assert path.length == pytest.approx(length_m, rel=1e-3)
-    found = coverage(path, feasible_regions(field, Ring(inner_m=2.0, outer_m=2.9), agent_radius_m=0.3))
+    found = coverage(
+        path, feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=2.9), agent_radius_m=0.3)
+    )
     # 2.9² = 2² + 2.1²: either is in reach as far as the middle of the straights
     in_reach_m = math.pi * 2.1 + 2.0 * 2.0
     assert found.single_any == pytest.approx(1.0, abs=2e-3)
     assert found.multi == pytest.approx(2.0 * in_reach_m / length_m, rel=2e-3)
     assert found.single_fixed == pytest.approx(in_reach_m / length_m, rel=2e-3)
-    all_seen = coverage(path, feasible_regions(field, Ring(inner_m=2.0, outer_m=7.0), agent_radius_m=0.3))
+    all_seen = coverage(
+        path, feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=7.0), agent_radius_m=0.3)
+    )
     assert (all_seen.multi, all_seen.single_any, all_seen.single_fixed) == pytest.approx((2.0, 1.0, 1.0))
 
 
@@ -52,7 +58,7 @@ def test_an_obstacle_hides_the_part_of_the_loop_in_its_shadow() -> None:
     wall = box(-0.5, 1.0, 0.5, 1.2)
     field = _field((0.0, 0.0), obstacles=(wall,))
     found = coverage(
-        _path(field), feasible_regions(field, Ring(inner_m=2.0, outer_m=3.0), agent_radius_m=0.3)
+        _path(field), feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=3.0), agent_radius_m=0.3)
     )
     assert found.multi == pytest.approx(1.0 - 2.0 * math.atan(0.5) / (2.0 * math.pi), abs=2e-3)
 

@@ -18,7 +18,7 @@ from foveacam_pipeline.study.depth_error import (
     measured_error,
     told_apart,
 )
-from foveacam_pipeline.study.findings import Study
+from foveacam_pipeline.study.findings import StudyResult
 
 
 def of(key: str, error_px: float) -> MatchingError:
@@ -59,7 +59,7 @@ def test_measured_errors_are_told_only_when_they_were_measured() -> None:
         0.5 * error_m(5.0, WIDE_PX_PER_DEG, error_px=1.0)
     )
     assert study.values["matching_error_verge_px"] == 0.25
-    assert Study.of(study.document()) == study
+    assert StudyResult.of(study.document()) == study
 
 
 def test_each_error_of_matching_says_where_it_is_from_beside_the_papers() -> None:

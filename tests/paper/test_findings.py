@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from foveacam_pipeline.study.findings import PNG_DPI, Picture, Row, Study, drawing_of
+from foveacam_pipeline.study.findings import PNG_DPI, PaperComparison, StudyFigure, StudyResult, drawing_of
 
 
 def drawn() -> Figure:
@@ -18,17 +18,17 @@ def drawn() -> Figure:
 
 
 def test_a_study_comes_back_from_json() -> None:
-    told = Study(
+    told = StudyResult(
         name="standoff",
         section="4.4",
         title="Standing off",
         values={"fig9_r2_multi": 0.99, "ratios": [1.0, 2.0]},
-        rows=(Row(quantity="R²", paper="not given", ours="0.99"),),
-        pictures=(Picture(name="fig9", title="Area", caption="by ratio", drawing=drawing_of(drawn())),),
+        rows=(PaperComparison(quantity="R²", paper="not given", ours="0.99"),),
+        pictures=(StudyFigure(name="fig9", title="Area", caption="by ratio", drawing=drawing_of(drawn())),),
         definitions=("multi: union over targets",),
         seeds={"maps": 7},
     )
-    assert Study.of(json.loads(json.dumps(told.document()))) == told
+    assert StudyResult.of(json.loads(json.dumps(told.document()))) == told
 
 
 def test_a_figure_is_the_same_twice_and_carries_no_date() -> None:

@@ -13,7 +13,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.map_files import geojson_of, map_from_geojson, map_from_picture
 from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
 from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 
 def _collection(*features: tuple[str, Any], **members: object) -> dict[str, Any]:  # GeoJSON, as it comes
@@ -29,7 +29,7 @@ def _point(x: float, y: float) -> dict[str, object]:
 
 def test_a_map_survives_geojson_with_its_regions_beside_it() -> None:
     field = random_map(RandomMap(), seed=3)
-    regions = feasible_regions(field, Ring(inner_m=2.0, outer_m=6.0), agent_radius_m=0.3)
+    regions = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=6.0), agent_radius_m=0.3)
     document = json.loads(json.dumps(geojson_of(field, regions=regions)))
     drawn = {"type": "Feature", "properties": {"kind": "ring"}, "geometry": mapping(box(0, 0, 9, 9))}
     document["features"] += [drawn, {**drawn, "properties": {"kind": "union"}}]

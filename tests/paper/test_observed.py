@@ -10,13 +10,13 @@ from shapely import Polygon, affinity
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.scenes.build import build_scene
-from foveacam_hardware.sim.scenes.format import BoxThing, ColumnThing
+from foveacam_hardware.sim.scenes.format import BoxObject, ColumnObject
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene
 from foveacam_hardware.sim.scenes.paint import CheckerboardMaterial
-from foveacam_pipeline.capture.making import SILENT, Silent
+from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.study.observed import (
-    Observation,
-    Print,
+    CheckeredLabel,
+    PlaceObservation,
     _wave_contrast,
     facing,
     least_contrast,
@@ -35,7 +35,7 @@ from foveacam_pipeline.study.toy_scene import (
     D_MIN_M,
     SCENE,
     TARGET_M,
-    Place,
+    AgentPose,
     corners_m,
     room_to_stand,
     toy_map,
@@ -52,11 +52,11 @@ def test_the_plan_is_that_of_the_scene() -> None:
     for thing in scene.objects:
         if not thing.name.startswith("obstacle"):
             continue
-        assert isinstance(thing, BoxThing | ColumnThing)
+        assert isinstance(thing, BoxObject | ColumnObject)
         x_m, y_m, z_m = thing.position_m
-        half_m = (thing.size_m[1] if isinstance(thing, BoxThing) else thing.height_m) / 2.0
+        half_m = (thing.size_m[1] if isinstance(thing, BoxObject) else thing.height_m) / 2.0
         assert y_m - half_m < -0.5 < 0.5 < y_m + half_m, "it reaches past the height of the eyes"
-        if isinstance(thing, BoxThing):
+        if isinstance(thing, BoxObject):
             a, b = thing.size_m[0] / 2.0, thing.size_m[2] / 2.0
             # a turn about y > 0 takes +z towards +x: clockwise on the plan
             outline = affinity.rotate(
@@ -78,8 +78,8 @@ def test_the_rows_of_the_labels_are_a_millimetre_a_pair_on_every_side() -> None:
     scene = load_scene(SCENE)
     label = scene.materials["label"]
     assert isinstance(label, CheckerboardMaterial)
-    assert math.sqrt(2.0) * label.square_m == pytest.approx(Print().pair_m, rel=1e-6)
-    assert (label.color[0], label.accent[0]) == (Print().light, Print().dark)
+    assert math.sqrt(2.0) * label.square_m == pytest.approx(CheckeredLabel().pair_m, rel=1e-6)
+    assert (label.color[0], label.accent[0]) == (CheckeredLabel().light, CheckeredLabel().dark)
     drawn = build_scene(scene, folder=SCENES_FOLDER)
     for number, name in enumerate(drawn.names):
         if name.startswith("label"):
@@ -94,7 +94,7 @@ def test_the_criterion_is_that_of_an_ideal_lens() -> None:
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, 2001), np.linspace(-1.0, 1.0, 2001))
     overlap = (np.hypot(x - 1 / 1.22, y) < 1.0) & (np.hypot(x + 1 / 1.22, y) < 1.0)
     assert rayleigh_transfer() == pytest.approx(overlap.sum() / (np.hypot(x, y) < 1.0).sum(), abs=5e-4)
-    assert least_contrast(Print()) < Print().row_contrast < 8.0 / math.pi**2
+    assert least_contrast(CheckeredLabel()) < CheckeredLabel().row_contrast < 8.0 / math.pi**2
 
 
 @pytest.mark.parametrize("contrast", [0.0, 0.05, 0.4])
@@ -115,7 +115,7 @@ def test_the_rig_faces_the_target_within_half_a_step() -> None:
 
 
 def test_both_eyes_see_less_than_one_line_of_sight_and_no_more_than_a_baseline_less() -> None:
-    both, one = predicted_region(Print()), one_line_region(Print())
+    both, one = predicted_region(CheckeredLabel()), one_line_region(CheckeredLabel())
     assert both.difference(one).area < 1e-9
     lost = one.difference(both)
     assert lost.area > 0.0
@@ -127,14 +127,16 @@ def test_the_rig_decides_by_looking() -> None:
     places = [facing(*at, TARGET_M) for at in (SEEN, TOO_FAR, HIDDEN, TOO_NEAR)]
     assert room_to_stand(np.array([SEEN, TOO_FAR, HIDDEN, TOO_NEAR])).all()
     with placed_rig() as observer:
-        found = observe(observer, places, target_m=TARGET_M, d_min_m=D_MIN_M, label=Print(), watch=SILENT)
+        found = observe(
+            observer, places, target_m=TARGET_M, d_min_m=D_MIN_M, label=CheckeredLabel(), watch=SILENT
+        )
         with pytest.raises(InvalidInput, match="turn it"):
             observe(
                 observer,
                 [replace(places[0], heading_rad=places[0].heading_rad + 1.0)],
                 target_m=TARGET_M,
                 d_min_m=D_MIN_M,
-                label=Print(),
+                label=CheckeredLabel(),
                 watch=SILENT,
             )
     seen, far, hidden, near = found
@@ -147,7 +149,7 @@ def test_the_rig_decides_by_looking() -> None:
     assert not near.success
 
 
-class _Impatient(Silent):
+class _Impatient(SilentProgress):
     def cancelled(self) -> bool:
         return True
 
@@ -159,14 +161,14 @@ def test_what_was_begun_is_cancelled_between_places() -> None:
             [facing(*SEEN, TARGET_M)] * 9,
             target_m=TARGET_M,
             d_min_m=D_MIN_M,
-            label=Print(),
+            label=CheckeredLabel(),
             watch=_Impatient(),
         )
 
 
-def observation(at: tuple[float, float], *, success: bool) -> Observation:
-    return Observation(
-        place=Place(x_m=at[0], y_m=at[1]),
+def observation(at: tuple[float, float], *, success: bool) -> PlaceObservation:
+    return PlaceObservation(
+        place=AgentPose(x_m=at[0], y_m=at[1]),
         state="verged",
         distance_m=math.dist(at, TARGET_M),
         contrast=0.2,
@@ -195,7 +197,7 @@ def test_as_many_verdicts_as_predictions_are_needed() -> None:
 
 
 def test_the_bounds_follow_from_table_2() -> None:
-    bounds = observed_ring(Print())
+    bounds = observed_ring(CheckeredLabel())
     angle_rad = 1.22 * 550e-9 / (0.1 / 21.5)
     assert bounds.outer_m == pytest.approx(1e-3 / angle_rad + 0.1, rel=1e-6)
     assert bounds.inner_m == D_MIN_M

@@ -6,7 +6,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.near_far_scenes import CAMERA
 from foveacam_pipeline.study.patches import (
-    Size,
+    PictureSize,
     budget,
     choose_patches,
     covered_by,
@@ -17,7 +17,7 @@ from foveacam_pipeline.study.patches import (
 )
 from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal, StereoView
 
-NATIVE = Size(width=CAMERA.width, height=CAMERA.height)
+NATIVE = PictureSize(width=CAMERA.width, height=CAMERA.height)
 RNG = np.random.default_rng
 
 
@@ -45,20 +45,20 @@ def test_patches_go_to_what_is_farthest_and_never_twice_to_the_same() -> None:
     depth_m[10:22, 40:56] = 50.0
     depth_m[40:52, 4:20] = 40.0
     depth_m[0:8] = np.nan  # the sky
-    size = Size(width=16, height=12)
+    size = PictureSize(width=16, height=12)
     first, second = choose_patches(depth_m, size, count=2)
     assert (first.x_px, first.y_px) == (40, 10)
     assert (second.x_px, second.y_px) == (4, 40)
-    assert covered_by((first, second), size, Size(width=80, height=60)).sum() == 2 * 16 * 12
+    assert covered_by((first, second), size, PictureSize(width=80, height=60)).sum() == 2 * 16 * 12
     with pytest.raises(InvalidInput, match="do not fit into 80 x 60 px"):
-        choose_patches(depth_m, Size(width=81, height=12), count=1)
+        choose_patches(depth_m, PictureSize(width=81, height=12), count=1)
 
 
 def test_a_patch_may_lie_at_the_last_pixel() -> None:
     depth_m = np.ones((30, 40))
     depth_m[-10:, -16:] = 9.0
-    assert choose_patches(depth_m, Size(width=16, height=10), count=1)[0].window(
-        Size(width=16, height=10)
+    assert choose_patches(depth_m, PictureSize(width=16, height=10), count=1)[0].window(
+        PictureSize(width=16, height=10)
     ) == (slice(20, 30), slice(24, 40))
 
 
@@ -81,7 +81,7 @@ def test_disparity_grows_by_the_ratio_that_came_about() -> None:
 def test_a_reduced_pair_keeps_its_disparity(share: float) -> None:
     wide = RNG(4).integers(0, 256, (120, 340, 3), dtype=np.uint8)
     left, right = wide[:, :320], wide[:, 20:]  # what is at x in the left is at x - 20 in the right
-    size = scaled(Size(width=320, height=120), share)
+    size = scaled(PictureSize(width=320, height=120), share)
     view = StereoView(
         left=resized(left, size),
         right=resized(right, size),
@@ -89,5 +89,5 @@ def test_a_reduced_pair_keeps_its_disparity(share: float) -> None:
         baseline_m=1.0,
         near_m=5.0,
     )
-    found = enlarged(SemiGlobal().disparity_px(view), Size(width=320, height=120))
+    found = enlarged(SemiGlobal().disparity_px(view), PictureSize(width=320, height=120))
     assert np.nanmedian(found) == pytest.approx(20.0, abs=0.06 * 320 / size.width)  # sub-pixel steps

@@ -21,10 +21,10 @@ from foveacam_pipeline.study.regions import (
     narrowed,
     shadows,
 )
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 BOUNDS_M = (-20.0, -20.0, 20.0, 20.0)
-RING = Ring(inner_m=2.0, outer_m=8.0)
+RING = StandoffRing(inner_m=2.0, outer_m=8.0)
 
 
 def _field(*obstacles: BaseGeometry) -> FieldMap:
@@ -46,9 +46,9 @@ def test_a_circle_of_chords_leaves_the_circle_by_less_than_was_said() -> None:
 
 
 def test_an_empty_ring_leaves_no_place() -> None:
-    region = feasible_region(_field(), 0, Ring(inner_m=3.0, outer_m=3.0), agent_radius_m=0.3)
+    region = feasible_region(_field(), 0, StandoffRing(inner_m=3.0, outer_m=3.0), agent_radius_m=0.3)
     assert region.is_empty
-    assert annulus((0.0, 0.0), Ring(inner_m=3.0, outer_m=2.0)).is_empty
+    assert annulus((0.0, 0.0), StandoffRing(inner_m=3.0, outer_m=2.0)).is_empty
 
 
 def test_the_shadow_of_a_square_lies_between_its_tangents() -> None:
@@ -86,13 +86,13 @@ def test_a_horseshoe_hides_what_its_parts_hide_but_not_its_mouth(turn_deg: float
 def test_from_a_courtyard_only_the_courtyard_is_seen() -> None:
     house = box(-6, -6, 6, 6).difference(box(-3, -3, 3, 3))
     assert isinstance(house, Polygon)
-    region = feasible_region(_field(house), 0, Ring(inner_m=1.0, outer_m=15.0), agent_radius_m=0.5)
+    region = feasible_region(_field(house), 0, StandoffRing(inner_m=1.0, outer_m=15.0), agent_radius_m=0.5)
     assert region.area == pytest.approx(25.0 - math.pi, rel=1e-6)
 
 
 def test_the_agent_keeps_its_radius_from_walls_and_obstacles_and_may_not_fit_at_all() -> None:
     field = FieldMap(bounds_m=(0.0, 0.0, 10.0, 10.0), obstacles=(box(6, 4, 7, 6),), targets_m=((5.0, 5.0),))
-    region = feasible_region(field, 0, Ring(inner_m=0.5, outer_m=20.0), agent_radius_m=0.4)
+    region = feasible_region(field, 0, StandoffRing(inner_m=0.5, outer_m=20.0), agent_radius_m=0.4)
     assert region.distance(field.obstacles[0]) == pytest.approx(0.4, abs=2e-3)
     assert region.bounds == pytest.approx((0.4, 0.4, 9.6, 9.6))
     assert feasible_region(field, 0, RING, agent_radius_m=6.0).is_empty
@@ -100,8 +100,8 @@ def test_the_agent_keeps_its_radius_from_walls_and_obstacles_and_may_not_fit_at_
 
 def test_a_smaller_outer_bound_gives_what_computing_anew_gives() -> None:
     field = random_map(RandomMap(), seed=4)
-    wide = feasible_regions(field, Ring(inner_m=2.0, outer_m=8.0), agent_radius_m=0.3)
-    anew = feasible_regions(field, Ring(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
+    wide = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=8.0), agent_radius_m=0.3)
+    anew = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
     for found, expected in zip(narrowed(field, wide, outer_m=5.0), anew, strict=True):
         assert found.symmetric_difference(expected).area < 1e-6
 
@@ -113,7 +113,7 @@ def test_areas_are_the_union_the_mean_and_the_sum() -> None:
 
 def test_exact_regions_agree_with_cells() -> None:
     field = random_map(RandomMap(obstacle_count=40, target_count=5), seed=1)
-    ring = Ring(inner_m=2.0, outer_m=8.0)
+    ring = StandoffRing(inner_m=2.0, outer_m=8.0)
     regions = feasible_regions(field, ring, agent_radius_m=0.3)
     masks = raster_regions(field, ring, agent_radius_m=0.3, cell_m=0.08)
     found = areas(regions)
@@ -130,7 +130,7 @@ def test_cells_agree_on_outlines_that_are_not_convex_and_have_holes() -> None:
     field = FieldMap(
         bounds_m=BOUNDS_M, obstacles=(horseshoe, house), targets_m=((0.0, 0.0), (-6.0, 0.5), (4.5, 0.2))
     )
-    ring = Ring(inner_m=0.5, outer_m=10.0)
+    ring = StandoffRing(inner_m=0.5, outer_m=10.0)
     regions = feasible_regions(field, ring, agent_radius_m=0.25)
     masks = raster_regions(
         field, ring, agent_radius_m=0.25, cell_m=0.05
@@ -144,7 +144,7 @@ def test_what_cannot_be_is_refused_in_a_sentence() -> None:
         feasible_region(_field(), 3, RING, agent_radius_m=0.3)
     for inner_m, outer_m in ((-1.0, 2.0), (1.0, math.inf), (math.nan, 2.0)):
         with pytest.raises(InvalidInput, match=r"a ring from .* both are numbers of 0 m or more"):
-            feasible_region(_field(), 0, Ring(inner_m=inner_m, outer_m=outer_m), agent_radius_m=0.3)
+            feasible_region(_field(), 0, StandoffRing(inner_m=inner_m, outer_m=outer_m), agent_radius_m=0.3)
     with pytest.raises(InvalidInput, match="an agent of radius -1"):
         feasible_region(_field(), 0, RING, agent_radius_m=-1.0)
     with pytest.raises(InvalidInput, match="no target, so that there is nothing to observe"):

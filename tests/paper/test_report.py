@@ -6,9 +6,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.cache import Kept
-from foveacam_pipeline.study.findings import Drawing, Picture, Row, Study, drawing_of
-from foveacam_pipeline.study.report import Told, report_html, value_text
+from foveacam_pipeline.study.cache import CachedStudy
+from foveacam_pipeline.study.findings import Drawing, PaperComparison, StudyFigure, StudyResult, drawing_of
+from foveacam_pipeline.study.report import ReportedStudy, report_html, value_text
 from foveacam_pipeline.study.report_svg import inline_svg
 
 
@@ -20,19 +20,21 @@ def drawn() -> Drawing:
     return drawing_of(figure)
 
 
-def told(name: str, section: str, *, fresh: bool = True) -> Told:
-    study = Study(
+def told(name: str, section: str, *, fresh: bool = True) -> ReportedStudy:
+    study = StudyResult(
         name=name,
         section=section,
         title=f"About {name} & <more>",
         values={"fig8_agreement": 0.973, "gaps": [1.0, 2.5], "missing": None},
-        rows=(Row(quantity="R²", paper="not given", ours="0.9991", note="ten <maps>"),),
-        pictures=(Picture(name="area", title="Area", caption="a < b", drawing=drawn(), figure="Fig. 9"),),
+        rows=(PaperComparison(quantity="R²", paper="not given", ours="0.9991", note="ten <maps>"),),
+        pictures=(StudyFigure(name="area", title="Area", caption="a < b", drawing=drawn(), figure="Fig. 9"),),
         definitions=("multi: union over targets",),
         deviations=("Eq. 9: the sign",),
         seeds={"maps": 7},
     )
-    return Told(kept=Kept(study=study, took_s=2.0, made_utc="2026-01-02T03:04:05+00:00"), fresh=fresh)
+    return ReportedStudy(
+        kept=CachedStudy(study=study, took_s=2.0, made_utc="2026-01-02T03:04:05+00:00"), fresh=fresh
+    )
 
 
 def page() -> str:

@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.obstacles import (
-    Clutter,
+    RandomObstacles,
     clear_probability,
     corridor_m2,
     success_by_lot,
@@ -17,12 +17,17 @@ from foveacam_pipeline.study.obstacles import (
     success_probability,
     success_slope_per_m,
 )
-from foveacam_pipeline.study.standoff import NearBound, Ring, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
 
 DOMAIN_M2 = 3000.0
-RINGS = (Ring(inner_m=5.0, outer_m=10.0), Ring(inner_m=2.0, outer_m=20.0), Ring(inner_m=0.0, outer_m=12.0))
+RINGS = (
+    StandoffRing(inner_m=5.0, outer_m=10.0),
+    StandoffRing(inner_m=2.0, outer_m=20.0),
+    StandoffRing(inner_m=0.0, outer_m=12.0),
+)
 CLUTTERS = tuple(
-    Clutter(occupancy=p, radius_m=r_m) for p, r_m in itertools.product((0.0, 0.01, 0.05, 0.3), (0.1, 0.4))
+    RandomObstacles(occupancy=p, radius_m=r_m)
+    for p, r_m in itertools.product((0.0, 0.01, 0.05, 0.3), (0.1, 0.4))
 )
 SETTINGS = list(itertools.product(RINGS, CLUTTERS))
 
@@ -62,13 +67,13 @@ def test_the_depth_error_moves_the_inner_bound_either_way() -> None:
 def test_the_corridor_is_a_stadium() -> None:
     assert corridor_m2(0.0, 0.5) == pytest.approx(math.pi * 0.25)
     assert corridor_m2([10.0], 0.5)[0] == pytest.approx(10.0 + math.pi * 0.25)
-    assert clear_probability(10.0, Clutter(occupancy=0.1, radius_m=0.5)) == pytest.approx(
+    assert clear_probability(10.0, RandomObstacles(occupancy=0.1, radius_m=0.5)) == pytest.approx(
         0.9 ** (10 + math.pi / 4)
     )
 
 
 @pytest.mark.parametrize(("around", "clutter"), SETTINGS)
-def test_closed_form_quadrature_and_lot_agree(around: Ring, clutter: Clutter) -> None:
+def test_closed_form_quadrature_and_lot_agree(around: StandoffRing, clutter: RandomObstacles) -> None:
     exact = success_probability(around, clutter, domain_m2=DOMAIN_M2)
     assert success_by_quadrature(around, clutter, domain_m2=DOMAIN_M2) == pytest.approx(
         exact, rel=1e-8, abs=1e-15
@@ -85,10 +90,12 @@ def test_closed_form_quadrature_and_lot_agree(around: Ring, clutter: Clutter) ->
 
 
 @pytest.mark.parametrize("clutter", CLUTTERS)
-def test_the_slope_is_the_derivative_and_never_negative(clutter: Clutter) -> None:
+def test_the_slope_is_the_derivative_and_never_negative(clutter: RandomObstacles) -> None:
     step_m = 1e-4
     beyond, before = (
-        success_probability(Ring(inner_m=5.0, outer_m=15.0 + way * step_m), clutter, domain_m2=DOMAIN_M2)
+        success_probability(
+            StandoffRing(inner_m=5.0, outer_m=15.0 + way * step_m), clutter, domain_m2=DOMAIN_M2
+        )
         for way in (1.0, -1.0)
     )
     slope = success_slope_per_m(15.0, clutter, domain_m2=DOMAIN_M2)
@@ -97,11 +104,16 @@ def test_the_slope_is_the_derivative_and_never_negative(clutter: Clutter) -> Non
 
 
 def test_the_closed_form_holds_where_there_is_almost_nothing_and_where_all_is_full() -> None:
-    empty = success_probability(RINGS[0], Clutter(occupancy=0.0, radius_m=0.3), domain_m2=DOMAIN_M2)
-    sparse = success_probability(RINGS[0], Clutter(occupancy=1e-13, radius_m=0.3), domain_m2=DOMAIN_M2)
+    empty = success_probability(RINGS[0], RandomObstacles(occupancy=0.0, radius_m=0.3), domain_m2=DOMAIN_M2)
+    sparse = success_probability(
+        RINGS[0], RandomObstacles(occupancy=1e-13, radius_m=0.3), domain_m2=DOMAIN_M2
+    )
     assert sparse == pytest.approx(empty, rel=1e-9)
-    assert success_probability(RINGS[0], Clutter(occupancy=1.0, radius_m=0.3), domain_m2=DOMAIN_M2) == 0.0
-    points = Clutter(occupancy=1.0, radius_m=0.0)  # of no size: they hide nothing
+    assert (
+        success_probability(RINGS[0], RandomObstacles(occupancy=1.0, radius_m=0.3), domain_m2=DOMAIN_M2)
+        == 0.0
+    )
+    points = RandomObstacles(occupancy=1.0, radius_m=0.0)  # of no size: they hide nothing
     assert success_probability(RINGS[0], points, domain_m2=DOMAIN_M2) == pytest.approx(empty)
 
 
@@ -109,11 +121,11 @@ def test_the_closed_form_holds_where_there_is_almost_nothing_and_where_all_is_fu
     ("ask", "words"),
     [
         (
-            lambda: Clutter(occupancy=1.2, radius_m=0.3),
+            lambda: RandomObstacles(occupancy=1.2, radius_m=0.3),
             "an occupancy p of 1.2 was given; a probability is 0 to 1",
         ),
-        (lambda: Clutter(occupancy=math.nan, radius_m=0.3), "an occupancy p of nan"),
-        (lambda: Clutter(occupancy=0.2, radius_m=-1.0), "an obstacle radius of -1.0 m"),
+        (lambda: RandomObstacles(occupancy=math.nan, radius_m=0.3), "an occupancy p of nan"),
+        (lambda: RandomObstacles(occupancy=0.2, radius_m=-1.0), "an obstacle radius of -1.0 m"),
         (lambda: resolving_range_m(0.0, 1e-3), "a feature of 0.0 m was given"),
         (lambda: resolving_range_m(0.1, 4.0), "an angular resolution of 4.0 rad"),
         (lambda: resolution_rad(0.0), "0.0 px per degree"),
@@ -123,7 +135,7 @@ def test_the_closed_form_holds_where_there_is_almost_nothing_and_where_all_is_fu
         (
             lambda: success_by_lot(
                 RINGS[0],
-                Clutter(occupancy=1.0, radius_m=0.1),
+                RandomObstacles(occupancy=1.0, radius_m=0.1),
                 domain_m2=DOMAIN_M2,
                 trials=9,
                 rng=np.random.default_rng(),

@@ -11,9 +11,9 @@ from joblib.externals.loky import get_reusable_executor
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotConnected
 from foveacam_pipeline.study import standoff_runs
 from foveacam_pipeline.study.maps import RandomMap
-from foveacam_pipeline.study.standoff_runs import MapRun, Sweep, drawn_map, run_map, run_maps
+from foveacam_pipeline.study.standoff_runs import MapRun, StandoffSweep, drawn_map, run_map, run_maps
 
-SWEEP = Sweep(ratios=(0.5, 1.0, 1.5, 2.5))
+SWEEP = StandoffSweep(ratios=(0.5, 1.0, 1.5, 2.5))
 SEEDS = tuple((6, index) for index in range(6))
 
 
@@ -59,11 +59,11 @@ def test_a_map_run_repeats_itself_and_differs_from_the_next(alone: tuple[MapRun,
 
 
 def test_maps_without_a_loop_are_drawn_again_and_counted() -> None:
-    tight = Sweep(layout=RandomMap(edge_m=4.0, obstacle_count=120))
+    tight = StandoffSweep(layout=RandomMap(edge_m=4.0, obstacle_count=120))
     redrawn = [drawn_map(tight, (3, seed))[2] for seed in range(6)]
     assert max(redrawn) > 0
     with pytest.raises(InvalidInput, match="none of 20 random maps has a loop around its targets"):
-        drawn_map(Sweep(d_min_m=19.0), (3, 0))
+        drawn_map(StandoffSweep(d_min_m=19.0), (3, 0))
 
 
 @pytest.mark.usefixtures("_processes_ended")
@@ -115,7 +115,12 @@ def test_a_scheduler_that_does_not_answer_is_named() -> None:
 
 
 @pytest.mark.parametrize(
-    "ask", [lambda: Sweep(ratios=()), lambda: Sweep(ratios=(2.0, 1.0)), lambda: Sweep(d_min_m=0.0)]
+    "ask",
+    [
+        lambda: StandoffSweep(ratios=()),
+        lambda: StandoffSweep(ratios=(2.0, 1.0)),
+        lambda: StandoffSweep(d_min_m=0.0),
+    ],
 )
 def test_a_sweep_of_nothing_is_refused(ask: Callable[[], object]) -> None:
     with pytest.raises(InvalidInput, match=r"at least one"):

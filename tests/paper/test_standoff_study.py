@@ -13,12 +13,12 @@ from scipy.stats import ttest_1samp
 from shapely.geometry import Polygon, box
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_pipeline.study.findings import Study
+from foveacam_pipeline.study.findings import StudyResult
 from foveacam_pipeline.study.maps import FieldMap
-from foveacam_pipeline.study.obstacles import Clutter, clear_by_lot, corridor_by_lot
+from foveacam_pipeline.study.obstacles import RandomObstacles, clear_by_lot, corridor_by_lot
 from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import Ring
-from foveacam_pipeline.study.standoff_checks import Check
+from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.standoff_checks import ProbabilityCheck
 from foveacam_pipeline.study.standoff_drawings import agent_place, patch_of
 from foveacam_pipeline.study.standoff_fits import band, fit_of, grows
 from foveacam_pipeline.study.standoff_study import standoff_study
@@ -47,11 +47,11 @@ def watch() -> Watch:
 
 
 @pytest.fixture(scope="module")
-def study(watch: Watch) -> Study:
+def study(watch: Watch) -> StudyResult:
     return standoff_study(tight_maps=10, quick=True, watch=watch)
 
 
-def test_the_figures_of_the_paper_are_reached(study: Study) -> None:
+def test_the_figures_of_the_paper_are_reached(study: StudyResult) -> None:
     values = {name: value for name, value in study.values.items() if isinstance(value, int | float)}
     assert values["mc_settings"] >= 20
     assert values["mc_outside_3se"] == 0
@@ -63,12 +63,12 @@ def test_the_figures_of_the_paper_are_reached(study: Study) -> None:
     assert values["fig10_gap_monotone"] is True
 
 
-def test_a_study_is_json_and_comes_back(study: Study) -> None:
+def test_a_study_is_json_and_comes_back(study: StudyResult) -> None:
     text = json.dumps(study.document(), allow_nan=False)
-    assert Study.of(json.loads(text)) == study
+    assert StudyResult.of(json.loads(text)) == study
 
 
-def test_every_figure_of_the_section_is_drawn(study: Study) -> None:
+def test_every_figure_of_the_section_is_drawn(study: StudyResult) -> None:
     assert {"Fig. 6", "Fig. 7", "Fig. 9", "Fig. 10"} <= {picture.figure for picture in study.pictures}
     assert len({picture.name for picture in study.pictures}) == len(study.pictures) == 8
     for picture in study.pictures:
@@ -76,12 +76,12 @@ def test_every_figure_of_the_section_is_drawn(study: Study) -> None:
         assert not re.search(r"\bnan\b", picture.drawing.svg, re.IGNORECASE)
 
 
-def test_a_quick_study_says_so(study: Study) -> None:
+def test_a_quick_study_says_so(study: StudyResult) -> None:
     assert any(said.startswith("Quick: 10 maps instead of 1000") for said in study.deviations)
     assert study.seeds == {"maps": 44, "lots": 45, "cells": 46}
 
 
-def test_progress_grows_to_its_end(study: Study, watch: Watch) -> None:
+def test_progress_grows_to_its_end(study: StudyResult, watch: Watch) -> None:
     assert study.name == "standoff"
     assert all(before[0] < after[0] for before, after in pairwise(watch.reports))
     assert watch.reports[-1][0] == watch.reports[-1][1]
@@ -127,12 +127,12 @@ def test_a_gap_grows_only_if_it_is_above_0_and_larger_at_each_step(gap: tuple[fl
 
 
 def test_a_wrong_closed_form_is_found_out() -> None:
-    clutter = Clutter(occupancy=0.05, radius_m=0.4)
+    clutter = RandomObstacles(occupancy=0.05, radius_m=0.4)
     drawn = clear_by_lot(5.0, clutter, trials=50_000, rng=np.random.default_rng(1))
     right = 0.95 ** (2.0 * 0.4 * 5.0 + math.pi * 0.16)
-    assert abs(Check(equation=11, setting="", exact=right, drawn=drawn).z) <= 3.0
+    assert abs(ProbabilityCheck(equation=11, setting="", exact=right, drawn=drawn).z) <= 3.0
     without_the_ends = 0.95 ** (2.0 * 0.4 * 5.0)
-    assert abs(Check(equation=11, setting="", exact=without_the_ends, drawn=drawn).z) > 3.0
+    assert abs(ProbabilityCheck(equation=11, setting="", exact=without_the_ends, drawn=drawn).z) > 3.0
 
 
 def test_the_corridor_by_lot_is_a_stadium_in_its_box() -> None:
@@ -142,7 +142,7 @@ def test_the_corridor_by_lot_is_a_stadium_in_its_box() -> None:
 
 def test_the_agent_stands_where_two_are_seen_and_none_notices_it() -> None:
     field = FieldMap(bounds_m=(0.0, 0.0, 20.0, 20.0), targets_m=((7.0, 10.0), (13.0, 10.0), (10.0, 10.5)))
-    regions = feasible_regions(field, Ring(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
+    regions = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
     found = agent_place(field, regions, inner_m=2.0)
     assert found is not None
     place_m, seen = found
@@ -150,7 +150,7 @@ def test_the_agent_stands_where_two_are_seen_and_none_notices_it() -> None:
     assert all(2.0 < math.dist(place_m, field.targets_m[n]) < 5.0 for n in seen)
     assert all(math.dist(place_m, target_m) > 2.0 for target_m in field.targets_m)
     apart = FieldMap(bounds_m=(0.0, 0.0, 40.0, 20.0), targets_m=((10.0, 10.0), (30.0, 10.0)))
-    alone = feasible_regions(apart, Ring(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
+    alone = feasible_regions(apart, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
     assert agent_place(apart, alone, inner_m=2.0) is None
 
 

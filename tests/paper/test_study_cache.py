@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import StorageFull
-from foveacam_pipeline.study.cache import DamagedFile, Kept, StudyCache, key_of
-from foveacam_pipeline.study.findings import Row, Study
+from foveacam_pipeline.study.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.findings import PaperComparison, StudyResult
 
-KEPT = Kept(
-    study=Study(
+KEPT = CachedStudy(
+    study=StudyResult(
         name="depth",
         section="4.1",
         title="Depth error",
         values={"ratio": 9.1, "label": "ΔZ"},
-        rows=(Row(quantity="ratio", paper="about 9", ours="9.1"),),
+        rows=(PaperComparison(quantity="ratio", paper="about 9", ours="9.1"),),
         seeds={"noise": 3},
     ),
     took_s=1.5,

@@ -13,23 +13,23 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.study import tradeoff_study as tradeoff_study_module
 from foveacam_pipeline.study.depth_metrics import (
     BinScores,
-    Metric,
+    DepthMetric,
     bin_scores,
     depth_bins,
     gains,
     tradeoff,
 )
-from foveacam_pipeline.study.findings import Study
-from foveacam_pipeline.study.near_far_rays import LATTICE, Face, Pinhole, cast
+from foveacam_pipeline.study.findings import StudyResult
+from foveacam_pipeline.study.near_far_rays import LATTICE, PinholeCamera, RectangleFace, cast
 from foveacam_pipeline.study.near_far_scenes import CAMERA, FARTHEST_M, StereoScene, street
-from foveacam_pipeline.study.patches import Choice, Size, budget
-from foveacam_pipeline.study.tradeoff import Outcome, outcomes
+from foveacam_pipeline.study.patches import PatchChoice, PictureSize, budget
+from foveacam_pipeline.study.tradeoff import SceneOutcome, outcomes
 from foveacam_pipeline.study.tradeoff_rig import RigPairScene, rig_outcome
 from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal, StereoView
 from foveacam_pipeline.study.tradeoff_study import tradeoff_study
-from foveacam_pipeline.study.tradeoff_sweep import Point, crossings
+from foveacam_pipeline.study.tradeoff_sweep import BudgetPoint, crossings
 
-NATIVE = Size(width=CAMERA.width, height=CAMERA.height)
+NATIVE = PictureSize(width=CAMERA.width, height=CAMERA.height)
 
 
 @pytest.fixture(scope="module")
@@ -66,10 +66,10 @@ def test_a_street_has_near_ground_and_far_houses(scene: StereoScene) -> None:
 
 
 def test_the_depth_of_a_face_is_its_own() -> None:
-    camera = Pinhole(f_px=100.0, cx_px=50.0, cy_px=20.0, width=100, height=40)
-    wall = Face(axis=2, low_m=(-1.0, -1.0, 10.0), high_m=(1.0, 1.0, 10.0))
-    ground = Face(axis=1, low_m=(-9.0, 1.5, 1.0), high_m=(9.0, 1.5, 300.0))
-    side = Face(axis=0, low_m=(3.0, -5.0, 2.0), high_m=(3.0, 5.0, 200.0))
+    camera = PinholeCamera(f_px=100.0, cx_px=50.0, cy_px=20.0, width=100, height=40)
+    wall = RectangleFace(axis=2, low_m=(-1.0, -1.0, 10.0), high_m=(1.0, 1.0, 10.0))
+    ground = RectangleFace(axis=1, low_m=(-9.0, 1.5, 1.0), high_m=(9.0, 1.5, 300.0))
+    side = RectangleFace(axis=0, low_m=(3.0, -5.0, 2.0), high_m=(3.0, 5.0, 200.0))
     z_m = cast([wall, ground, side], camera, eye_x_m=0.5, lattice=np.zeros((LATTICE, LATTICE))).z_m
     assert z_m[20, 50] == 10.0
     assert z_m[35, 50] == pytest.approx(1.5 * 100.0 / 15.0)
@@ -105,7 +105,7 @@ def test_scores_are_what_they_are_called() -> None:
 def test_gains_are_positive_where_the_foveated_map_is_better() -> None:
     worse = BinScores(absrel=np.array([0.2]), rmse=np.array([2.0]), delta1=np.array([0.8]))
     better = BinScores(absrel=np.array([0.1]), rmse=np.array([1.5]), delta1=np.array([0.9]))
-    assert [gains(better, worse, metric)[0] for metric in Metric] == pytest.approx([0.1, 0.5, 0.1])
+    assert [gains(better, worse, metric)[0] for metric in DepthMetric] == pytest.approx([0.1, 0.5, 0.1])
 
 
 def test_the_ratio_has_two_readings() -> None:
@@ -126,13 +126,13 @@ def test_crossings_are_found_between_budgets_even_from_an_infinite_ratio() -> No
 
 def test_native_patches_mend_what_is_far(scene: StereoScene) -> None:
     found = outcomes(scene, budget(NATIVE, 0.25, patches=4), SemiGlobal())
-    for choice in Choice:
+    for choice in PatchChoice:
         each = found[choice]
         assert each.coverage[-1] > 0.25
         assert each.coverage[:5].max() < 0.02
-        assert gains(each.fov, each.mr, Metric.ABSREL)[-1] > 0.0
+        assert gains(each.fov, each.mr, DepthMetric.ABSREL)[-1] > 0.0
         assert np.all(np.diff(each.bin_depth_m) > 0.0)
-    assert found[Choice.TRUTH].coverage[-1] >= found[Choice.ESTIMATE].coverage[-1]
+    assert found[PatchChoice.TRUTH].coverage[-1] >= found[PatchChoice.ESTIMATE].coverage[-1]
 
 
 def test_a_scene_without_truth_is_refused(scene: StereoScene) -> None:
@@ -143,11 +143,11 @@ def test_a_scene_without_truth_is_refused(scene: StereoScene) -> None:
 
 def rig_scene() -> RigPairScene:
     """A wall behind a box, by a wide pair and one verged fovea pair: the rig at a quarter of its size."""
-    wide = Pinhole(f_px=788.0, cx_px=179.5, cy_px=134.5, width=360, height=270)
+    wide = PinholeCamera(f_px=788.0, cx_px=179.5, cy_px=134.5, width=360, height=270)
     zoom, baseline_m = 9.125, 0.2
     faces = [
-        Face(axis=2, low_m=(-9.0, -9.0, 14.0), high_m=(9.0, 9.0, 14.0)),
-        Face(axis=2, low_m=(-0.2, -0.2, 11.5), high_m=(0.6, 0.3, 11.5), level=90.0),
+        RectangleFace(axis=2, low_m=(-9.0, -9.0, 14.0), high_m=(9.0, 9.0, 14.0)),
+        RectangleFace(axis=2, low_m=(-0.2, -0.2, 11.5), high_m=(0.6, 0.3, 11.5), level=90.0),
     ]
     lattice = np.random.default_rng(3).uniform(-1.0, 1.0, (LATTICE, LATTICE))
     pair = [cast(faces, wide, eye_x_m=x_m, lattice=lattice) for x_m in (0.0, baseline_m)]
@@ -157,7 +157,7 @@ def rig_scene() -> RigPairScene:
     windows = [
         cast(
             faces,
-            Pinhole(f_px=f_px, cx_px=-u0, cy_px=-v0_px, width=360, height=270),
+            PinholeCamera(f_px=f_px, cx_px=-u0, cy_px=-v0_px, width=360, height=270),
             eye_x_m=x_m,
             lattice=lattice,
         ).image.astype(np.uint8)
@@ -212,7 +212,7 @@ def test_foveae_of_another_baseline_and_none_at_all_are_refused() -> None:
 def test_gains_are_told_with_their_errors_over_scenes() -> None:
     same = np.full(2, 0.5)
     found = [
-        Outcome(
+        SceneOutcome(
             mr=BinScores(absrel=np.array([0.2, 0.4]), rmse=same, delta1=same),
             fov=BinScores(absrel=np.array([0.21, 0.4 - gain]), rmse=same, delta1=same),
             coverage=same,
@@ -221,11 +221,11 @@ def test_gains_are_told_with_their_errors_over_scenes() -> None:
         )
         for gain in (0.02, 0.04, 0.06)
     ]
-    point = Point(share=0.25, sizes=budget(NATIVE, 0.25, patches=4), outcomes=tuple(found))
-    np.testing.assert_allclose(point.gains(Metric.ABSREL), [-0.01, 0.04])
-    np.testing.assert_allclose(point.gain_errors(Metric.ABSREL), [0.0, 0.02 / 3**0.5], atol=1e-12)
-    low, high = point.interval(Metric.ABSREL, seed=1)
-    assert 1.9 < low.mean < point.ratio(Metric.ABSREL).mean < high.mean < 6.1
+    point = BudgetPoint(share=0.25, sizes=budget(NATIVE, 0.25, patches=4), outcomes=tuple(found))
+    np.testing.assert_allclose(point.gains(DepthMetric.ABSREL), [-0.01, 0.04])
+    np.testing.assert_allclose(point.gain_errors(DepthMetric.ABSREL), [0.0, 0.02 / 3**0.5], atol=1e-12)
+    low, high = point.interval(DepthMetric.ABSREL, seed=1)
+    assert 1.9 < low.mean < point.ratio(DepthMetric.ABSREL).mean < high.mean < 6.1
 
 
 class Watching:
@@ -250,7 +250,7 @@ def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper(
     watch = Watching()
     study = tradeoff_study(scenes=1, quick=True, rig_pairs=(rig_scene(),), watch=watch)
     assert watch.steps[-1] == (4, 4)
-    for metric in Metric:
+    for metric in DepthMetric:
         for reading in ("mean", "sum"):
             for end in ("", "_from_estimate"):
                 assert f"t_{metric}_{reading}{end}" in study.values
@@ -266,7 +266,7 @@ def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper(
     ]
     assert study.values["rig_pairs"] == 1
     assert any("Virtual KITTI 2 was not given" in said for said in study.deviations)
-    assert Study.of(study.document()) == study
+    assert StudyResult.of(study.document()) == study
 
 
 class Cropping:

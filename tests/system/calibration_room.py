@@ -16,10 +16,10 @@ from foveacam_hardware.contract import MirrorVolts, PixelFormat, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.optics import gaze
-from foveacam_pipeline.calibrate.sweep.marker_sight import direction_rad, gaze_on_target
+from foveacam_pipeline.calibrate.sweep.marker_observation import direction_rad, gaze_on_target
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -49,7 +49,7 @@ class Notebook:
         self.last[name] = image
 
 
-class Silent(Nobody):
+class Silent(SilentWatcher):
     """Watches a step without a word."""
 
     def stage(self, name: str) -> None:

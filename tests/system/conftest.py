@@ -24,7 +24,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.app import create_app
 from foveacam_server.bench.local_server import serving
-from foveacam_server.runtime.capture_watch import CaptureWatch
+from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher
 from foveacam_server.runtime.services import Services
 from foveacam_server.settings import Settings
 
@@ -223,14 +223,14 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
 @contextmanager
 def gated() -> Iterator[threading.Event]:
     """Let captures wait behind every look until the event is set, or the context ends."""
-    found, saw = threading.Event(), CaptureWatch.saw
+    found, saw = threading.Event(), CaptureJobWatcher.saw
 
-    def wait_behind(watch: CaptureWatch, frames: tuple[Frame, ...]) -> None:
+    def wait_behind(watch: CaptureJobWatcher, frames: tuple[Frame, ...]) -> None:
         saw(watch, frames)
         found.wait(PATIENCE_S)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(CaptureWatch, "saw", wait_behind)
+        patch.setattr(CaptureJobWatcher, "saw", wait_behind)
         yield found
         found.set()
 

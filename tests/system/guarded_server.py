@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
     Role,
     StereoVolts,
 )
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
@@ -72,7 +72,7 @@ def guarded_rig(config: SerialRigConfig, *, clock: Clock | None = None, guarded:
     """Return the rig of a rig file as `open_rig` does, its cameras stood in for."""
     clock = clock or MonotonicClock()
     port = config.mirrors.port
-    care = Care(answer_s=1.0, probe_s=0.5, guardian=Guardian() if guarded else None)
+    care = LinkSupervision(answer_s=1.0, probe_s=0.5, guardian=Guardian() if guarded else None)
     mirrors = WatchedMirrors(lambda: SerialLink(port), clock, name=port, care=care)
     image = np.random.default_rng(1).integers(0, 256, SIZE, dtype=np.uint8)
     image.setflags(write=False)

@@ -17,7 +17,7 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models.content import plain
 from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.finished import finish
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.calibrating.wide_documents import RESULT, views_id
 
@@ -51,7 +51,7 @@ def store_session(
     `side`: poses of the sweep across and down, over the whole field or to `field_deg`. `poses`: how many of
     them were measured; None: all.
     """
-    shelf = SessionShelf(data / "calibrations" / "sessions")
+    shelf = SessionCollection(data / "calibrations" / "sessions")
     session = shelf.create(label=label, rig_id=RIG, baseline_m=0.2)
     lens = plain(true_wide())
     WideSamples(Charuco()).save(session.folder)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 
 from .calibration_desk import Desk, virtual_desk
 from .conftest import API, Running
@@ -87,7 +87,7 @@ def test_views_of_the_board_are_taken_until_that_is_cancelled(desk: Desk, room: 
 
 
 def test_cancelled_sweep_goes_on_where_it_ended(desk: Desk, room: Running, measured: str) -> None:
-    session = SessionShelf(desk.data / "calibrations" / "sessions").get(measured)
+    session = SessionCollection(desk.data / "calibrations" / "sessions").get(measured)
     store_sweep(session, desk.stations[0], field_deg=6.0, poses=STORED)
     before = room.last_event
     with desk.held_at("calibration.pose"):

@@ -10,8 +10,8 @@ from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_server.doctor.devices import check_devices
-from foveacam_server.doctor.examination import Surroundings, examine
-from foveacam_server.doctor.findings import Level, healthy
+from foveacam_server.doctor.examination import ExaminationContext, examine
+from foveacam_server.doctor.findings import Severity, healthy
 from foveacam_server.doctor.trigger import check_trigger
 from foveacam_server.settings import Settings
 
@@ -34,7 +34,7 @@ def test_every_device_of_a_healthy_rig_says_who_it_is(rig: Rig) -> None:
 def test_one_pulse_that_exposes_both_foveae_is_all_there_is_to_say(rig: Rig) -> None:
     (pulse,) = check_trigger(rig)
 
-    assert pulse.level is Level.OK
+    assert pulse.level is Severity.OK
     assert not rig.mirrors.state.enabled
 
 
@@ -45,7 +45,7 @@ def test_a_wire_that_is_off_is_told_from_a_camera_that_is_broken(rig: Rig) -> No
 
     pulse, left, right = check_trigger(rig)
 
-    assert pulse.level is Level.PROBLEM
+    assert pulse.level is Severity.PROBLEM
     assert left.found.startswith("wiring:")
     assert "trigger_line" in left.remedy
     assert right.found.startswith("wiring:")
@@ -73,14 +73,14 @@ def test_an_examination_of_an_absent_rig_says_what_is_missing_and_what_to_do(tmp
         encoding="utf-8",
     )
     settings = Settings(rig=str(file), port=0, data=tmp_path / "data")
-    where = Surroundings(
+    where = ExaminationContext(
         machine=made_up.machine, searches={"aravis": list}, versions={"libaravis": lambda: "0.8"}
     )
 
     findings = {finding.name: finding for finding in examine(settings, surroundings=where)}
 
     for name in ("serial_ports", "camera_wide", "mirrors", "wide", "left", "right", "calibration"):
-        assert findings[name].level is Level.PROBLEM, name
+        assert findings[name].level is Severity.PROBLEM, name
         assert findings[name].remedy, name
-    assert findings["rail"].level is Level.OK
+    assert findings["rail"].level is Severity.OK
     assert "renderer_cache" not in findings

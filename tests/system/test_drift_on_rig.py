@@ -18,12 +18,12 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
-from foveacam_pipeline.calibrate.drift.health import Checkup, Health, Verdict
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
-from foveacam_server.bench.calibration_truth import EYES, Ours, random_poses
+from foveacam_server.bench.calibration_truth import EYES, CalibrationModel, random_poses
 
 CERTIFICATE = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
 RELOCATED = {
@@ -80,7 +80,7 @@ def misses_px(rig: Rig, calibration: Calibration) -> NDArray[np.float64]:
     truth = rig.truth
     assert truth is not None
     misses: list[list[NDArray[np.float64]]] = []
-    for pose in random_poses(Ours(calibration), truth, rng=np.random.default_rng(5), count=200):
+    for pose in random_poses(CalibrationModel(calibration), truth, rng=np.random.default_rng(5), count=200):
         misses.append([])
         for role in EYES:
             view = truth.static_projection(role, eye_volts(pose.volts, role), t_ns=rig.clock.now_ns())
@@ -156,7 +156,7 @@ def test_a_slow_machine_is_given_the_time_that_a_lock_takes_and_no_more_than_tha
 
 
 def test_a_check_can_be_cancelled() -> None:
-    class Impatient(Nobody):
+    class Impatient(SilentWatcher):
         def cancelled(self) -> bool:
             return True
 
@@ -164,8 +164,8 @@ def test_a_check_can_be_cancelled() -> None:
         one_shot(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
 
 
-def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> Health:
-    checkup = Checkup(CERTIFICATE)
+def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> HealthReport:
+    checkup = HealthMonitor(CERTIFICATE)
     with open_simulated("bench", inline=True) as rig:
         assert rig.truth is not None
         plainly(rig)
@@ -177,9 +177,9 @@ def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> 
 
 def test_ordinary_fixations_call_a_good_calibration_good() -> None:
     found = health_after_clicks(turn_rad={})
-    assert found.verdict is Verdict.GOOD, found.detail
+    assert found.verdict is HealthVerdict.GOOD, found.detail
 
 
 def test_ordinary_fixations_notice_that_an_eye_has_moved() -> None:
     found = health_after_clicks(turn_rad={Role.LEFT: (math.radians(0.02), 0.0, 0.0)})
-    assert found.verdict is Verdict.RECALIBRATE, found.detail
+    assert found.verdict is HealthVerdict.RECALIBRATE, found.detail

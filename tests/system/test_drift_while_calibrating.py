@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.fit.measured import RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import NominalRig, rig_sweep
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
@@ -22,7 +22,7 @@ from foveacam_server.calibrating.documents import DRIFT
 from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
 from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.wide_documents import RESULT
 
@@ -84,7 +84,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
         make_grey(rig)
         rig.truth.world.drift.amplitude_rad *= FASTER
         rig.mirrors.enable()
-        shelf = SessionShelf(tmp_path_factory.mktemp("data"))
+        shelf = SessionCollection(tmp_path_factory.mktemp("data"))
         session = shelf.create(label="hot", rig_id=rig.rig_id, baseline_m=rig.baseline_m)
         session.write(RESULT, {"lens": asdict(WIDE)})
         found = Swept(rig, session)
@@ -111,7 +111,7 @@ def test_what_is_complete_is_not_measured_again(swept: Swept) -> None:
 
 
 def test_the_drift_that_was_measured_is_the_true_one(swept: Swept) -> None:
-    found = rig_sweep(swept.sweeps, WIDE, drawing=RigDrawing(rig_id=swept.rig.rig_id), label="hot")
+    found = rig_sweep(swept.sweeps, WIDE, drawing=NominalRig(rig_id=swept.rig.rig_id), label="hot")
     assert found.drift is not None
     for role in EYES:
         (run,) = found.drift[role].runs

@@ -40,7 +40,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.cameras.aravis import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.sim.far_ends.gige_camera import GigeCamera, Request
+from foveacam_hardware.sim.far_ends.gige_camera import AcquisitionRequest, GigeCamera
 from foveacam_hardware.sim.rig import open_simulated
 
 WHOLE = AravisOptions(width_px=1440, height_px=1080, packet_size_bytes=8900)
@@ -68,9 +68,9 @@ def wide_picture() -> NDArray[np.uint8]:
 
 
 def test_a_rendered_wide_frame_comes_through_gige_vision_unchanged(wide_picture: NDArray[np.uint8]) -> None:
-    asked: list[Request] = []
+    asked: list[AcquisitionRequest] = []
 
-    def serve(request: Request) -> NDArray[np.uint8]:
+    def serve(request: AcquisitionRequest) -> NDArray[np.uint8]:
         asked.append(request)
         return wide_picture
 

@@ -13,7 +13,7 @@ from tests.unit.dataset_scenes import header, noise_frame
 from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_server.runtime.store import Document
 
 from .conftest import API, PATIENCE_S, Running
@@ -45,7 +45,9 @@ def bare(folder: Path, name: str, *, aims_rad: list[tuple[float, float]], calibr
                 Shot(frame=replace(noise_frame(role, index), volts=drive))
                 for role, drive in ((Role.LEFT, volts.left), (Role.RIGHT, volts.right))
             )
-            writer.add(Point(place=Place(index=index, aim_rad=aim_rad, distance_m=5.0), shots=shots))
+            writer.add(
+                CapturedPoint(place=PlanPosition(index=index, aim_rad=aim_rad, distance_m=5.0), shots=shots)
+            )
         writer.finish()
 
 

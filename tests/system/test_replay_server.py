@@ -14,7 +14,7 @@ from tests.unit.recordings import STREAMS, picture, raw
 
 from foveacam_hardware.contract import DeviceInfo, InvalidInput
 from foveacam_pipeline.capture.recording.recorder import Recorder
-from foveacam_pipeline.capture.recording.session import RecordedRig, Session
+from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.app import create_app
 from foveacam_server.bench.local_server import serving
@@ -39,14 +39,14 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of the simulated rig's name, with its calibration, and pictures that tell their number."""
     path = tmp_path_factory.mktemp("recording") / "monday.fcap"
     calibration = load_calibration(SHIPPED / "sim-rig120.json")
-    rig = RecordedRig(
+    rig = RigDescription(
         rig_id=calibration.rig_id,
         name="The rig of Monday",
         baseline_m=calibration.baseline_m,
         cameras={stream: DeviceInfo(vendor="v", model="IMX273", serial="7") for stream in STREAMS},
         calibration=calibration,
     )
-    with Recorder(path, Session(timestamp="2026-01-31T12:00:00+00:00", rig=rig)) as recorder:
+    with Recorder(path, RecordingSession(timestamp="2026-01-31T12:00:00+00:00", rig=rig)) as recorder:
         for tick in range(TICKS):
             for stream in STREAMS:
                 recorder.publish(stream, raw(picture(stream, tick, height=HEIGHT, width=WIDTH), tick=tick))
@@ -124,7 +124,7 @@ def test_a_file_that_is_no_recording_ends_the_start_in_a_sentence(tmp_path: Path
 
 
 def test_a_recording_without_eyes_cannot_be_played(tmp_path: Path) -> None:
-    with Recorder(tmp_path / "a.fcap", Session(timestamp="")) as recorder:
+    with Recorder(tmp_path / "a.fcap", RecordingSession(timestamp="")) as recorder:
         recorder.publish("thermal", raw(picture("left", 0), tick=0))
 
     with pytest.raises(InvalidInput, match="its streams are thermal"):

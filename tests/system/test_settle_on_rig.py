@@ -8,7 +8,7 @@ import pytest
 from foveacam_hardware.contract import CameraSettings, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.low_pass import DriveHistory
-from foveacam_hardware.sim.presets import Preset, find_preset
+from foveacam_hardware.sim.presets import RigPreset, find_preset
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.settle.settle import characterise
@@ -49,7 +49,7 @@ def plainly(rig: Rig) -> CameraSettings:
     return rig.left.settings
 
 
-def true_time_us(preset: Preset, share: float) -> float:
+def true_time_us(preset: RigPreset, share: float) -> float:
     """Return when a step is within a share of itself of rest for good."""
     history = DriveHistory(axes=1, mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=0)
     history.drive(0, np.ones(1))
@@ -61,7 +61,7 @@ def true_time_us(preset: Preset, share: float) -> float:
 @pytest.fixture(scope="module", params=["paper", "rig120"])
 def measured(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Preset, SettleReport]:
+) -> tuple[RigPreset, SettleReport]:
     warm_up()
     preset = find_preset(request.param)
     scene = tmp_path_factory.mktemp("scene") / "wall.toml"
@@ -82,7 +82,9 @@ def measured(
 
 
 @pytest.mark.parametrize("role", EYES)
-def test_the_mirrors_settle_when_the_pictures_say(measured: tuple[Preset, SettleReport], role: Role) -> None:
+def test_the_mirrors_settle_when_the_pictures_say(
+    measured: tuple[RigPreset, SettleReport], role: Role
+) -> None:
     preset, report = measured
     found = report.axis(role, "x")
     tolerance_us = TOLERANCE_US[preset.name]
@@ -90,7 +92,7 @@ def test_the_mirrors_settle_when_the_pictures_say(measured: tuple[Preset, Settle
     assert found.settle_us == pytest.approx(true_time_us(preset, 1.0 / found.step_px), abs=tolerance_us)
 
 
-def test_largest_move_is_over_after_the_wait_that_follows(measured: tuple[Preset, SettleReport]) -> None:
+def test_largest_move_is_over_after_the_wait_that_follows(measured: tuple[RigPreset, SettleReport]) -> None:
     preset, report = measured
     largest_px = max(axis.step_px * 2.0 * MAX_V / axis.step_v for axis in report.axes)
     true_us = true_time_us(preset, 1.0 / largest_px)
@@ -98,7 +100,7 @@ def test_largest_move_is_over_after_the_wait_that_follows(measured: tuple[Preset
 
 
 @pytest.mark.parametrize("role", EYES)
-def test_the_mirrors_own_resonance_is_found(measured: tuple[Preset, SettleReport], role: Role) -> None:
+def test_the_mirrors_own_resonance_is_found(measured: tuple[RigPreset, SettleReport], role: Role) -> None:
     preset, report = measured
     found = report.axis(role, "x").resonance
     assert found is not None, report.axis(role, "x").ringing

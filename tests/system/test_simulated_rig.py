@@ -17,7 +17,7 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_hardware.rig import Closing, Rig
+from foveacam_hardware.rig import Closeable, Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import open_simulated, simulated_rig
 from foveacam_hardware.sim.scenes.motion import pose
@@ -200,7 +200,7 @@ def test_everything_is_closed_last_opened_first(monkeypatch: pytest.MonkeyPatch)
     closed: list[str] = []
     rig = open_simulated(inline=True)
 
-    def noting(name: str, device: Closing) -> None:
+    def noting(name: str, device: Closeable) -> None:
         inner = device.close
 
         def close() -> None:

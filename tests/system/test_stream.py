@@ -22,9 +22,9 @@ from foveacam_hardware.contract import MonotonicClock
 from foveacam_server import errors
 from foveacam_server.api import views
 from foveacam_server.bench.local_server import serving
-from foveacam_server.bench.stream_clients import Viewer, thin_line
+from foveacam_server.bench.stream_clients import StreamViewer, thin_line
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.stream import LiveStreams
 from foveacam_server.runtime.stream_messages import HEADER
 
 PATIENCE_S = 10.0
@@ -51,7 +51,7 @@ class Live:
 
     port: int
     hub: FrameHub
-    streams: Streams
+    streams: LiveStreams
 
     def publish(self, view: str, seq: int, *, height: int = 60, width: int = 80, **meta: object) -> None:
         image = np.random.default_rng(seq).integers(0, 256, (height, width), dtype=np.uint8)
@@ -76,7 +76,7 @@ class Live:
 @pytest.fixture(params=[64])
 def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
-    streams = Streams(hub, boot_id="boot-1", max_clients=request.param)
+    streams = LiveStreams(hub, boot_id="boot-1", max_clients=request.param)
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     errors.install(app)
@@ -280,7 +280,7 @@ def test_a_thin_line_shows_late_pictures_but_never_old_ones(live: Live) -> None:
 
     async def scenario() -> None:
         async with thin_line(port=live.port, bytes_per_s=bytes_per_s) as port:
-            viewer = Viewer(f"ws://127.0.0.1:{port}{SOCKET}", {"wide": 1, "left": 2, "right": 2})
+            viewer = StreamViewer(f"ws://127.0.0.1:{port}{SOCKET}", {"wide": 1, "left": 2, "right": 2})
             task = asyncio.create_task(viewer.watch())
             picture_bytes, late_s = 0, []
             for seq in range(1, round(4 * rate_hz)):

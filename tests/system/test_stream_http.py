@@ -16,7 +16,7 @@ from foveacam_server import errors
 from foveacam_server.api import views
 from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, Streams
+from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, LiveStreams
 
 PATIENCE_S = 10.0
 
@@ -42,7 +42,7 @@ class Live:
 @pytest.fixture
 def live() -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
-    streams = Streams(hub, boot_id="boot-1")
+    streams = LiveStreams(hub, boot_id="boot-1")
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     errors.install(app)

@@ -11,7 +11,7 @@ import httpx
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from foveacam_server.bench.stream_clients import Viewer
+from foveacam_server.bench.stream_clients import StreamViewer
 
 PATIENCE_S = 20.0
 
@@ -19,7 +19,7 @@ PATIENCE_S = 20.0
 async def watch_and_stop(process: "subprocess.Popen[str]", *, port: int) -> float:
     """Open eight viewers, one that reads nothing and an MJPEG stream; return how long the end took."""
     root = f"127.0.0.1:{port}"
-    viewers = [Viewer(f"ws://{root}/api/v1/views/ws", {"wide": 1, "left": 2}) for _ in range(8)]
+    viewers = [StreamViewer(f"ws://{root}/api/v1/views/ws", {"wide": 1, "left": 2}) for _ in range(8)]
     tasks = [asyncio.create_task(viewer.watch()) for viewer in viewers]
     async with (
         httpx.AsyncClient(trust_env=False, timeout=PATIENCE_S) as http,

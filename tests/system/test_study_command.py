@@ -19,16 +19,16 @@ from matplotlib.figure import Figure
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import load_calibration
-from foveacam_pipeline.study.findings import Drawing, Picture, Row, Study, drawing_of
-from foveacam_pipeline.study.toy_scene import SCENE, Place
+from foveacam_pipeline.study.findings import Drawing, PaperComparison, StudyFigure, StudyResult, drawing_of
+from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
 from foveacam_server import cli
 from foveacam_server.bench.tradeoff_truth import wide_pair
 from foveacam_server.study_command.ctrl_c import heard_ctrl_c
 from foveacam_server.study_command.placed_rig import stands_on
-from foveacam_server.study_command.recipes import CERTIFICATE, Recipe, StudyOrder, recipes
-from foveacam_server.study_command.run import Wanted, run_studies
+from foveacam_server.study_command.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
+from foveacam_server.study_command.run import ReportOptions, run_studies
 
 
 @pytest.fixture(autouse=True)
@@ -44,33 +44,37 @@ def drawn() -> Drawing:
     return drawing_of(figure)
 
 
-def recipe(name: str, work: Callable[[MakingWatch], None] = lambda _watch: None) -> tuple[Recipe, list[str]]:
+def recipe(
+    name: str, work: Callable[[ProgressWatcher], None] = lambda _watch: None
+) -> tuple[StudyRecipe, list[str]]:
     computed: list[str] = []
 
-    def compute(watch: MakingWatch) -> Study:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         computed.append(name)
         work(watch)
-        return Study(
+        return StudyResult(
             name=name,
             section="4.1",
             title=f"About {name}",
             values={"ratio": 9.1},
-            rows=(Row(quantity="ratio [m]", paper="about 9", ours="9.1"),),
-            pictures=(Picture(name="curve", title="Curve", caption="", drawing=drawn()),),
+            rows=(PaperComparison(quantity="ratio [m]", paper="about 9", ours="9.1"),),
+            pictures=(StudyFigure(name="curve", title="Curve", caption="", drawing=drawn()),),
             seeds={"noise": 3},
         )
 
-    return Recipe(name=name, settings={"quick": True}, files=(Path(__file__),), compute=compute), computed
+    return StudyRecipe(
+        name=name, settings={"quick": True}, files=(Path(__file__),), compute=compute
+    ), computed
 
 
-def ctrl_c(watch: MakingWatch) -> None:
+def ctrl_c(watch: ProgressWatcher) -> None:
     os.kill(os.getpid(), signal.SIGINT)
-    steps = Steps(watch, 1_000_000, ended="cancelled")
+    steps = ProgressSteps(watch, 1_000_000, ended="cancelled")
     for _ in range(1_000_000):
         steps.step("on and on")
 
 
-def ctrl_c_twice(watch: MakingWatch) -> None:
+def ctrl_c_twice(watch: ProgressWatcher) -> None:
     os.kill(os.getpid(), signal.SIGINT)
     until_s = time.monotonic() + 20.0
     while not watch.cancelled() and time.monotonic() < until_s:
@@ -80,12 +84,12 @@ def ctrl_c_twice(watch: MakingWatch) -> None:
         pass
 
 
-def broken(_watch: MakingWatch) -> None:
+def broken(_watch: ProgressWatcher) -> None:
     raise DeviceFault("the rig was lost; connect it")
 
 
 def test_a_table_the_drawings_and_the_report(capsys: pytest.CaptureFixture[str]) -> None:
-    run_studies([recipe("one")[0]], Wanted(out=Path("told")))
+    run_studies([recipe("one")[0]], ReportOptions(out=Path("told")))
     printed = capsys.readouterr().out
     for words in ("paper", "ours", "about 9", "ratio [m]", "told/report.html"):
         assert words in printed
@@ -107,7 +111,7 @@ def test_what_is_kept_is_not_computed_again_unless_asked(
 ) -> None:
     one, computed = recipe("one")
     for fresh in (False, False, True):
-        run_studies([one], Wanted(as_json=True, fresh=fresh))
+        run_studies([one], ReportOptions(as_json=True, fresh=fresh))
     told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [document["kept"] for document in told] == [False, True, False]
     assert told[0]["ratio"] == told[1]["ratio"] == 9.1
@@ -115,7 +119,7 @@ def test_what_is_kept_is_not_computed_again_unless_asked(
     assert len(computed) == 2
     (file,) = kept.iterdir()
     file.write_bytes(file.read_bytes()[:-40])
-    run_studies([one], Wanted(as_json=True))
+    run_studies([one], ReportOptions(as_json=True))
     said = capsys.readouterr()
     assert "not as it was written" in said.err
     assert file.name in said.err
@@ -125,12 +129,12 @@ def test_what_is_kept_is_not_computed_again_unless_asked(
 
 @pytest.mark.parametrize("ended_by", [ctrl_c, ctrl_c_twice])
 def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(
-    capsys: pytest.CaptureFixture[str], ended_by: Callable[[MakingWatch], None]
+    capsys: pytest.CaptureFixture[str], ended_by: Callable[[ProgressWatcher], None]
 ) -> None:
     (first, _), (second, _), (third, never) = recipe("one"), recipe("two", ended_by), recipe("three")
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(typer.Exit) as ended:
-        run_studies([first, second, third], Wanted(out=Path("told"), every=True))
+        run_studies([first, second, third], ReportOptions(out=Path("told"), every=True))
     assert ended.value.exit_code == 130
     assert not never
     assert "two: ended before it was finished" in capsys.readouterr().err
@@ -154,13 +158,13 @@ def test_one_study_that_fails_stops_no_other_when_all_are_asked_for(
 ) -> None:
     (bad, _), (good, _) = recipe("bad", broken), recipe("good")
     with pytest.raises(typer.Exit) as ended:
-        run_studies([bad, good], Wanted(as_json=True, every=True))
+        run_studies([bad, good], ReportOptions(as_json=True, every=True))
     assert ended.value.exit_code == 1
     said = capsys.readouterr()
     assert list(json.loads(said.out)) == ["good"]
     assert "bad: the rig was lost" in said.err
     with pytest.raises(DeviceFault, match="connect it"):
-        run_studies([bad], Wanted(as_json=True))
+        run_studies([bad], ReportOptions(as_json=True))
 
 
 def test_the_program_tells_a_study_as_one_json_object(
@@ -244,7 +248,7 @@ def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
         stand = stands_on(rig.truth.world.stage)
 
         def aside(x_m: float) -> None:
-            stand(Place(x_m=x_m, y_m=0.0))
+            stand(AgentPose(x_m=x_m, y_m=0.0))
             rig.clock.sleep_until_ns(rig.clock.now_ns() + 300_000_000)
 
         pair = wide_pair(rig, calibration, aside, name="here")

@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.sweep.base_turn import HandTurned
+from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase
 from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
@@ -219,7 +219,7 @@ def test_a_rig_turned_by_hand_is_measured_where_it_rests(rig: Rig, far: Swept, t
 def test_who_is_asked_to_turn_the_rig_has_time_to_begin(rig: Rig) -> None:
     by_hand, watch = turned_by_hand(rig)
     turning = replace(SETTINGS.turning, begin_ms=600.0)
-    turned = HandTurned(
+    turned = HandTurnedBase(
         head=rig.head, clock=rig.clock, watch=watch, wide=WIDE, layout=SETTINGS.layout, settings=turning
     )
     at = station(rig)

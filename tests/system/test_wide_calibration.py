@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
 from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
 from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
@@ -39,7 +39,7 @@ def test_pixels_and_angles_agree_with_the_lens_as_well_as_stated(
             rig.head,
             board,
             clock=rig.clock,
-            watch=Nobody(),
+            watch=SilentWatcher(),
             settings=WideSettings(views=38, every_s=EVERY_S, frames=1),
         )
         choice = choose_model(samples)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Image, MirrorVolts, Role, StereoVolts
 from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
     Dataset,
+    DatasetHeader,
     DatasetWriter,
-    Header,
-    Place,
-    Point,
+    PlanPosition,
     Shot,
     WriterSettings,
 )
@@ -26,9 +26,11 @@ CREATED = "2026-01-01T00:00:00+00:00"
 Grey = NDArray[np.uint8]
 
 
-def header(points: int, *, calibration: Calibration | None = None) -> Header:
+def header(points: int, *, calibration: Calibration | None = None) -> DatasetHeader:
     """Return what two runs of a test have in common."""
-    return Header(points=points, calibration=calibration, id="test", created_utc=CREATED, label="a test")
+    return DatasetHeader(
+        points=points, calibration=calibration, id="test", created_utc=CREATED, label="a test"
+    )
 
 
 def noise_frame(role: Role, index: int, *, bits: int = 8, stack: int = 0, color: bool = False) -> Frame:
@@ -43,10 +45,10 @@ def noise_frame(role: Role, index: int, *, bits: int = 8, stack: int = 0, color:
     )
 
 
-def noise_point(index: int, *, scan: int = 0) -> Point:
+def noise_point(index: int, *, scan: int = 0) -> CapturedPoint:
     """Return a point of left, right and wide; two points make a row of the grid."""
-    place = Place(index=index, scan=scan, column=index % 2, row=index // 2 % 2, aim_rad=(0.1, -0.05))
-    return Point(place=place, shots=tuple(Shot(frame=noise_frame(role, index)) for role in Role))
+    place = PlanPosition(index=index, scan=scan, column=index % 2, row=index // 2 % 2, aim_rad=(0.1, -0.05))
+    return CapturedPoint(place=place, shots=tuple(Shot(frame=noise_frame(role, index)) for role in Role))
 
 
 def written(folder: Path, points: int, *, settings: WriterSettings | None = None) -> Dataset:
@@ -58,7 +60,7 @@ def written(folder: Path, points: int, *, settings: WriterSettings | None = None
     return Dataset.open(folder)
 
 
-def painted(folder: Path, points: list[Point]) -> Dataset:
+def painted(folder: Path, points: list[CapturedPoint]) -> Dataset:
     """Return a complete dataset of these points, with the calibration that they are painted by."""
     with DatasetWriter.create(folder, header(len(points), calibration=CALIBRATION)) as writer:
         for point in points:
@@ -76,7 +78,7 @@ def noise_texture(seed: int = 1) -> Grey:
 
 def plane_point(
     index: int, *, aim_deg: tuple[float, float], z_m: float, texture: Grey | None = None, rail_m: float = 0.0
-) -> tuple[Point, NDArray[np.float64]]:
+) -> tuple[CapturedPoint, NDArray[np.float64]]:
     """Return a point that looks at a plane at z_m, and the (3,) place on it, rig frame, of a bright dot.
 
     Without a texture the plane is black; the dot is where the gazes meet, a little aside.
@@ -86,13 +88,15 @@ def plane_point(
     distance_m = z_m * float(np.linalg.norm(tangents))
     volts = CALIBRATION.steer(*aim_rad, distance_m=distance_m)
     dot_m = z_m * tangents + np.array([0.03, -0.02, 0.0]) * z_m / 5.0
-    place = Place(index=index, column=index, row=0, aim_rad=aim_rad, distance_m=distance_m, rail_m=rail_m)
+    place = PlanPosition(
+        index=index, column=index, row=0, aim_rad=aim_rad, distance_m=distance_m, rail_m=rail_m
+    )
     left, right = (
         _fovea(role, volts, centre_m=z_m * tangents, dot_m=dot_m, texture=texture)
         for role in (Role.LEFT, Role.RIGHT)
     )
     wide = _wide(dot_m)
-    return Point(place=place, shots=tuple(Shot(frame=frame) for frame in (left, right, wide))), dot_m
+    return CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in (left, right, wide))), dot_m
 
 
 def raw_px(role: Role, volts: StereoVolts, place_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import PanTiltPose, Role, Station, StationTarget
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan, base_pose
+from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan, base_pose
 from foveacam_pipeline.geometry.angles import angles_from_rays, ray
 from foveacam_pipeline.geometry.verging import eye_angles
 from foveacam_pipeline.models import Intrinsics
@@ -27,7 +27,7 @@ WIDE = Intrinsics(
     distortion=(-0.1, 0.05, 1e-4, -2e-4, 0.0),
 )
 LAYOUT = MarkerLayout()
-PLAN = SweepPlan(half_width_rad=math.radians(9), half_height_rad=math.radians(8), spacing=Spacing.EVEN)
+PLAN = SweepPlan(half_width_rad=math.radians(9), half_height_rad=math.radians(8), spacing=NodeSpacing.EVEN)
 GAIN = np.deg2rad([0.058, 0.051])
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5], [-1 / 6, 1 / 6], [1 / 3, 0.0]])
 """In sides of the marker: the outer four, and two cell corners."""

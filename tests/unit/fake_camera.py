@@ -18,13 +18,13 @@ from foveacam_hardware.contract import (
     OutOfRange,
     PixelFormat,
     Role,
-    Span,
     TriggerSource,
+    ValueRange,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.drivers.cameras.watchdog import Patience
+from foveacam_hardware.drivers.cameras.watchdog import WatchdogTimeouts
 
 SIZE = (6, 8)
 READOUT_NS = 4_000_000
@@ -32,10 +32,10 @@ BOOTED_NS = 77_000_000_000
 """The camera's clock counts from another moment than the host's."""
 INFO = DeviceInfo(vendor="Nobody", model="Fake", serial="F-1", version="1")
 RANGES = CameraRanges(
-    exposure_ns=Span(low=10_000, high=1e9),
-    gain_db=Span(low=0.0, high=24.0),
-    frame_rate_hz=Span(low=0.5, high=200.0),
-    black_level=Span(low=0.0, high=64.0),
+    exposure_ns=ValueRange(low=10_000, high=1e9),
+    gain_db=ValueRange(low=0.0, high=24.0),
+    frame_rate_hz=ValueRange(low=0.5, high=200.0),
+    black_level=ValueRange(low=0.0, high=64.0),
     pixel_formats=(PixelFormat.MONO8, PixelFormat.MONO12P, PixelFormat.BAYER_RG8),
     exposure_autos=tuple(AutoMode),
     frame_rate_auto=True,
@@ -204,9 +204,9 @@ def supervised(
     camera: FakeCamera,
     *,
     settings: CameraSettings = SETTINGS,
-    patience: Patience | None = None,
+    patience: WatchdogTimeouts | None = None,
     role: Role = Role.LEFT,
 ) -> SupervisedCamera:
     """Return the fake camera behind the contract, not connected."""
-    plan = CameraPlan(settings=settings, readout_ns=READOUT_NS, patience=patience or Patience())
+    plan = CameraPlan(settings=settings, readout_ns=READOUT_NS, patience=patience or WatchdogTimeouts())
     return SupervisedCamera(role, lambda: FakeDevice(camera), clock=camera.clock, plan=plan, expected=INFO)

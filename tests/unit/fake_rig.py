@@ -33,12 +33,12 @@ from foveacam_hardware.contract import (
     RailPlace,
     Role,
     Sighting,
-    Span,
     Station,
     StationTarget,
     StereoVolts,
+    ValueRange,
 )
-from foveacam_hardware.simulated_faults import Breakable
+from foveacam_hardware.simulated_faults import FaultInjector
 
 STATIONS = (
     Station(name="board", target=StationTarget.BOARD, pose=PanTiltPose(pan_rad=0.5, tilt_rad=0.0)),
@@ -160,7 +160,7 @@ class FakeCamera:
 
     @property
     def ranges(self) -> CameraRanges:
-        free = Span(low=0.0, high=1e9)
+        free = ValueRange(low=0.0, high=1e9)
         return CameraRanges(
             exposure_ns=free,
             gain_db=free,
@@ -293,7 +293,7 @@ class FakeRig:
     scene = None
     baseline_m = 0.2
     settle_us = 14_000
-    breakable: Breakable | None = None
+    breakable: FaultInjector | None = None
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock

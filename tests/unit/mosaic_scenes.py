@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role, StereoVolts
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.calibration import EyeCalibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
@@ -67,8 +67,8 @@ def scan(folder: Path, *, wide: bool = False, points: int = 4) -> Dataset:
             frames = [fovea(role, volts) for role in (Role.LEFT, Role.RIGHT)]
             if wide and index == 1:
                 frames.append(wide_frame())
-            place = Place(index=index, aim_rad=aim_rad, distance_m=VERGED_M)
-            writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
+            place = PlanPosition(index=index, aim_rad=aim_rad, distance_m=VERGED_M)
+            writer.add(CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
         writer.finish()
     return Dataset.open(folder)
 

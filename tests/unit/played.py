@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceInfo, MirrorVolts, Role
-from foveacam_hardware.drivers.replay.source import Recorded
+from foveacam_hardware.drivers.replay.source import RecordedExposure
 
 BEGIN_NS = 7_000_000_000_000
 
@@ -19,9 +19,9 @@ class PlayedCamera:
         self.t_ns: NDArray[np.int64] = BEGIN_NS + late_ns + np.arange(frames, dtype=np.int64) * period_ns
         self._role = role
 
-    def frame(self, index: int) -> Recorded:
+    def frame(self, index: int) -> RecordedExposure:
         image = np.full((6, 8), index % 256, dtype=np.uint8)
-        return Recorded(image=image, bits=8, volts=self.volts(index), exposure_ns=2_000_000)
+        return RecordedExposure(image=image, bits=8, volts=self.volts(index), exposure_ns=2_000_000)
 
     def volts(self, index: int) -> MirrorVolts | None:
         return None if self._role is Role.WIDE else MirrorVolts(x_v=float(index), y_v=-1.0)

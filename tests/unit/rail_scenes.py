@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from foveacam_hardware.contract import Frame, Role, StereoVolts
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 from .dataset_scenes import header, noise_frame
@@ -31,8 +31,8 @@ def rail_scan(folder: Path, *, stops_m: tuple[float, ...] = STOPS_M, follow: flo
             aim_rad = math.atan(-follow * rail_m / Z_M), 0.0
             volts = calibration.steer(*aim_rad, distance_m=VERGED_M)
             frames = [_fovea(role, volts, rail_m=rail_m) for role in (Role.LEFT, Role.RIGHT)]
-            place = Place(index=index, scan=index, aim_rad=aim_rad, rail_m=rail_m)
-            writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
+            place = PlanPosition(index=index, scan=index, aim_rad=aim_rad, rail_m=rail_m)
+            writer.add(CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
         writer.finish()
     return Dataset.open(folder)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder
-from foveacam_pipeline.capture.recording.session import RecordedRig, Session
+from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
 from foveacam_pipeline.models import Calibration
 
@@ -19,11 +19,11 @@ def look(
     path: Path, *, calibration: Calibration | None = CALIBRATION, volts: bool = True, looks: int = 2
 ) -> Path:
     """Record looks at a plane, `PERIOD_S` apart; the foveae are 10 ms later than the wide camera."""
-    rig = RecordedRig(
+    rig = RigDescription(
         rig_id=CALIBRATION.rig_id, name="a rig", baseline_m=CALIBRATION.baseline_m, calibration=calibration
     )
     point, _ = plane_point(0, aim_deg=(2.0, -1.0), z_m=Z_M, texture=noise_texture())
-    with Recorder(path, Session(timestamp="2026-01-31T12:00:00+00:00", rig=rig)) as recorder:
+    with Recorder(path, RecordingSession(timestamp="2026-01-31T12:00:00+00:00", rig=rig)) as recorder:
         for tick in range(looks):
             for shot in point.shots:
                 frame = shot.frame

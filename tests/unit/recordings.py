@@ -11,14 +11,14 @@ from foveacam_hardware.contract import Image, MirrorVolts
 from foveacam_pipeline.capture.recording.disk import Buffer, FileDisk
 from foveacam_pipeline.capture.recording.pixels import payload_of, stream_format
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import RecordedRig, Session
+from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import FramePose, RawFrame
 
 STREAMS = ("left", "center", "right")
 BEGIN_NS = 5_000_000_000
 PERIOD_NS = 20_000_000
-SESSION = Session(timestamp="2026-01-31T12:00:00+00:00")
+SESSION = RecordingSession(timestamp="2026-01-31T12:00:00+00:00")
 
 
 def picture(stream: str, tick: int, *, height: int = 24, width: int = 32) -> NDArray[np.uint8]:
@@ -57,11 +57,11 @@ def record(
     *,
     ticks: int = 6,
     streams: Sequence[str] = STREAMS,
-    rig: RecordedRig | None = None,
+    rig: RigDescription | None = None,
     options: RecordingOptions | None = None,
 ) -> dict[str, StreamStatistics]:
     """Make a small recording."""
-    session = Session(timestamp=SESSION.timestamp, rig=rig)
+    session = RecordingSession(timestamp=SESSION.timestamp, rig=rig)
     with Recorder(path, session, options=options or RecordingOptions()) as recorder:
         for tick in range(ticks):
             for stream in streams:

@@ -1,13 +1,13 @@
 """What a rig like the published one would find of its mirrors: one axis settling, with a filter of 120 Hz."""
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, Trace
+from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, StepTrace
 
 PX_PER_DEG = 502.0
 STEP_DEG, LARGEST_DEG = 2.23, 20.0
 STEP_V = 38.0
 MEASURED_US = 9_858.0
-TRACE = Trace(times_us=(0.0, MEASURED_US), left_px=(STEP_DEG * PX_PER_DEG, 1.0))
+TRACE = StepTrace(times_us=(0.0, MEASURED_US), left_px=(STEP_DEG * PX_PER_DEG, 1.0))
 AXIS = AxisSettle(
     role=Role.LEFT,
     axis="x",

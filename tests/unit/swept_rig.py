@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, PanTiltPose, Role, Station, StationTarget
-from foveacam_hardware.sim.drift import MountDrift
+from foveacam_hardware.sim.drift import ThermalMountDrift
 from foveacam_hardware.sim.lens import WideLens
 from foveacam_hardware.sim.mirror import built_law
-from foveacam_hardware.sim.optics import FoldedEye, View, built_assembly, rotation
+from foveacam_hardware.sim.optics import EyeProjection, FoldedEye, built_assembly, rotation
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
@@ -53,9 +53,9 @@ class SweptRig:
         self._eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self._laws = {role: built_law(role, seed=seed) for role in EYES}
         self._lens = WideLens()
-        self._drift = MountDrift(seed=seed, amplitude_rad=float(np.deg2rad(drift_deg)))
+        self._drift = ThermalMountDrift(seed=seed, amplitude_rad=float(np.deg2rad(drift_deg)))
 
-    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye's projection at rest, with the drift of a moment."""
         tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
         turn = np.append(self._drift.turn_rad(role, 1e-9 * (t_ns or 0)), 0.0) + self._knocked[role]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.geometry import (
-    Window,
+    PinholeWindow,
     angles_from_plane,
     angles_from_rays,
     angles_from_tan,
@@ -55,14 +55,14 @@ def test_a_wrong_shape_is_refused() -> None:
 
 
 def test_window_pixels_and_plane_are_inverse() -> None:
-    window = Window(u0_px=-700.25, v0_px=31.5, width=1440, height=1080, f_px=28_760.0)
+    window = PinholeWindow(u0_px=-700.25, v0_px=31.5, width=1440, height=1080, f_px=28_760.0)
     pixels = np.array([[0.0, 0.0], [12.5, 7.0]])
     np.testing.assert_allclose(window.plane_from_pixels(pixels)[0], [-700.25, 31.5])
     np.testing.assert_allclose(window.pixels_from_plane(window.plane_from_pixels(pixels)), pixels)
 
 
 def test_a_scaled_window_covers_the_same_field() -> None:
-    window = Window(u0_px=-700.25, v0_px=31.5, width=1440, height=1080, f_px=28_760.0)
+    window = PinholeWindow(u0_px=-700.25, v0_px=31.5, width=1440, height=1080, f_px=28_760.0)
     half = window.scaled(0.5)
     for corner, small in (([-0.5, -0.5], [-0.5, -0.5]), ([1439.5, 1079.5], [719.5, 539.5])):
         np.testing.assert_allclose(

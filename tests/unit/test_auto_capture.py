@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from foveacam_pipeline.calibrate.wide.auto_capture import AutoCapture, Verdict
+from foveacam_pipeline.calibrate.wide.auto_capture import AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 
@@ -15,7 +15,9 @@ def _view(x_m: float = 0.0, *, seed: int = 0, noise_px: float = 0.02) -> BoardVi
     return board_view(BOARD, Pose(place_m=(x_m, 0.0, 1.2)), noise_px=noise_px, seed=seed)
 
 
-def _offer(capture: AutoCapture, view: BoardView | None, *, lacks: bool = True, t_s: float = 0.0) -> Verdict:
+def _offer(
+    capture: AutoCapture, view: BoardView | None, *, lacks: bool = True, t_s: float = 0.0
+) -> AutoCaptureVerdict:
     return capture.offer(view, t_ns=round(t_s * 1e9), exact=lambda: view, lacks=lambda _: lacks)
 
 

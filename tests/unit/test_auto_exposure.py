@@ -5,7 +5,7 @@ import pytest
 
 from foveacam_hardware.contract import CameraSettings, Image
 from foveacam_hardware.sim.auto_exposure import LIMITS_NS, aim, too_bright_log2
-from foveacam_hardware.sim.exposures import FreeRun
+from foveacam_hardware.sim.exposures import FreeRunningSchedule
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -84,7 +84,7 @@ FASTER = CameraSettings(exposure_ns=4 * MS, frame_rate_hz=100.0, frame_rate_auto
 SLOT_NS = round(1e9 / 30.0)
 
 
-def read_all(run: FreeRun, *, until_ns: int) -> list[tuple[int, int, int]]:
+def read_all(run: FreeRunningSchedule, *, until_ns: int) -> list[tuple[int, int, int]]:
     """Read whatever can be read by then: number, start and exposure of each."""
     found, now_ns = [], 0
     while now_ns <= until_ns:
@@ -97,7 +97,7 @@ def read_all(run: FreeRun, *, until_ns: int) -> list[tuple[int, int, int]]:
 
 
 def test_a_slot_that_has_begun_goes_on_and_the_next_one_changes() -> None:
-    run = FreeRun(AT_20_MS, start_ns=0, first_seq=7)
+    run = FreeRunningSchedule(AT_20_MS, start_ns=0, first_seq=7)
     run.adjust(AT_4_MS, now_ns=SLOT_NS + MS)
     found = read_all(run, until_ns=4 * SLOT_NS)
 
@@ -107,7 +107,7 @@ def test_a_slot_that_has_begun_goes_on_and_the_next_one_changes() -> None:
 
 
 def test_another_rate_begins_with_the_next_slot() -> None:
-    run = FreeRun(AT_20_MS, start_ns=0, first_seq=0)
+    run = FreeRunningSchedule(AT_20_MS, start_ns=0, first_seq=0)
     run.adjust(FASTER, now_ns=MS)
     found = read_all(run, until_ns=2 * SLOT_NS)
 
@@ -115,7 +115,7 @@ def test_another_rate_begins_with_the_next_slot() -> None:
 
 
 def test_of_two_changes_before_a_slot_the_last_counts() -> None:
-    run = FreeRun(AT_20_MS, start_ns=0, first_seq=0)
+    run = FreeRunningSchedule(AT_20_MS, start_ns=0, first_seq=0)
     run.adjust(FASTER, now_ns=MS)
     run.adjust(AT_4_MS, now_ns=2 * MS)
     found = read_all(run, until_ns=2 * SLOT_NS)
@@ -128,7 +128,7 @@ def test_of_two_changes_before_a_slot_the_last_counts() -> None:
 
 
 def test_the_newest_slot_is_found_across_a_change() -> None:
-    run = FreeRun(AT_20_MS, start_ns=0, first_seq=0)
+    run = FreeRunningSchedule(AT_20_MS, start_ns=0, first_seq=0)
     run.adjust(FASTER, now_ns=SLOT_NS + MS)
     before, after = run.newest(2 * SLOT_NS), run.newest(2 * SLOT_NS + 35 * MS)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.border_depth import BorderPlace, border_patch
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.template import survey_f_px
+from foveacam_pipeline.verge.wide_patch import survey_f_px
 
 from .plane_head import CALIBRATION
 

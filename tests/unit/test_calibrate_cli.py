@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_pipeline.calibrate.records.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
 from foveacam_server.calibrating.documents import SETTLE
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.pinned import write_pin
@@ -44,7 +44,7 @@ def own(data: Path, label: str = "mine") -> Calibration:
     """Return a calibration that is kept in the data directory."""
     shipped = load_calibration(SHIPPED / f"{RIG}.json")
     made = replace(shipped, label=label, origin="measured", created_utc="2098-01-01T00:00:00+00:00")
-    RecordStore(data / "calibrations").add(made)
+    CalibrationStore(data / "calibrations").add(made)
     return made
 
 
@@ -125,7 +125,7 @@ def test_a_discarded_calibration_comes_back_and_the_one_in_force_stays(
 def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
-    session = SessionShelf(data / "calibrations" / "sessions").create(
+    session = SessionCollection(data / "calibrations" / "sessions").create(
         label="spring", rig_id=RIG, baseline_m=0.2
     )
     save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)

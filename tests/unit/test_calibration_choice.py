@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotCalibrated, StorageFull
-from foveacam_pipeline.calibrate.records.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.calibrations import SHIPPED, CalibrationService
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.store import Store
 
 RIG = "sim-rig120"
@@ -62,7 +62,7 @@ def test_calibration_of_another_rig_is_refused_naming_both(events: EventLog, fol
     service.choose_for(RIG)
     with pytest.raises(NotCalibrated, match=r"sim-paper.*sim-rig120"):
         service.require()
-    assert events.recent(1)[0].level is Level.ERROR
+    assert events.recent(1)[0].level is EventLevel.ERROR
 
 
 def test_rig_without_any_calibration_says_how_to_load_one(events: EventLog, folder: Path) -> None:
@@ -90,7 +90,7 @@ def own(folder: Path, label: str, created_utc: str) -> Calibration:
     """Return a calibration of the rig's own, kept in `folder`."""
     shipped = load_calibration(SHIPPED / f"{RIG}.json")
     made = replace(shipped, label=label, origin="measured", created_utc=created_utc)
-    RecordStore(folder).add(made)
+    CalibrationStore(folder).add(made)
     return made
 
 

@@ -11,7 +11,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_documents, picture_path, write_picture
-from foveacam_server.calibrating.sessions import HEAD, SessionShelf
+from foveacam_server.calibrating.sessions import HEAD, SessionCollection
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.errors import NotFound
 
@@ -19,17 +19,17 @@ from .exchange_rig import Bench
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> SessionShelf:
-    return SessionShelf(tmp_path / "sessions")
+def shelf(tmp_path: Path) -> SessionCollection:
+    return SessionCollection(tmp_path / "sessions")
 
 
-def test_session_is_found_again_by_its_id(shelf: SessionShelf) -> None:
+def test_session_is_found_again_by_its_id(shelf: SessionCollection) -> None:
     made = shelf.create(label="spring", rig_id="rig-1", baseline_m=0.2)
-    head = SessionShelf(shelf.folder).get(made.id).head
+    head = SessionCollection(shelf.folder).get(made.id).head
     assert (head.id, head.label, head.rig_id, head.baseline_m) == (made.id, "spring", "rig-1", 0.2)
 
 
-def test_calibrations_of_a_session_are_listed_once_newest_last(shelf: SessionShelf) -> None:
+def test_calibrations_of_a_session_are_listed_once_newest_last(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     for calibration_id in ("aa", "bb", "aa"):
         session.add_calibration(calibration_id)
@@ -37,12 +37,12 @@ def test_calibrations_of_a_session_are_listed_once_newest_last(shelf: SessionShe
 
 
 @pytest.mark.parametrize("wanted", ["ses-0", "..", "../../etc", "ses-zz", ""])
-def test_what_is_no_session_is_not_found(shelf: SessionShelf, wanted: str) -> None:
+def test_what_is_no_session_is_not_found(shelf: SessionCollection, wanted: str) -> None:
     with pytest.raises(NotFound, match="no calibration session"):
         shelf.get(wanted)
 
 
-def test_removed_session_is_gone_with_its_files(shelf: SessionShelf) -> None:
+def test_removed_session_is_gone_with_its_files(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     session.write("fit-result.json", {"models": []})
     shelf.remove(session.id)
@@ -52,7 +52,7 @@ def test_removed_session_is_gone_with_its_files(shelf: SessionShelf) -> None:
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": "other"}', '{"format": 1, "version": 1}'])
 def test_damaged_head_is_passed_over_in_the_list_and_named_when_asked_for(
-    shelf: SessionShelf, content: str
+    shelf: SessionCollection, content: str
 ) -> None:
     whole = shelf.create(label="whole", rig_id="rig-1", baseline_m=0.2)
     damaged = shelf.create(label="damaged", rig_id="rig-1", baseline_m=0.2)
@@ -62,7 +62,7 @@ def test_damaged_head_is_passed_over_in_the_list_and_named_when_asked_for(
         _ = damaged.head
 
 
-def test_empty_session_says_so_in_every_part(shelf: SessionShelf) -> None:
+def test_empty_session_says_so_in_every_part(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     document = session_document(session, url="/s", running="job-1")
     assert document["bytes"] > 0
@@ -73,7 +73,7 @@ def test_empty_session_says_so_in_every_part(shelf: SessionShelf) -> None:
         assert document[part] == []
 
 
-def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: SessionShelf) -> None:
+def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     (session.folder / "fit-result.json").write_text('{"mod')
     (session.folder / "sweep-markers.jsonl").write_text("nonsense\n")
@@ -86,13 +86,13 @@ def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: Sessi
     assert "fit-result.json" in document["problems"][1]
 
 
-def test_step_that_needs_the_wide_camera_says_which_step_comes_first(shelf: SessionShelf) -> None:
+def test_step_that_needs_the_wide_camera_says_which_step_comes_first(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     with pytest.raises(NotCalibrated, match="run the step wide first"):
         lens_of(session)
 
 
-def test_picture_has_another_address_when_it_was_drawn_anew(shelf: SessionShelf) -> None:
+def test_picture_has_another_address_when_it_was_drawn_anew(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     write_picture(session, "loo", b"first")
     first = picture_documents(session, url="/s")
@@ -105,7 +105,7 @@ def test_picture_has_another_address_when_it_was_drawn_anew(shelf: SessionShelf)
     assert first[0]["url"] != second[0]["url"]
 
 
-def test_picture_that_nobody_draws_is_not_found(shelf: SessionShelf) -> None:
+def test_picture_that_nobody_draws_is_not_found(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     with pytest.raises(NotFound, match="there are: none"):
         picture_path(session, "loo")
@@ -113,7 +113,7 @@ def test_picture_that_nobody_draws_is_not_found(shelf: SessionShelf) -> None:
         picture_path(session, "../session")
 
 
-def test_files_are_written_whole(shelf: SessionShelf) -> None:
+def test_files_are_written_whole(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     session.write("check-result.json", {"poses": 1})
     with pytest.raises(ValueError, match="JSON"):
@@ -121,7 +121,7 @@ def test_files_are_written_whole(shelf: SessionShelf) -> None:
     assert json.loads((session.folder / "check-result.json").read_text()) == {"poses": 1}
 
 
-def test_sessions_are_put_together_with_the_newest_lens(shelf: SessionShelf) -> None:
+def test_sessions_are_put_together_with_the_newest_lens(shelf: SessionCollection) -> None:
     made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("old", "mid", "new")]
     sweep = Bench(plan=SweepPlan(columns=3, rows=3)).sweep()
     for number, (session, utc) in enumerate(zip(made, ("2020", "2021", "2022"), strict=True)):
@@ -139,7 +139,7 @@ def test_sessions_are_put_together_with_the_newest_lens(shelf: SessionShelf) -> 
     assert shelf.every()[0].id == combined.id
 
 
-def test_what_cannot_be_put_together_is_refused_by_name(shelf: SessionShelf) -> None:
+def test_what_cannot_be_put_together_is_refused_by_name(shelf: SessionCollection) -> None:
     one = shelf.create(label="one", rig_id="lab-1", baseline_m=0.2)
     other = shelf.create(label="other", rig_id="lab-1", baseline_m=0.2)
     with pytest.raises(InvalidInput, match="1 session was given to be put together; name two or more"):
@@ -156,7 +156,7 @@ def full(path: Path, content: object) -> None:
 
 
 def test_session_that_a_full_disk_does_not_take_leaves_no_folder(
-    shelf: SessionShelf, monkeypatch: pytest.MonkeyPatch
+    shelf: SessionCollection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
     with pytest.raises(StorageFull, match=r"session\.json of calibration session .* the disk is full"):
@@ -165,7 +165,7 @@ def test_session_that_a_full_disk_does_not_take_leaves_no_folder(
 
 
 def test_sessions_that_a_full_disk_cannot_hold_together_leave_no_folder(
-    shelf: SessionShelf, monkeypatch: pytest.MonkeyPatch
+    shelf: SessionCollection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("first", "second")]
     for session in made:

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange
-from foveacam_hardware.drivers.cameras.desk import NO_RANGES
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
-from foveacam_hardware.drivers.cameras.watchdog import Patience, Watchdog
+from foveacam_hardware.drivers.cameras.shared_state import NO_RANGES
+from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogTimeouts
 
 from .fake_camera import RANGES, SETTINGS
 from .turned_camera import Bench
@@ -99,9 +99,10 @@ def test_switching_it_off_leaves_the_exposure_that_is_asked_for() -> None:
 
 def test_a_camera_that_may_choose_longer_exposures_may_be_silent_for_longer() -> None:
     by_hand, itself = (
-        Watchdog(settings, patience=Patience(), now_ns=0).limit_ns for settings in (SETTINGS, CONTINUOUS)
+        Watchdog(settings, patience=WatchdogTimeouts(), now_ns=0).limit_ns
+        for settings in (SETTINGS, CONTINUOUS)
     )
-    watchdog = Watchdog(CONTINUOUS, patience=Patience(), now_ns=0)
+    watchdog = Watchdog(CONTINUOUS, patience=WatchdogTimeouts(), now_ns=0)
     watchdog.adjust(replace(CONTINUOUS, exposure_ns=2000 * MS, frame_rate_hz=0.5))
 
     assert (by_hand, itself) == (500 * MS, 1000 * MS)

@@ -6,7 +6,7 @@ import pytest
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings
 from foveacam_hardware.drivers.cameras.link import BackOff, LinkState
-from foveacam_hardware.drivers.cameras.watchdog import Advice, Patience, Watchdog
+from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogAdvice, WatchdogTimeouts
 
 MS = 1_000_000
 SETTINGS = CameraSettings(exposure_ns=5 * MS, frame_rate_hz=30.0)
@@ -81,28 +81,28 @@ def test_pauses_grow_to_a_limit_and_begin_again_after_a_success() -> None:
     ("rate_hz", "limit_ms"), [(200.0, 500), (30.0, 500), (7.0, 714), (5.0, 1000), (1.0, 1505)]
 )
 def test_the_limit_of_silence_follows_the_frame_rate(rate_hz: float, limit_ms: int) -> None:
-    watchdog = Watchdog(replace(SETTINGS, frame_rate_hz=rate_hz), patience=Patience(), now_ns=0)
+    watchdog = Watchdog(replace(SETTINGS, frame_rate_hz=rate_hz), patience=WatchdogTimeouts(), now_ns=0)
     watchdog.heard(7)
 
     assert watchdog.limit_ns / MS == pytest.approx(limit_ms, abs=1)
-    assert watchdog.advice(watchdog.limit_ns + 6) is Advice.WAIT
-    assert watchdog.advice(watchdog.limit_ns + 7) is Advice.LOST
+    assert watchdog.advice(watchdog.limit_ns + 6) is WatchdogAdvice.WAIT
+    assert watchdog.advice(watchdog.limit_ns + 7) is WatchdogAdvice.LOST
 
 
 def test_first_frame_may_take_longer_and_a_slow_camera_still_has_its_own_time() -> None:
-    watchdog = Watchdog(SETTINGS, patience=Patience(), now_ns=0)
+    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
     assert watchdog.worry(900 * MS) is None
     assert watchdog.worry(1000 * MS) == "no frame for 1.0 s"
-    assert watchdog.advice(1999 * MS) is Advice.WAIT
-    assert watchdog.advice(2000 * MS) is Advice.LOST
+    assert watchdog.advice(1999 * MS) is WatchdogAdvice.WAIT
+    assert watchdog.advice(2000 * MS) is WatchdogAdvice.LOST
 
-    slow = Watchdog(replace(SETTINGS, frame_rate_hz=0.5), patience=Patience(), now_ns=0)
-    assert slow.advice(2999 * MS) is Advice.WAIT
-    assert slow.advice(slow.limit_ns) is Advice.LOST
+    slow = Watchdog(replace(SETTINGS, frame_rate_hz=0.5), patience=WatchdogTimeouts(), now_ns=0)
+    assert slow.advice(2999 * MS) is WatchdogAdvice.WAIT
+    assert slow.advice(slow.limit_ns) is WatchdogAdvice.LOST
 
 
 def test_half_of_the_limit_is_a_worry_that_a_frame_takes_away() -> None:
-    watchdog = Watchdog(SETTINGS, patience=Patience(), now_ns=0)
+    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
     watchdog.heard(0)
     assert watchdog.worry(100 * MS) is None
     assert watchdog.worry(300 * MS) == "no frame for 0.3 s"
@@ -112,18 +112,18 @@ def test_half_of_the_limit_is_a_worry_that_a_frame_takes_away() -> None:
 
 
 def test_a_silent_triggered_camera_is_asked_and_never_lost_for_its_silence() -> None:
-    watchdog = Watchdog(replace(SETTINGS, triggered=True), patience=Patience(), now_ns=0)
-    assert watchdog.advice(299 * MS) is Advice.WAIT
-    assert watchdog.advice(300 * MS) is Advice.ASK
+    watchdog = Watchdog(replace(SETTINGS, triggered=True), patience=WatchdogTimeouts(), now_ns=0)
+    assert watchdog.advice(299 * MS) is WatchdogAdvice.WAIT
+    assert watchdog.advice(300 * MS) is WatchdogAdvice.ASK
     watchdog.answered(300 * MS)
-    assert watchdog.advice(599 * MS) is Advice.WAIT
+    assert watchdog.advice(599 * MS) is WatchdogAdvice.WAIT
 
-    assert watchdog.advice(3_600_000 * MS) is Advice.ASK
+    assert watchdog.advice(3_600_000 * MS) is WatchdogAdvice.ASK
     assert watchdog.worry(3_600_000 * MS) is None
 
 
 def test_three_bad_frames_within_two_seconds_are_too_many() -> None:
-    watchdog = Watchdog(SETTINGS, patience=Patience(), now_ns=0)
+    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
     for t_ms in (0, 1000, 2500):
         watchdog.bad(t_ms * MS)
     assert not watchdog.unsound(2500 * MS)

@@ -12,19 +12,19 @@ from foveacam_hardware.contract import (
     CameraSettings,
     PixelFormat,
     Role,
-    Span,
     StorageFull,
+    ValueRange,
 )
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_server.runtime.camera_desk import CameraDesk
 from foveacam_server.runtime.camera_pair import differences
 from foveacam_server.runtime.camera_records import CameraRecord, CameraRecords
+from foveacam_server.runtime.camera_settings_service import CameraSettingsService
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.store import Store
 from foveacam_server.runtime.trigger_test import (
-    Probe,
-    Verdict,
+    TriggerProbe,
+    TriggerVerdict,
     patience_ms,
     probe_by_pulse,
     put_back,
@@ -32,10 +32,10 @@ from foveacam_server.runtime.trigger_test import (
 )
 
 RANGES = CameraRanges(
-    exposure_ns=Span(low=30_000, high=1_000_000_000),
-    gain_db=Span(low=0.0, high=24.0),
-    frame_rate_hz=Span(low=0.1, high=228.0),
-    black_level=Span(low=0.0, high=32.0),
+    exposure_ns=ValueRange(low=30_000, high=1_000_000_000),
+    gain_db=ValueRange(low=0.0, high=24.0),
+    frame_rate_hz=ValueRange(low=0.1, high=228.0),
+    black_level=ValueRange(low=0.0, high=32.0),
     pixel_formats=(PixelFormat.MONO8,),
 )
 SETTINGS = CameraSettings(exposure_ns=8_000_000)
@@ -49,10 +49,10 @@ def rig() -> Iterator[Rig]:
         yield opened
 
 
-def desk(folder: Path) -> Iterator[CameraDesk]:
+def desk(folder: Path) -> Iterator[CameraSettingsService]:
     with Store(folder) as store:
         events = EventLog(store)
-        yield CameraDesk(CameraRecords(folder / "cameras"), events=events)
+        yield CameraSettingsService(CameraRecords(folder / "cameras"), events=events)
         events.close()
 
 
@@ -145,27 +145,31 @@ def test_a_camera_that_was_lost_gets_what_it_is_owed_once_it_is_back(rig: Rig, t
         assert rig.left.settings == before[Role.LEFT]
 
 
-FRAME, SILENT, REFUSED = Probe(took_ms=9.0), Probe(why="nothing came"), Probe(why="it cannot", possible=False)
+FRAME, SILENT, REFUSED = (
+    TriggerProbe(took_ms=9.0),
+    TriggerProbe(why="nothing came"),
+    TriggerProbe(why="it cannot", possible=False),
+)
 
 
 @pytest.mark.parametrize(
     ("software", "hardware", "verdict"),
     [
-        (FRAME, FRAME, Verdict.OK),
-        (REFUSED, FRAME, Verdict.OK),
-        (FRAME, None, Verdict.SOFTWARE_ONLY),
-        (FRAME, REFUSED, Verdict.SOFTWARE_ONLY),
-        (FRAME, SILENT, Verdict.WIRING),
-        (FRAME, Probe(took_ms=9.0, why="no strobe"), Verdict.WIRING),
-        (SILENT, SILENT, Verdict.CAMERA),
-        (SILENT, None, Verdict.CAMERA),
-        (REFUSED, SILENT, Verdict.WIRING),
-        (REFUSED, None, Verdict.NO_PROBE),
-        (REFUSED, REFUSED, Verdict.NO_PROBE),
+        (FRAME, FRAME, TriggerVerdict.OK),
+        (REFUSED, FRAME, TriggerVerdict.OK),
+        (FRAME, None, TriggerVerdict.SOFTWARE_ONLY),
+        (FRAME, REFUSED, TriggerVerdict.SOFTWARE_ONLY),
+        (FRAME, SILENT, TriggerVerdict.WIRING),
+        (FRAME, TriggerProbe(took_ms=9.0, why="no strobe"), TriggerVerdict.WIRING),
+        (SILENT, SILENT, TriggerVerdict.CAMERA),
+        (SILENT, None, TriggerVerdict.CAMERA),
+        (REFUSED, SILENT, TriggerVerdict.WIRING),
+        (REFUSED, None, TriggerVerdict.NO_PROBE),
+        (REFUSED, REFUSED, TriggerVerdict.NO_PROBE),
     ],
 )
 def test_both_probes_together_make_the_verdict(
-    software: Probe, hardware: Probe | None, verdict: Verdict
+    software: TriggerProbe, hardware: TriggerProbe | None, verdict: TriggerVerdict
 ) -> None:
     assert verdict_of(Role.LEFT, software, hardware).verdict is verdict
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange, Role, TriggerSource, VirtualClock
-from foveacam_server.runtime.camera_wish import CameraWish, refuse_own_exposure
+from foveacam_server.runtime.camera_change import CameraChange, refuse_own_exposure
 
 from .fake_camera import FakeCamera, supervised
 
@@ -14,29 +14,29 @@ PULSED = replace(AUTOMATIC, triggered=True)
 
 
 def test_an_exposure_by_itself_switches_the_automatic_off() -> None:
-    settings = CameraWish(exposure_ns=5_000_000).applied_to(AUTOMATIC)
+    settings = CameraChange(exposure_ns=5_000_000).applied_to(AUTOMATIC)
 
     assert (settings.exposure_ns, settings.exposure_auto) == (5_000_000, AutoMode.OFF)
     assert settings.frame_rate_auto
 
 
 def test_a_rate_by_itself_switches_the_automatic_off() -> None:
-    settings = CameraWish(frame_rate_hz=20.0).applied_to(AUTOMATIC)
+    settings = CameraChange(frame_rate_hz=20.0).applied_to(AUTOMATIC)
 
     assert (settings.frame_rate_hz, settings.frame_rate_auto) == (20.0, False)
     assert settings.exposure_auto is AutoMode.CONTINUOUS
 
 
 def test_an_exposure_with_a_mode_is_where_it_begins() -> None:
-    wish = CameraWish(exposure_ns=5_000_000, exposure_auto=AutoMode.ONCE)
+    wish = CameraChange(exposure_ns=5_000_000, exposure_auto=AutoMode.ONCE)
 
     assert wish.applied_to(AUTOMATIC).exposure_auto is AutoMode.ONCE
     assert wish.lasting["exposure_auto"] is AutoMode.OFF
 
 
 def test_what_is_not_named_stays() -> None:
-    assert CameraWish(gain_db=3.0).applied_to(AUTOMATIC) == replace(AUTOMATIC, gain_db=3.0)
-    assert not CameraWish().changes
+    assert CameraChange(gain_db=3.0).applied_to(AUTOMATIC) == replace(AUTOMATIC, gain_db=3.0)
+    assert not CameraChange().changes
 
 
 @pytest.mark.parametrize("mode", [AutoMode.ONCE, AutoMode.CONTINUOUS])

@@ -21,10 +21,10 @@ from foveacam_hardware.contract import (
     StorageFull,
     VirtualClock,
 )
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, State, check
+from foveacam_pipeline.capture.dataset import Dataset, DatasetHeader, DatasetState, DatasetWriter, check
 from foveacam_pipeline.capture.dataset.disk import write_part
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
-from foveacam_pipeline.capture.run import Phase, Report, RunSettings, prepare, run_capture
+from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
 from foveacam_server.bench.stub_devices import READOUT_NS, StubRail
 from foveacam_server.bench.stub_rig import StubRig
 
@@ -45,15 +45,15 @@ def plan_of(columns: int = 2, rows: int = 2, **more: Any) -> RasterPlan:  # noqa
 class Watch:
     """Cancels once `enough` says so; counts what it was told."""
 
-    enough: Callable[[Report], bool] = lambda _: False
-    reports: list[Report] = field(default_factory=list)
+    enough: Callable[[CaptureReport], bool] = lambda _: False
+    reports: list[CaptureReport] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
     seen: list[Frame] = field(default_factory=list)
     pauses: int = 0
     """So many questions are answered with yes."""
     over: bool = False
 
-    def progress(self, report: Report) -> None:
+    def progress(self, report: CaptureReport) -> None:
         self.reports.append(report)
         self.over = self.over or self.enough(report)
 
@@ -87,7 +87,7 @@ def rig() -> StubRig:
 @contextmanager
 def writing(folder: Path, plan: RasterPlan) -> Iterator[DatasetWriter]:
     total = plan.scans * plan.points_per_scan
-    header = Header(points=total, plan=plan.model_dump(mode="json"), calibration=CALIBRATION)
+    header = DatasetHeader(points=total, plan=plan.model_dump(mode="json"), calibration=CALIBRATION)
     fresh = not folder.exists()
     with DatasetWriter.create(folder, header) if fresh else DatasetWriter.resume(folder) as writer:
         yield writer
@@ -108,7 +108,7 @@ def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(rig: StubRi
     dataset = captured(rig, tmp_path / "a", plan)
 
     assert check(tmp_path / "a") == []
-    assert dataset.document.state is State.COMPLETE
+    assert dataset.document.state is DatasetState.COMPLETE
     assert [(point.place.column, point.place.row) for point in dataset] == [(0, 0), (1, 0), (1, 1), (0, 1)]
     for taken, planned in zip(dataset, points(plan), strict=True):
         volts = taken.pose.volts
@@ -176,7 +176,7 @@ def test_a_lost_frame_is_taken_again(rig: StubRig, tmp_path: Path) -> None:
 def test_frames_that_do_not_come_end_it_with_a_sentence_and_keep_the_points_before(
     rig: StubRig, tmp_path: Path
 ) -> None:
-    def lose(report: Report) -> bool:
+    def lose(report: CaptureReport) -> bool:
         rig.right.lost = 99 if report.done >= 2 else 0
         return False
 
@@ -184,13 +184,13 @@ def test_frames_that_do_not_come_end_it_with_a_sentence_and_keep_the_points_befo
         captured(rig, tmp_path / "a", plan_of(), Watch(enough=lose))
 
     dataset = Dataset.open(tmp_path / "a")
-    assert dataset.document.state is State.PARTIAL
+    assert dataset.document.state is DatasetState.PARTIAL
     assert "tried 3 times" in dataset.document.why
     assert len(dataset) >= 2
 
 
 def test_a_lost_camera_ends_it_at_once_and_resuming_completes_it(rig: StubRig, tmp_path: Path) -> None:
-    def unplug(report: Report) -> bool:
+    def unplug(report: CaptureReport) -> bool:
         rig.left.failure = NotConnected("camera left: it is gone; plug it in") if report.done == 2 else None
         return False
 
@@ -206,7 +206,7 @@ def test_cancelled_and_resumed_it_is_the_same_as_undisturbed(rig: StubRig, tmp_p
     plan = plan_of(3, 3)
     with pytest.raises(Cancelled, match="of 9 points"):
         captured(rig, tmp_path / "a", plan, Watch(enough=lambda report: report.done == 4))
-    assert Dataset.open(tmp_path / "a").document.state is State.PARTIAL
+    assert Dataset.open(tmp_path / "a").document.state is DatasetState.PARTIAL
     assert len(Dataset.open(tmp_path / "a")) == 4
 
     again = captured(rig, tmp_path / "a", plan)
@@ -219,7 +219,7 @@ def test_a_pause_lets_time_pass_and_moves_nothing(rig: StubRig, tmp_path: Path) 
     watch = Watch(pauses=40)
     captured(rig, tmp_path / "a", plan_of(), watch)
 
-    assert Phase.PAUSED in {report.phase for report in watch.reports}
+    assert CapturePhase.PAUSED in {report.phase for report in watch.reports}
     assert rig.did[0][0] >= 10**9 + 39 * 50_000_000
     assert watch.reports[-1].left_s == 0.0
 
@@ -261,7 +261,7 @@ def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
     captured(rig, tmp_path / "a", plan_of())
 
     assert check(tmp_path / "a") == []
-    assert Dataset.open(tmp_path / "a").document.state is State.COMPLETE
+    assert Dataset.open(tmp_path / "a").document.state is DatasetState.COMPLETE
 
 
 def test_a_stack_is_kept_as_its_mean_in_16_bits_or_whole(rig: StubRig, tmp_path: Path) -> None:

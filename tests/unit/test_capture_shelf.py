@@ -8,32 +8,32 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset import State
+from foveacam_pipeline.capture.dataset import DatasetState
 from foveacam_pipeline.capture.dataset.document import read_document, write_document
 from foveacam_server.capture_command.plans import plan_of
+from foveacam_server.capturing.capture_collection import CaptureCollection
 from foveacam_server.capturing.documents import capture_document
 from foveacam_server.capturing.download import zip_stream
 from foveacam_server.capturing.points import point_of, points_document
-from foveacam_server.capturing.shelf import CaptureShelf
 from foveacam_server.errors import NotFound
 
 from .dataset_scenes import written
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> CaptureShelf:
-    found = CaptureShelf(tmp_path / "captures")
+def shelf(tmp_path: Path) -> CaptureCollection:
+    found = CaptureCollection(tmp_path / "captures")
     written(found.folder / "one", 2)
     return found
 
 
-def test_a_name_is_taken_once_whatever_its_case(shelf: CaptureShelf) -> None:
+def test_a_name_is_taken_once_whatever_its_case(shelf: CaptureCollection) -> None:
     with pytest.raises(InvalidInput, match="already"):
         shelf.new_folder("ONE")
     assert shelf.new_folder("two").name == "two"
 
 
-def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureShelf) -> None:
+def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureCollection) -> None:
     shelf.remove("test")
     assert shelf.every() == []
     with pytest.raises(NotFound):
@@ -44,15 +44,15 @@ def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureShel
     assert shelf.trash() == []
 
 
-def test_an_emptied_trash_is_gone(shelf: CaptureShelf) -> None:
+def test_an_emptied_trash_is_gone(shelf: CaptureCollection) -> None:
     shelf.remove("test")
     assert shelf.empty_trash() == 1
     assert shelf.trash() == []
 
 
-def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: CaptureShelf) -> None:
+def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: CaptureCollection) -> None:
     folder = shelf.folder / "one"
-    write_document(folder, read_document(folder).ended(State.RUNNING))
+    write_document(folder, read_document(folder).ended(DatasetState.RUNNING))
 
     found = capture_document(shelf.get("test"))
 
@@ -60,7 +60,7 @@ def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: Capt
     assert "interrupted" in found["why"]
 
 
-def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureShelf) -> None:
+def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureCollection) -> None:
     (shelf.folder / "one" / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
     found = capture_document(shelf.every()[0])
@@ -69,7 +69,7 @@ def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureShelf) -> Non
     assert "newer" in found["why"]
 
 
-def test_a_download_holds_every_file_but_the_lock(shelf: CaptureShelf) -> None:
+def test_a_download_holds_every_file_but_the_lock(shelf: CaptureCollection) -> None:
     folder = shelf.folder / "one"
     archive = zipfile.ZipFile(io.BytesIO(b"".join(zip_stream(folder))))
 
@@ -98,7 +98,7 @@ def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path)
             plan_of(path, options, begun=begun)
 
 
-def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureShelf) -> None:
+def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureCollection) -> None:
     dataset = written(shelf.folder / "three", 3)
 
     found = points_document(dataset)
@@ -113,12 +113,14 @@ def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: 
     assert found["points"][0]["aim_ax_deg"] == pytest.approx(5.7296, abs=1e-3)
 
 
-def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureShelf) -> None:
+def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureCollection) -> None:
     with pytest.raises(InvalidInput, match="point 7 was asked for, it has 2 points of 2"):
         point_of(shelf.get("test"), 7)
 
 
-def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(shelf: CaptureShelf) -> None:
+def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(
+    shelf: CaptureCollection,
+) -> None:
     shutil.copytree(shelf.folder / "one", shelf.folder / "one #2")
     assert [(kept.id, kept.name) for kept in shelf.every()] == [("test", "one"), ("one #2", "one #2")]
     assert capture_document(shelf.get("one #2"))["url"].endswith("/captures/one%20%232")
@@ -130,7 +132,7 @@ def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(
     assert shelf.restore("one #2").name == "one #2"
 
 
-def test_a_damaged_capture_is_restored_beside_its_successor(shelf: CaptureShelf) -> None:
+def test_a_damaged_capture_is_restored_beside_its_successor(shelf: CaptureCollection) -> None:
     (shelf.folder / "one" / "dataset.json").write_text("{}")
     shelf.remove("one")
     (shelf.folder / "one").mkdir()

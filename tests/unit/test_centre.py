@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.centre import shows_another
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.template import evened, survey_f_px
+from foveacam_pipeline.verge.wide_patch import evened, survey_f_px
 
 from .plane_head import CALIBRATION
 

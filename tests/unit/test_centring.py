@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.sweep.centring import CentringSettings, EyeCentring, Pid
+from foveacam_pipeline.calibrate.sweep.centring import CentringSettings, EyeCentring, TwoAxisPid
 from foveacam_pipeline.calibrate.sweep.eye_prediction import EyePrediction
-from foveacam_pipeline.calibrate.sweep.marker_sight import EyeSight
+from foveacam_pipeline.calibrate.sweep.marker_observation import EyeObservation
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 
 SIZE = (1440, 1080)
@@ -43,7 +43,7 @@ class Mirror:
         t_ns: int = T_NS,
         covered: int = 0,
         white_level: float = 215.0,
-    ) -> EyeSight:
+    ) -> EyeObservation:
         offset = (self.marker_rad - self.gaze(volts_v)) * F_PX
         corners = np.array(SIZE) / 2.0 - 0.5 + offset + HALF_MARKER_PX * CORNERS
         inside = bool((corners > 2.0).all() and (corners < np.array(SIZE) - 3.0).all())
@@ -56,7 +56,7 @@ class Mirror:
             white_level=white_level,
         )
         image = np.zeros((1, 1), dtype=np.uint8)
-        return EyeSight(
+        return EyeObservation(
             role=Role.LEFT,
             t_ns=t_ns,
             size=SIZE,
@@ -137,7 +137,7 @@ def test_a_marker_out_of_view_at_the_limit_is_refused_as_beyond_the_volts() -> N
 
 
 def test_the_controller_does_not_wind_up_at_its_limit() -> None:
-    pid = Pid(CentringSettings(), max_v=MAX_V)
+    pid = TwoAxisPid(CentringSettings(), max_v=MAX_V)
     command = np.array([160.0, 0.0])
     for _ in range(20):
         command = pid.next(command, np.array([30.0, 0.0]))

@@ -8,7 +8,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.clouds import CloudShelf, Shape
+from foveacam_server.runtime.clouds import CloudCollection, FixationShape
 from foveacam_server.runtime.depth_patches import DepthPatch
 from foveacam_server.runtime.store import Store
 
@@ -19,7 +19,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
         yield found
 
 
-def shape(*, faces: int = 1, n: int = 100) -> Shape:
+def shape(*, faces: int = 1, n: int = 100) -> FixationShape:
     rng = np.random.default_rng(4)
     cloud = Cloud(
         points_rig_m=rng.normal(4.0, 0.1, (n, 3)).astype(np.float32),
@@ -41,11 +41,11 @@ def shape(*, faces: int = 1, n: int = 100) -> Shape:
         sigma_m=np.full((3, 3), 0.01, np.float32),
     )
     picture = np.zeros((8, 8, 3), np.uint8)
-    return Shape(fixation_id="fix-1", cloud=cloud, mesh=mesh, depth_picture=picture, patch=patch)
+    return FixationShape(fixation_id="fix-1", cloud=cloud, mesh=mesh, depth_picture=picture, patch=patch)
 
 
 def test_cloud_comes_back_as_it_was_put(store: Store) -> None:
-    shelf, given = CloudShelf(store), shape()
+    shelf, given = CloudCollection(store), shape()
     kept = shelf.points(shelf.put(given)["id"])
     np.testing.assert_array_equal(kept.points_rig_m, given.cloud.points_rig_m)
     np.testing.assert_array_equal(kept.colors, given.cloud.colors)
@@ -54,14 +54,14 @@ def test_cloud_comes_back_as_it_was_put(store: Store) -> None:
 
 def test_document_tells_where_the_cloud_lies(store: Store) -> None:
     given = shape()
-    document = CloudShelf(store).put(given)
+    document = CloudCollection(store).put(given)
     z_m = given.cloud.points_rig_m[:, 2]
     assert (document["z_min_m"], document["z_max_m"]) == pytest.approx((z_m.min(), z_m.max()), abs=1e-5)
     assert document["points"] == 100
 
 
 def test_cloud_without_a_surface_has_no_glb(store: Store) -> None:
-    shelf = CloudShelf(store)
+    shelf = CloudCollection(store)
     document = shelf.put(shape(faces=0))
     assert document["glb_url"] is None
     with pytest.raises(NotFound, match=r"mesh\.glb"):
@@ -69,20 +69,20 @@ def test_cloud_without_a_surface_has_no_glb(store: Store) -> None:
 
 
 def test_new_shelf_knows_the_depth_of_the_old_one(store: Store) -> None:
-    CloudShelf(store).put(shape())
-    assert CloudShelf(store).patches.covering(11.0, 21.0)
+    CloudCollection(store).put(shape())
+    assert CloudCollection(store).patches.covering(11.0, 21.0)
 
 
 def test_writing_that_was_cut_off_leaves_nothing_behind(store: Store) -> None:
     partial = store.subfolder("clouds") / "cld-00.part"
     partial.mkdir()
     (partial / "cloud.ply").write_bytes(b"ply")
-    assert CloudShelf(store).newest(10) == []
+    assert CloudCollection(store).newest(10) == []
     assert not partial.exists()
 
 
 def test_removed_cloud_leaves_neither_files_nor_depth(store: Store) -> None:
-    shelf = CloudShelf(store)
+    shelf = CloudCollection(store)
     cloud_id = shelf.put(shape())["id"]
     shelf.remove(cloud_id)
     assert not (store.folder / "clouds" / cloud_id).exists()
@@ -92,7 +92,7 @@ def test_removed_cloud_leaves_neither_files_nor_depth(store: Store) -> None:
 
 
 def test_damaged_file_is_told(store: Store) -> None:
-    shelf = CloudShelf(store)
+    shelf = CloudCollection(store)
     cloud_id = shelf.put(shape())["id"]
     shelf.file(cloud_id, "cloud.ply").write_bytes(b"nonsense")
     with pytest.raises(InvalidInput, match="damaged"):
@@ -105,7 +105,7 @@ def test_shape_that_a_full_disk_does_not_take_leaves_nothing_behind(
     def full(path: Path, content: bytes) -> int:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    shelf = CloudShelf(store)
+    shelf = CloudCollection(store)
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(StorageFull, match=r"the shape of fixation fix-1 in .*clouds: the disk is full"):
         shelf.put(shape())

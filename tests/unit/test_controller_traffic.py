@@ -3,8 +3,8 @@
 import pytest
 
 from foveacam_hardware.drivers.controller.clock import ClockMap
-from foveacam_hardware.drivers.controller.traffic import RateMeter, Traffic
-from foveacam_hardware.wire.controller import Method, Packet, Property
+from foveacam_hardware.drivers.controller.traffic import RateMeter, TrafficCounters
+from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty
 from foveacam_hardware.wire.controller_payloads import StreamCommand, StreamOperation
 
 MS_NS = 1_000_000
@@ -18,7 +18,7 @@ def update(stream: int, x_plus: int = 29_490) -> Packet:
         left=(x_plus, 29_490, 29_490, 29_490),
         right=(29_490,) * 4,
     )
-    return Packet(Method.SET, Property.STREAM, 0, command.pack())
+    return Packet(PacketMethod.SET, PacketProperty.STREAM, 0, command.pack())
 
 
 def test_a_rate_is_that_of_the_last_second_and_falls_to_nothing() -> None:
@@ -32,7 +32,7 @@ def test_a_rate_is_that_of_the_last_second_and_falls_to_nothing() -> None:
 
 
 def test_bytes_packets_and_updates_of_each_stream_are_counted() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounters()
     for millisecond in range(0, 1000, 10):
         traffic.sent([update(0)], size=24, t_ns=millisecond * MS_NS)
         traffic.sent([update(1), update(1, 32_767)], size=48, t_ns=millisecond * MS_NS)
@@ -49,9 +49,9 @@ def test_bytes_packets_and_updates_of_each_stream_are_counted() -> None:
 
 
 def test_round_trips_have_quantiles_and_a_worst() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounters()
     for number in range(100):
-        traffic.acknowledged(Property.TIMESTAMP, sent_ns=0, t_ns=(number + 1) * MS_NS)
+        traffic.acknowledged(PacketProperty.TIMESTAMP, sent_ns=0, t_ns=(number + 1) * MS_NS)
 
     found = traffic.telemetry(SECOND_NS, queued_bytes=0, crc=False)
 
@@ -59,9 +59,9 @@ def test_round_trips_have_quantiles_and_a_worst() -> None:
 
 
 def test_switching_the_rail_and_exposures_do_not_make_the_link_slow() -> None:
-    traffic = Traffic()
-    traffic.acknowledged(Property.TIMESTAMP, sent_ns=0, t_ns=MS_NS)
-    for prop in (Property.ENABLE, Property.RESET, Property.FRAME):
+    traffic = TrafficCounters()
+    traffic.acknowledged(PacketProperty.TIMESTAMP, sent_ns=0, t_ns=MS_NS)
+    for prop in (PacketProperty.ENABLE, PacketProperty.RESET, PacketProperty.FRAME):
         traffic.acknowledged(prop, sent_ns=0, t_ns=50 * MS_NS)
 
     assert traffic.recent_p95_ms(100 * MS_NS) == 1.0

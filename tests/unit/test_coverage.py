@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from foveacam_pipeline.calibrate.wide.board_attitude import attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import attitude_of
 from foveacam_pipeline.calibrate.wide.boards import Charuco
-from foveacam_pipeline.calibrate.wide.coverage import Covering, coverage_of
+from foveacam_pipeline.calibrate.wide.coverage import CoverageTracker, coverage_of
 
 from .board_scenes import Pose, board_view
 
@@ -42,7 +42,7 @@ def test_a_board_in_one_corner_covers_only_that() -> None:
 
 
 def test_the_same_view_again_adds_nothing_but_a_tilted_one_does() -> None:
-    covering = Covering([board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.0)))])
+    covering = CoverageTracker([board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.0)))])
     assert not covering.lacks(board_view(BOARD, Pose(place_m=(0.002, 0.0, 1.0)), noise_px=0.05))
     assert covering.lacks(board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.05), turn_rad=(0.3, 0.0, 0.0))))
     assert covering.lacks(board_view(BOARD, Pose(place_m=(0.2, 0.0, 1.4))))

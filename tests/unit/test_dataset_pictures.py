@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.capture.dataset.images import decode
 from foveacam_pipeline.capture.dataset.pictures import (
     GAP_PX,
@@ -28,7 +28,11 @@ def shaded(folder: Path, cells: list[tuple[int | None, int | None]]) -> Dataset:
         for index, (row, column) in enumerate(cells):
             image = np.full((24, 32), 10 * index + 10, dtype=np.uint8)
             frame = replace(noise_frame(Role.LEFT, index), image=image)
-            writer.add(Point(place=Place(index=index, row=row, column=column), shots=(Shot(frame=frame),)))
+            writer.add(
+                CapturedPoint(
+                    place=PlanPosition(index=index, row=row, column=column), shots=(Shot(frame=frame),)
+                )
+            )
         writer.finish()
     return Dataset.open(folder)
 
@@ -71,9 +75,9 @@ def test_a_thumbnail_shows_both_footprints_and_an_anaglyph_both_eyes(tmp_path: P
 
 
 def test_one_wide_view_a_scan_is_enough_for_the_coverage(tmp_path: Path) -> None:
-    def seen(index: int, roles: tuple[Role, ...]) -> Point:
+    def seen(index: int, roles: tuple[Role, ...]) -> CapturedPoint:
         shots = tuple(Shot(frame=noise_frame(role, index)) for role in roles)
-        return Point(place=Place(index=index), shots=shots)
+        return CapturedPoint(place=PlanPosition(index=index), shots=shots)
 
     with DatasetWriter.create(tmp_path / "raster", header(3)) as writer:
         for index, roles in enumerate([tuple(Role), (Role.LEFT, Role.RIGHT), (Role.LEFT, Role.RIGHT)]):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.learn.raster import PairIndex, item_of, torch_dataset
 from foveacam_pipeline.stereo.match import match
 
@@ -59,7 +59,7 @@ def test_a_stack_is_averaged_to_more_bits(tmp_path: Path) -> None:
     frames = [noise_frame(Role.LEFT, 0, stack=n, bits=10) for n in range(4)]
     shots = tuple(Shot(frame=frame, stack=n) for n, frame in enumerate(frames))
     with DatasetWriter.create(tmp_path / "raster", header(1)) as writer:
-        writer.add(Point(place=Place(index=0), shots=shots))
+        writer.add(CapturedPoint(place=PlanPosition(index=0), shots=shots))
         writer.finish()
     mean = Dataset.open(tmp_path / "raster")[0].stacked(Role.LEFT)
     assert mean.bits == 16
@@ -103,7 +103,7 @@ def test_pairs_of_several_datasets_are_counted_through(tmp_path: Path) -> None:
         for bracket in (0, 1)
     )
     with DatasetWriter.create(tmp_path / "bracketed", header(1)) as writer:
-        writer.add(Point(place=Place(index=0), shots=shots))
+        writer.add(CapturedPoint(place=PlanPosition(index=0), shots=shots))
         writer.finish()
     index = PairIndex(
         [written(tmp_path / "a", 3), Dataset.open(tmp_path / "bracketed"), written(tmp_path / "b", 1)]

@@ -13,13 +13,13 @@ import pytest
 
 from foveacam_hardware.contract import Busy, DeviceFault, FoveaError, InvalidInput, Role, StorageFull
 from foveacam_pipeline.capture.dataset import (
-    Codec,
+    CapturedPoint,
     Dataset,
+    DatasetState,
     DatasetWriter,
-    Place,
-    Point,
+    ImageCodec,
+    PlanPosition,
     Shot,
-    State,
     WriterSettings,
     check,
     disk,
@@ -36,12 +36,14 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "raster"
 
 
-@pytest.mark.parametrize("codec", list(Codec))
+@pytest.mark.parametrize("codec", list(ImageCodec))
 @pytest.mark.parametrize(("bits", "color"), [(8, False), (8, True), (10, False), (12, True)])
-def test_frames_come_back_as_they_were_taken(folder: Path, codec: Codec, bits: int, color: bool) -> None:
+def test_frames_come_back_as_they_were_taken(folder: Path, codec: ImageCodec, bits: int, color: bool) -> None:
     frames = [noise_frame(role, 1, bits=bits, color=color) for role in Role]
     with DatasetWriter.create(folder, replace(header(1), codec=codec)) as writer:
-        writer.add(Point(place=Place(index=0), shots=tuple(Shot(frame=frame) for frame in frames)))
+        writer.add(
+            CapturedPoint(place=PlanPosition(index=0), shots=tuple(Shot(frame=frame) for frame in frames))
+        )
         writer.finish()
     point = Dataset.open(folder)[0]
     for frame in frames:
@@ -59,7 +61,7 @@ def test_brackets_and_stacks_are_told_apart(folder: Path) -> None:
         for stack in range(3)
     ]
     with DatasetWriter.create(folder, header(1)) as writer:
-        writer.add(Point(place=Place(index=0), shots=tuple(shots)))
+        writer.add(CapturedPoint(place=PlanPosition(index=0), shots=tuple(shots)))
         writer.finish()
     point = Dataset.open(folder)[0]
     assert point.brackets == (0, 1)
@@ -73,14 +75,17 @@ def test_a_cancelled_dataset_is_valid_and_goes_on_at_the_next_point(folder: Path
         writer.add(noise_point(0))
         writer.close("cancelled by the operator")
     cancelled = Dataset.open(folder)
-    assert (cancelled.document.state, cancelled.document.why) == (State.PARTIAL, "cancelled by the operator")
+    assert (cancelled.document.state, cancelled.document.why) == (
+        DatasetState.PARTIAL,
+        "cancelled by the operator",
+    )
     assert check(folder) == []
     with DatasetWriter.resume(folder) as writer:
         assert writer.next_point == 1
         for index in (1, 2):
             writer.add(noise_point(index))
         writer.finish()
-    assert Dataset.open(folder).document.state is State.COMPLETE
+    assert Dataset.open(folder).document.state is DatasetState.COMPLETE
     undisturbed = written(folder.parent / "other", 3)
     for name in ("frames.csv", JOURNAL):
         assert (folder / name).read_bytes() == (undisturbed.folder / name).read_bytes()
@@ -91,12 +96,12 @@ def test_an_error_on_the_way_ends_it_as_partial_and_says_why(folder: Path) -> No
         writer.add(noise_point(0))
         raise DeviceFault("the left camera is gone; plug it in")
     document = Dataset.open(folder).document
-    assert (document.state, document.why) == (State.PARTIAL, "the left camera is gone; plug it in")
+    assert (document.state, document.why) == (DatasetState.PARTIAL, "the left camera is gone; plug it in")
 
 
 def test_a_point_that_was_passed_over_says_why(folder: Path) -> None:
     with DatasetWriter.create(folder, header(2)) as writer:
-        writer.skip(Place(index=0), why="out of reach of the right eye")
+        writer.skip(PlanPosition(index=0), why="out of reach of the right eye")
         writer.add(noise_point(1))
         writer.finish()
     dataset = Dataset.open(folder)
@@ -115,7 +120,7 @@ def test_points_out_of_turn_are_refused(folder: Path, index: int) -> None:
 def test_two_frames_with_one_name_are_refused(folder: Path) -> None:
     shot = Shot(frame=noise_frame(Role.LEFT, 0))
     with DatasetWriter.create(folder, header(1)) as writer, pytest.raises(InvalidInput, match="number them"):
-        writer.add(Point(place=Place(index=0), shots=(shot, shot)))
+        writer.add(CapturedPoint(place=PlanPosition(index=0), shots=(shot, shot)))
 
 
 def test_gazes_that_run_parallel_have_no_distance(folder: Path) -> None:
@@ -138,7 +143,7 @@ def test_a_second_writer_is_kept_out(folder: Path) -> None:
     with DatasetWriter.create(folder, header(2)):
         with pytest.raises(Busy, match="being written already"):
             DatasetWriter.resume(folder)
-        assert Dataset.open(folder).document.state is State.RUNNING
+        assert Dataset.open(folder).document.state is DatasetState.RUNNING
     with DatasetWriter.resume(folder) as writer:
         assert writer.next_point == 0
 

@@ -13,7 +13,7 @@ from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.search import half_window, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
-from foveacam_server.bench.depth_looks import TrueLook, true_looks
+from foveacam_server.bench.depth_looks import RenderedLook, true_looks
 
 from .plane_head import noise_texture
 from .stereo_pairs import HEIGHT, WIDTH, flat, pair_of
@@ -23,7 +23,7 @@ NEAR_PX, FAR_PX = 24, 4
 
 
 @pytest.fixture(scope="module")
-def rendered_look() -> TrueLook:
+def rendered_look() -> RenderedLook:
     """Return a look at the bench scene, its seed neither the bench's nor the fit's."""
     return next(true_looks(1, seed=404))
 
@@ -66,7 +66,7 @@ def test_what_only_the_left_eye_sees_is_marked_and_has_no_depth() -> None:
 
 @pytest.mark.parametrize("backend", ["sgbm", "live"])
 def test_stated_errors_hold_on_a_rendered_look_that_no_fit_has_seen(
-    backend: DepthBackend, rendered_look: TrueLook
+    backend: DepthBackend, rendered_look: RenderedLook
 ) -> None:
     look = rendered_look
     found = BACKENDS[backend].estimate(look.pair)

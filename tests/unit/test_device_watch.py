@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.runtime.device_watch import MIRRORS, RETRIED, DeviceWatch
+from foveacam_server.runtime.device_reconnector import MIRRORS, RETRIED, DeviceReconnector
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.refusals import missing
 from foveacam_server.runtime.rig_status import DeviceProblem
@@ -14,9 +14,9 @@ from foveacam_server.runtime.store import Store
 
 
 @pytest.fixture
-def watch(tmp_path: Path) -> Iterator[DeviceWatch]:
+def watch(tmp_path: Path) -> Iterator[DeviceReconnector]:
     store = Store(tmp_path)
-    yield DeviceWatch(clock=VirtualClock(), events=EventLog(store))
+    yield DeviceReconnector(clock=VirtualClock(), events=EventLog(store))
     store.close()
 
 
@@ -30,7 +30,7 @@ def watch(tmp_path: Path) -> Iterator[DeviceWatch]:
     ],
 )
 def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_worth_a_try(
-    watch: DeviceWatch, detail: str, given: str | None, told: str
+    watch: DeviceReconnector, detail: str, given: str | None, told: str
 ) -> None:
     watch.fault(MIRRORS, detail=detail, remedy=given)
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from foveacam_server.doctor import ports
-from foveacam_server.doctor.findings import Level
-from foveacam_server.doctor.needs import Needs
+from foveacam_server.doctor.findings import Severity
+from foveacam_server.doctor.needs import RigNeeds
 
 from .made_up_machine import MadeUp
 
 
-def needs(**named: str) -> Needs:
-    return Needs(simulated=False, ports=named)
+def needs(**named: str) -> RigNeeds:
+    return RigNeeds(simulated=False, ports=named)
 
 
 AUTO, BY_SERIAL = needs(mirrors="auto"), needs(mirrors="usb:1111")
@@ -24,13 +24,15 @@ def made_up(tmp_path: Path) -> MadeUp:
 
 
 @pytest.mark.parametrize(("chosen", "named"), [(AUTO, "auto"), (BY_SERIAL, "usb:1111")])
-def test_the_port_that_was_chosen_by_its_device_is_named(made_up: MadeUp, chosen: Needs, named: str) -> None:
+def test_the_port_that_was_chosen_by_its_device_is_named(
+    made_up: MadeUp, chosen: RigNeeds, named: str
+) -> None:
     made_up.serial_port("ttyUSB0", usb_id="12d1:1001", product="Modem")
     made_up.serial_port("ttyACM3", serial="1111")
 
     found = ports.check_ports(made_up.machine, chosen)
 
-    assert found.level is Level.OK
+    assert found.level is Severity.OK
     assert f"mirrors: {named} is /dev/ttyACM3" in found.found
     assert "/dev/ttyACM3 (16c0:0483, Teensyduino, serial 1111, by-id/" in found.found
 
@@ -40,7 +42,7 @@ def test_a_controller_that_is_not_plugged_in_is_a_problem_with_what_is(made_up: 
 
     found = ports.check_ports(made_up.machine, AUTO)
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert "16c0:0483 is plugged in" in found.found
     assert "/dev/ttyUSB0 (USB 12d1:1001, Modem" in found.found
     assert found.remedy == "plug in the controller and switch it on, or name its port"
@@ -52,7 +54,7 @@ def test_two_controllers_ask_for_the_serial_number_of_the_one_that_is_meant(made
 
     found = ports.check_ports(made_up.machine, AUTO)
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert "2 devices have the controller's USB id" in found.found
     assert 'port = "usb:1111"' in found.remedy
 
@@ -62,7 +64,7 @@ def test_a_serial_number_that_is_not_there_is_named_with_those_that_are(made_up:
 
     found = ports.check_ports(made_up.machine, BY_SERIAL)
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert "serial number 1111" in found.found
     assert "serial 2222" in found.found
     assert "correct the port" in found.remedy
@@ -85,18 +87,18 @@ def test_a_serial_number_is_known_from_its_lasting_name_where_the_tree_is_not_re
 
     found = ports.check_ports(made_up.machine, BY_SERIAL)
 
-    assert found.level is Level.OK
+    assert found.level is Severity.OK
     assert "usb:1111 is /dev/ttyACM7" in found.found
 
 
 @pytest.mark.parametrize("chosen", [AUTO, BY_SERIAL])
-def test_the_program_that_holds_a_chosen_port_is_named(made_up: MadeUp, chosen: Needs) -> None:
+def test_the_program_that_holds_a_chosen_port_is_named(made_up: MadeUp, chosen: RigNeeds) -> None:
     made_up.serial_port("ttyACM3", serial="1111")
     made_up.process(4711, "picocom", opens="/dev/ttyACM3")
 
     found = ports.check_holders(made_up.machine, chosen)
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert f"/dev/ttyACM3 (mirrors, {chosen.ports['mirrors']}) by process 4711 (picocom)" in found.found
 
 
@@ -106,7 +108,7 @@ def test_a_chosen_port_that_may_not_be_opened_says_that_it_is_the_rigs(made_up: 
 
     found = ports.check_port_permission(made_up.machine, AUTO)
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert found.found == "ada may not open /dev/ttyACM3 (mirrors, auto)"
     assert found.remedy.startswith("sudo usermod -aG ")
 
@@ -117,7 +119,7 @@ def test_a_port_that_is_no_usb_device_needs_permission_as_well(made_up: MadeUp) 
 
     found = ports.check_port_permission(made_up.machine, needs(rail="/dev/ttyS4"))
 
-    assert found.level is Level.PROBLEM
+    assert found.level is Severity.PROBLEM
     assert "/dev/ttyS4 (rail)" in found.found
 
 
@@ -128,7 +130,7 @@ def test_a_converter_that_holds_bytes_back_is_told_by_what_it_serves(made_up: Ma
 
     found = ports.check_latency(made_up.machine, needs(mirrors="usb:1111", rail=lasting))
 
-    assert found.level is Level.WARNING
+    assert found.level is Severity.WARNING
     assert found.found.startswith(f"ttyUSB0 (mirrors, usb:1111, rail, {lasting}) 16 ms")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.runtime.encoder import Encoded, JpegStore, eight_bit, encode_jpeg, halve
+from foveacam_server.runtime.encoder import EncodedPicture, JpegStore, eight_bit, encode_jpeg, halve
 from foveacam_server.runtime.frame_hub import FrameHub
 
 
@@ -53,7 +53,7 @@ def test_one_encode_serves_any_number_of_askers(executor: ThreadPoolExecutor) ->
     hub = FrameHub(clock=VirtualClock())
     hub.publish("wide", np.zeros((64, 64), dtype=np.uint8), t_ns=1)
 
-    async def scenario() -> tuple[list[Encoded | None], dict[tuple[str, int], int]]:
+    async def scenario() -> tuple[list[EncodedPicture | None], dict[tuple[str, int], int]]:
         store = JpegStore(hub, executor=executor)
         full = await asyncio.gather(*(store.newest("wide", 1) for _ in range(8)))
         again = await store.newest("wide", 1)
@@ -91,7 +91,7 @@ def test_an_asker_that_leaves_does_not_cancel_the_others(executor: ThreadPoolExe
     hub = FrameHub(clock=VirtualClock())
     hub.publish("wide", np.zeros((16, 16), dtype=np.uint8), t_ns=1)
 
-    async def scenario() -> Encoded | None:
+    async def scenario() -> EncodedPicture | None:
         store = JpegStore(hub, executor=executor)
         leaver = asyncio.create_task(store.newest("wide", 1))
         await asyncio.sleep(0)
@@ -106,7 +106,7 @@ def test_an_asker_that_leaves_does_not_cancel_the_others(executor: ThreadPoolExe
 def test_a_view_without_pictures_has_no_jpeg(executor: ThreadPoolExecutor) -> None:
     hub = FrameHub(clock=VirtualClock())
 
-    async def scenario() -> Encoded | None:
+    async def scenario() -> EncodedPicture | None:
         return await JpegStore(hub, executor=executor).newest("wide", 1)
 
     assert asyncio.run(scenario()) is None

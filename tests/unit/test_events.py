@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_server.runtime import events as events_module
-from foveacam_server.runtime.events import Event, EventLog, Level
+from foveacam_server.runtime.events import Event, EventLevel, EventLog
 from foveacam_server.runtime.store import Store
 
 PATIENCE_S = 10.0
@@ -34,7 +34,7 @@ async def take(log: EventLog, count: int, last_id: int | None = None) -> list[Ev
 
 
 def test_event_carries_kind_level_and_data(log: EventLog) -> None:
-    event = log.emit("device.fault", "wide: gone", level=Level.ERROR, data={"device": "wide"})
+    event = log.emit("device.fault", "wide: gone", level=EventLevel.ERROR, data={"device": "wide"})
     document = event.document()
     assert (document["kind"], document["level"], document["data"]) == (
         "device.fault",

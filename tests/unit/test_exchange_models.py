@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.exchange import (
     CameraKeys,
     ExchangeRecord,
     ImportedRig,
-    Optics,
+    NominalOptics,
     RigSettings,
     bundle_of,
     extrinsic_record,
@@ -42,7 +42,7 @@ def records() -> tuple[ExchangeRecord, ExchangeRecord]:
 
 @pytest.fixture(scope="module")
 def calibration(records: tuple[ExchangeRecord, ExchangeRecord]) -> Calibration:
-    return fit_calibration(rig_sweep_of(*records, wide=WIDE, rig=RIG, optics=Optics(pupil_m=0.0)))
+    return fit_calibration(rig_sweep_of(*records, wide=WIDE, rig=RIG, optics=NominalOptics(pupil_m=0.0)))
 
 
 def edited(record: ExchangeRecord, pose: int, **changes: Json) -> ExchangeRecord:
@@ -155,7 +155,7 @@ def test_a_drift_that_was_committed_there_shifts_the_angles(
 ) -> None:
     drift = ((1e-3, -2e-3), (0.0, 0.0))
     plain, shifted = (
-        rig_sweep_of(*records, wide=WIDE, rig=RIG, optics=Optics(), drift_rad=d)
+        rig_sweep_of(*records, wide=WIDE, rig=RIG, optics=NominalOptics(), drift_rad=d)
         for d in (((0.0, 0.0), (0.0, 0.0)), drift)
     )
     np.testing.assert_allclose(
@@ -170,13 +170,13 @@ def test_an_older_recording_is_fitted_by_its_angles_alone(
     old = edited(records[0], 5, wide_img_points=None, wide_center_points=None)
     with pytest.raises(InvalidInput, match="lacks the markers' corners in the wide view"):
         sweep_of(old, records[1], rig=RIG)
-    samples = rig_sweep_of(old, records[1], wide=WIDE, rig=RIG, optics=Optics())
+    samples = rig_sweep_of(old, records[1], wide=WIDE, rig=RIG, optics=NominalOptics())
     assert len(samples.left.volts_v) == 81
 
 
 def test_angles_without_a_distance_are_refused(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
     with pytest.raises(InvalidInput, match="do not say how far away the markers stood"):
-        rig_sweep_of(*records, wide=WIDE, rig=replace(RIG, distance_m=None), optics=Optics())
+        rig_sweep_of(*records, wide=WIDE, rig=replace(RIG, distance_m=None), optics=NominalOptics())
 
 
 def test_swapped_markers_are_named(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:

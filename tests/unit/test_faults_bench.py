@@ -3,7 +3,7 @@
 import pytest
 
 from foveacam_hardware.contract import MirrorLimits
-from foveacam_hardware.drivers.controller import targets as controller_targets
+from foveacam_hardware.drivers.controller import commanded_position as controller_targets
 from foveacam_server.bench import faults, faults_limits
 from foveacam_server.bench.faults_tally import FaultTally, LimitCables
 

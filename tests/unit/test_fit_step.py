@@ -11,12 +11,12 @@ from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.fit_step import fit_session, known_fit
 from foveacam_server.calibrating.options import FitOptions
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
 
 from .swept_rig import SweptRig, swept, wide_lens
 
@@ -42,7 +42,7 @@ class Kept:
 
 
 @dataclass
-class Heard(Nobody):
+class Heard(SilentWatcher):
     """What a step told."""
 
     stages: list[str] = field(default_factory=list)
@@ -69,7 +69,7 @@ class Heard(Nobody):
 def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationSession]:
     """A session that holds two sweeps."""
     sweeps = [swept(SEED, distance_m, side=SIDE) for distance_m in DISTANCES_M]
-    shelf = SessionShelf(tmp_path_factory.mktemp("sessions"))
+    shelf = SessionCollection(tmp_path_factory.mktemp("sessions"))
     made = shelf.create(label="spring", rig_id=sweeps[0].header.rig_id, baseline_m=0.2)
     for sweep in sweeps:
         save_sweep(sweep, made.folder / sweep_filename(sweep.header.station))
@@ -113,7 +113,7 @@ def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: Calibr
 
 
 def test_session_without_a_sweep_says_which_step_comes_first(tmp_path: Path) -> None:
-    empty = SessionShelf(tmp_path).create(label="empty", rig_id="rig-1", baseline_m=0.2)
+    empty = SessionCollection(tmp_path).create(label="empty", rig_id="rig-1", baseline_m=0.2)
     with pytest.raises(NotCalibrated, match="run the step mirrors first"):
         fit_session(empty, FitOptions(), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Heard())
     assert empty.empty

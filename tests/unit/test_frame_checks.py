@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_hardware.contract import PixelFormat
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.frame_checks import Fate, FrameChecks, Verdict
+from foveacam_hardware.drivers.cameras.frame_checks import BufferAction, BufferVerdict, FrameChecks
 
 
 def grab(number: int | None, *, t_device_ns: int | None = None) -> Grab:
@@ -25,10 +25,10 @@ def checks(*, first_seq: int = 0, pixel_format: PixelFormat = PixelFormat.MONO8)
     return FrameChecks(pixel_format, first_seq=first_seq)
 
 
-def after(first: Grab, second: Grab) -> Verdict:
+def after(first: Grab, second: Grab) -> BufferVerdict:
     """Return what the second buffer of a run is."""
     judge = checks()
-    assert judge.judge(first).fate is Fate.GOOD
+    assert judge.judge(first).fate is BufferAction.GOOD
     return judge.judge(second)
 
 
@@ -42,14 +42,14 @@ def test_good_frames_are_numbered_on_from_the_run_before() -> None:
 def test_frames_that_never_came_are_counted_and_leave_a_gap_in_the_numbers() -> None:
     verdict = after(grab(7), grab(10))
 
-    assert (verdict.fate, verdict.seq, verdict.missing) == (Fate.GOOD, 3, 2)
+    assert (verdict.fate, verdict.seq, verdict.missing) == (BufferAction.GOOD, 3, 2)
 
 
 @pytest.mark.parametrize(("last", "first"), [(0xFFFF, 1), (0xFFFF_FFFF, 1)])
 def test_a_counter_that_begins_again_loses_no_frame(last: int, first: int) -> None:
     verdict = after(grab(last), grab(first, t_device_ns=last * 1000 + 99))
 
-    assert (verdict.fate, verdict.missing) == (Fate.GOOD, 0)
+    assert (verdict.fate, verdict.missing) == (BufferAction.GOOD, 0)
 
 
 def test_a_counter_that_counts_anew_loses_no_frame() -> None:
@@ -66,12 +66,12 @@ def test_a_camera_that_does_not_count_is_counted_here() -> None:
 def test_a_number_that_comes_twice_is_refused() -> None:
     verdict = after(grab(7), grab(7))
 
-    assert verdict.fate is Fate.INCOMPLETE
+    assert verdict.fate is BufferAction.INCOMPLETE
     assert "twice" in verdict.reason
 
 
 def test_a_frame_that_a_newer_one_overtook_is_late() -> None:
-    assert after(grab(7), grab(5)).fate is Fate.LATE
+    assert after(grab(7), grab(5)).fate is BufferAction.LATE
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_frame_that_a_newer_one_overtook_is_late() -> None:
 def test_a_broken_buffer_is_refused_and_says_why(change: dict[str, object], reason: str) -> None:
     verdict = after(grab(7), replace(grab(8), **change))  # type: ignore[arg-type]  # one field each
 
-    assert verdict.fate is Fate.INCOMPLETE
+    assert verdict.fate is BufferAction.INCOMPLETE
     assert reason in verdict.reason
 
 
@@ -113,4 +113,4 @@ def test_each_pixel_format_has_its_shape_and_type(
 ) -> None:
     judge = checks(pixel_format=pixel_format)
 
-    assert judge.judge(replace(grab(1), image=image, bits=bits)).fate is Fate.GOOD
+    assert judge.judge(replace(grab(1), image=image, bits=bits)).fate is BufferAction.GOOD

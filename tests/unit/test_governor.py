@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foveacam_hardware.drivers.controller.governor import Governor
+from foveacam_hardware.drivers.controller.update_rate import UpdateRateGovernor
 
 TENTH_NS = 100_000_000
 SECOND_NS = 1_000_000_000
@@ -21,13 +21,13 @@ class Link:
     rtt_p95_ms: float | None = 0.4
 
 
-def governor(*, baseline_ms: float = 2.0) -> Governor:
-    built = Governor()
+def governor(*, baseline_ms: float = 2.0) -> UpdateRateGovernor:
+    built = UpdateRateGovernor()
     built.begin(0, baseline_ms=baseline_ms)
     return built
 
 
-def look(built: Governor, t_ns: int, link: Link) -> float:
+def look(built: UpdateRateGovernor, t_ns: int, link: Link) -> float:
     built.adjust(t_ns, stalls=link.stalls, queued_bytes=link.queued_bytes, rtt_p95_ms=link.rtt_p95_ms)
     return built.rate_hz
 

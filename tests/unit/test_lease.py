@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Busy, VirtualClock
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.lease import LIFETIME_S, Lease
 from foveacam_server.runtime.store import Store
 
@@ -74,7 +74,7 @@ def test_take_over_must_be_asked_for_and_is_a_warning_in_the_log(lease: Lease, e
         lease.check(first.token)
     lease.check(second.token)
     told = events.recent(1)[0]
-    assert (told.kind, told.level) == ("lease.changed", Level.WARNING)
+    assert (told.kind, told.level) == ("lease.changed", EventLevel.WARNING)
     assert told.data == {"holder": "Bob", "before": "Ada"}
 
 

@@ -6,7 +6,7 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.context.look_around import field_directions, look_around
 from foveacam_pipeline.context.looks import fuse_look, overlap_samples
-from foveacam_pipeline.context.values import Source
+from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import contradicted, eye_matches, wide_matches
 from foveacam_pipeline.verge.aim import aim_at, volts_for
@@ -97,6 +97,6 @@ def test_a_cancelled_look_around_keeps_what_it_has_seen() -> None:
     assert found.directions == len(field_directions(CALIBRATION))
     assert found.looks == 2  # the second direction begins with what the first one found
     known = context.snapshot()
-    assert np.count_nonzero(known.source == Source.DENSE_DEPTH) > 100
+    assert np.count_nonzero(known.source == DepthSource.DENSE_DEPTH) > 100
     q = known.inverse_z_per_m[0][known.known[0]]
     assert np.mean(np.abs(q * near_m - 1.0) < 0.01) > 0.98

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, NotCalibrated, Role
-from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
 from foveacam_pipeline.calibrate.fit.parallax import eq1_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
@@ -18,7 +18,7 @@ from foveacam_pipeline.models import Intrinsics
 from .swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens
 
 F_PX = 28_760.0
-DRAWING = RigDrawing(rig_id="sim-0")
+DRAWING = NominalRig(rig_id="sim-0")
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +32,15 @@ def lens(rig: SweptRig) -> Intrinsics:
 
 
 @pytest.fixture(scope="module")
-def measured(lens: Intrinsics) -> Measured:
+def measured(lens: Intrinsics) -> SweepMeasurements:
     return rig_sweep([swept(0, 5.0), swept(0, 2.5)], lens, drawing=DRAWING, label="two stations")
 
 
-def of_eye(measured: Measured, role: Role) -> EyeSweep:
+def of_eye(measured: SweepMeasurements, role: Role) -> EyeSweep:
     return measured.rig.left if role is Role.LEFT else measured.rig.right
 
 
-def missed_px(rig: SweptRig, measured: Measured, role: Role) -> NDArray[np.float64]:
+def missed_px(rig: SweptRig, measured: SweepMeasurements, role: Role) -> NDArray[np.float64]:
     """Measured less true direction of what the image centre sees, from the reference point, fovea px."""
     eye, missed = of_eye(measured, role), []
     reference = np.array([-0.1 if role is Role.LEFT else 0.1, 0.0, 0.0])
@@ -56,7 +56,7 @@ def missed_px(rig: SweptRig, measured: Measured, role: Role) -> NDArray[np.float
 
 @pytest.mark.parametrize("role", EYES)
 def test_gazes_scatter_by_a_fraction_of_a_pixel_about_the_truth(
-    rig: SweptRig, measured: Measured, role: Role
+    rig: SweptRig, measured: SweepMeasurements, role: Role
 ) -> None:
     missed = missed_px(rig, measured, role)
     # The lens' principal point turns the frame of the rig, the same for all. What is left: 50 corners of 0.05
@@ -65,7 +65,7 @@ def test_gazes_scatter_by_a_fraction_of_a_pixel_about_the_truth(
     assert np.median(np.abs(missed - missed.mean(axis=0))) < 0.15
 
 
-def test_the_same_node_at_both_stations_is_one_group(measured: Measured) -> None:
+def test_the_same_node_at_both_stations_is_one_group(measured: SweepMeasurements) -> None:
     eye = measured.rig.left
     assert eye.group is not None
     nodes = measured.nodes[Role.LEFT]
@@ -74,7 +74,7 @@ def test_the_same_node_at_both_stations_is_one_group(measured: Measured) -> None
     assert len(set(eye.group.tolist())) == len({int(node) for node in nodes[:, 1]})
 
 
-def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: Measured) -> None:
+def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) -> None:
     far, near = measured.parallax
     assert far.corrected
     assert far.print_m == pytest.approx(5.0, rel=1e-3)
@@ -86,7 +86,7 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: Measured) -> None:
 
 
 def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(rig: SweptRig, lens: Intrinsics) -> None:
-    plain = rig_sweep([swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=Distance.UNKNOWN)
+    plain = rig_sweep([swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=DistanceSource.UNKNOWN)
     assert not plain.parallax[0].corrected
     assert "left in" in plain.parallax[0].words
     assert np.std(missed_px(rig, plain, Role.LEFT), axis=0).max() > 2.0  # 0.02 degrees are 9 px
@@ -97,7 +97,7 @@ def test_a_tape_rules_over_the_print(lens: Intrinsics) -> None:
     sweep = swept(0, 5.0)
     station = replace(sweep.header.station, distance_m=4.95)
     told = replace(sweep, header=replace(sweep.header, station=station))
-    taped = rig_sweep([told], lens, drawing=DRAWING, label="tape", distance=Distance.TAPE)
+    taped = rig_sweep([told], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
     printed = rig_sweep([told], lens, drawing=DRAWING, label="print")
     np.testing.assert_allclose(taped.rig.left.depth_m, 0.99 * printed.rig.left.depth_m, rtol=2e-4)
     assert taped.parallax[0].print_m == pytest.approx(5.0, rel=1e-3)
@@ -209,7 +209,7 @@ def test_a_fit_by_tape_needs_a_tape(lens: Intrinsics) -> None:
         sweep, header=replace(sweep.header, station=replace(sweep.header.station, distance_m=None))
     )
     with pytest.raises(InvalidInput, match="nobody measured the distance"):
-        rig_sweep([untold], lens, drawing=DRAWING, label="tape", distance=Distance.TAPE)
+        rig_sweep([untold], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
 
 
 def test_a_pose_that_cannot_be_placed_is_left_out_with_its_reason(lens: Intrinsics) -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected, Stopped, VirtualClock
-from foveacam_server.runtime.device_watch import MIRRORS, DeviceWatch
+from foveacam_server.runtime.device_reconnector import MIRRORS, DeviceReconnector
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.mirror_care import PING_PERIOD_NS, MirrorCare
+from foveacam_server.runtime.mirror_link_monitor import PING_PERIOD_NS, MirrorLinkMonitor
 from foveacam_server.runtime.store import Store
 
 from .fake_rig import FakeRig
@@ -18,12 +18,12 @@ class Setup:
         self.clock = VirtualClock(1_000_000_000)
         self.store = Store(folder)
         self.events = EventLog(self.store)
-        self.watch = DeviceWatch(clock=self.clock, events=self.events)
+        self.watch = DeviceReconnector(clock=self.clock, events=self.events)
         self.rig = FakeRig(self.clock)
         self.rig.mirrors.connect()
         self.rig.mirrors.enable()
         self.pings = 0
-        self.care = MirrorCare(clock=self.clock, watch=self.watch)
+        self.care = MirrorLinkMonitor(clock=self.clock, watch=self.watch)
         self.rig.mirrors.ping = self._ping  # type: ignore[method-assign]  # counted
 
     def _ping(self) -> float:

@@ -7,19 +7,19 @@ from scipy import signal
 from scipy.linalg import expm
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.low_pass import DriveHistory, Mode, bessel_polynomial
+from foveacam_hardware.sim.low_pass import DriveHistory, ResonantMode, bessel_polynomial
 from foveacam_hardware.sim.mirror import FULL_SCALE_CODE, FULL_SCALE_V, MirrorPair, built_law
 from foveacam_hardware.sim.optics import FoldedEye, built_assembly, gaze
-from foveacam_hardware.sim.presets import PAPER, PRESETS, RIG120, Preset, find_preset
+from foveacam_hardware.sim.presets import PAPER, PRESETS, RIG120, RigPreset, find_preset
 
-STIFF = Mode(frequency_hz=50_000.0, quality=0.7)
+STIFF = ResonantMode(frequency_hz=50_000.0, quality=0.7)
 """A mirror without a resonance to speak of."""
 PX_PER_DEG = 502.0
 FULL_STROKE_DEG = 20.0
 RASTER_STEP_DEG = 2.23  # the published sweep's step in x
 
 
-def settle_ms(preset_mode: Mode, cutoff_hz: int, *, share: float) -> float:
+def settle_ms(preset_mode: ResonantMode, cutoff_hz: int, *, share: float) -> float:
     """Time after a step from which on the deviation stays below a share of it."""
     history = DriveHistory(axes=1, mode=preset_mode, cutoff_hz=cutoff_hz, t_ns=0)
     history.drive(0, np.array([1.0]))
@@ -75,7 +75,7 @@ def test_paper_is_within_one_percent_in_under_two_milliseconds_and_rig120_is_not
 
 
 @pytest.mark.parametrize("preset", PRESETS.values(), ids=str)
-def test_after_the_settle_time_of_a_preset_the_largest_move_is_within_a_pixel(preset: Preset) -> None:
+def test_after_the_settle_time_of_a_preset_the_largest_move_is_within_a_pixel(preset: RigPreset) -> None:
     share = 1.0 / (FULL_STROKE_DEG * PX_PER_DEG)
     needed_ms = settle_ms(preset.mode, preset.low_pass_hz, share=share)
 
@@ -83,7 +83,7 @@ def test_after_the_settle_time_of_a_preset_the_largest_move_is_within_a_pixel(pr
 
 
 def test_the_resonance_rings_at_its_frequency() -> None:
-    mode = Mode(frequency_hz=400.0, quality=40.0)
+    mode = ResonantMode(frequency_hz=400.0, quality=40.0)
     history = DriveHistory(axes=1, mode=mode, cutoff_hz=800, t_ns=0)
     history.drive(0, np.array([1.0]))
     times_ns = np.arange(10_000_000, 40_000_000, 20_000)
@@ -100,7 +100,7 @@ def test_the_resonance_rings_at_its_frequency() -> None:
 def test_many_small_steps_agree_with_the_matrix_exponential() -> None:
     """The same system integrated by another method: expm of the augmented matrix, step by step."""
     rng = np.random.default_rng(1)
-    mode, cutoff_hz = Mode(frequency_hz=900.0, quality=15.0), 120
+    mode, cutoff_hz = ResonantMode(frequency_hz=900.0, quality=15.0), 120
     history = DriveHistory(axes=1, mode=mode, cutoff_hz=cutoff_hz, t_ns=0)
     system = history._segments[0].system
     a = (system.vectors @ np.diag(system.rates) @ system.inverse).real

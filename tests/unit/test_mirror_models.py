@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit.mirror_models import Family, MirrorFit, fit_mirror_models
+from foveacam_pipeline.calibrate.fit.mirror_models import MirrorFit, MirrorModelFamily, fit_mirror_models
 from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, stretched
 
 NOISE_RAD = math.radians(2e-4)
@@ -52,12 +52,12 @@ def test_stiffening_is_found_again() -> None:
 
 def test_a_cubic_law_elects_the_cubic() -> None:
     fit = fit_mirror_models(nodes(), noisy(cubic(nodes())))
-    assert (fit.chosen.family, fit.chosen.order) == (Family.POLYNOMIAL, 3)
+    assert (fit.chosen.family, fit.chosen.order) == (MirrorModelFamily.POLYNOMIAL, 3)
     assert fit.chosen.paper
 
 
 def test_springs_are_elected_where_a_mirror_hangs_in_them(of_springs: MirrorFit) -> None:
-    assert (of_springs.chosen.family, of_springs.chosen.order) == (Family.SPRINGS, 2)
+    assert (of_springs.chosen.family, of_springs.chosen.order) == (MirrorModelFamily.SPRINGS, 2)
     errors = of_springs.model.angles_of(UNSEEN) - stiff(UNSEEN)
     assert np.sqrt(np.mean(errors**2)) < 0.5 * NOISE_RAD  # 7 coefficients of 81 poses: 0.3 of the noise
 

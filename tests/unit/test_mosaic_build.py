@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.mosaic.build import Mosaic, build_mosaic, chart_o
 from foveacam_pipeline.capture.mosaic.chart import CELL
 from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import Pictures, views_of
+from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, views_of
 from foveacam_pipeline.capture.mosaic.wide import wide_of
 from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
 from foveacam_server import cli
@@ -70,7 +70,7 @@ def test_seams_and_depth_are_measured(made: tuple[Path, Mosaic]) -> None:
 @pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
 def test_where_stereo_has_no_depth_the_wide_view_tells(raster: Dataset, eye: Role) -> None:
     calibration, settings = small_calibration(), MosaicSettings(eye=eye)
-    views, pictures = views_of(raster, calibration, settings), Pictures(settings)
+    views, pictures = views_of(raster, calibration, settings), ViewPictureCache(settings)
     chart = chart_of(views, calibration)
     wide = wide_of(raster, calibration, pictures, views[0])
     found = with_wide(fuse(chart, []), views, pictures, chart=chart, wide=wide)

@@ -12,10 +12,10 @@ from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role, StereoVo
 from foveacam_pipeline.capture.mosaic.adjust import adjusted
 from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
 from foveacam_pipeline.capture.mosaic.fuse import fill, fuse
-from foveacam_pipeline.capture.mosaic.links import Link
+from foveacam_pipeline.capture.mosaic.links import ViewCorrespondence
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
-from foveacam_pipeline.capture.mosaic.pyramid import Pyramid, half, paint_tiles
+from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, half, paint_tiles
 from foveacam_pipeline.capture.mosaic.register import register
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.stereo.rectify import plane_from_raw
@@ -55,7 +55,7 @@ def picture(height: int, width: int) -> NDArray[np.uint8]:
 
 def test_deep_zoom_tiles_make_the_picture_at_every_level(tmp_path: Path) -> None:
     whole = picture(600, 1101)
-    pyramid = Pyramid(folder=tmp_path, width=1101, height=600, quality=100)
+    pyramid = TilePyramid(folder=tmp_path, width=1101, height=600, quality=100)
     painted: list[int] = []
     paint_tiles(pyramid, lambda x, y, w, h: whole[y : y + h, x : x + w], painted.append)
     assert sum(painted) == pyramid.leaves == 6
@@ -68,7 +68,7 @@ def test_deep_zoom_tiles_make_the_picture_at_every_level(tmp_path: Path) -> None
 
 def test_tiles_that_are_there_are_not_painted_again_and_torn_ones_are(tmp_path: Path) -> None:
     whole = picture(520, 1030)
-    pyramid = Pyramid(folder=tmp_path, width=1030, height=520, quality=90)
+    pyramid = TilePyramid(folder=tmp_path, width=1030, height=520, quality=90)
     paint_tiles(pyramid, lambda x, y, w, h: whole[y : y + h, x : x + w], lambda count: None)
     content = {path: path.read_bytes() for path in tmp_path.rglob("*.jpg")}
     for level in range(pyramid.top):
@@ -108,11 +108,11 @@ def test_other_things_and_bare_walls_are_not_registered() -> None:
     assert register(noise, noise[::-1].copy()) is None
 
 
-def chain(apart_px: list[tuple[float, float]], *, noise_px: float, seed: int = 5) -> list[Link]:
+def chain(apart_px: list[tuple[float, float]], *, noise_px: float, seed: int = 5) -> list[ViewCorrespondence]:
     """Return links of views in a row, each `apart_px` of its neighbour, half of them kept for judging."""
     rng = np.random.default_rng(seed)
     return [
-        Link(
+        ViewCorrespondence(
             first=k,
             second=k + 1,
             place_px=(0.0, 0.0),

@@ -15,7 +15,7 @@ from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.parallax import overlap_cells, strip_of, with_overlaps
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import Pictures, views_of
+from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, views_of
 
 from .mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, scan, small_calibration, texture
 
@@ -28,7 +28,7 @@ def test_overlaps_lie_as_both_views_tell(tmp_path: Path) -> None:
     calibration, settings = small_calibration(), MosaicSettings()
     views = views_of(scan(tmp_path / "raster"), calibration, settings)
     chart = chart_of(views, calibration)
-    steps = list(with_overlaps(fuse(chart, []), views, Pictures(settings), chart=chart))
+    steps = list(with_overlaps(fuse(chart, []), views, ViewPictureCache(settings), chart=chart))
     assert [done for done, _ in steps] == [1, 2, 3, 4]
     found = steps[-1][1]
     assert np.isnan(found.per_depth).all()  # it is for laying alone: no depth in the files

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic
 from foveacam_server.capturing.mosaic_documents import outlook
-from foveacam_server.capturing.mosaic_shelf import KeptMosaic, MosaicShelf
 from foveacam_server.errors import NotFound
 
 CHART = {"u0_px": -500, "v0_px": 100, "width": 4000, "height": 3000, "f_px": 28760.0}
@@ -20,7 +20,7 @@ def make(folder: Path, *, eye: str) -> None:
 
 
 def test_what_is_half_made_is_not_shown_and_what_is_finished_takes_its_place(tmp_path: Path) -> None:
-    shelf = MosaicShelf(tmp_path / ".mosaics")
+    shelf = MosaicCollection(tmp_path / ".mosaics")
     make(shelf.prepare("cap-1"), eye="left")
     assert shelf.made("cap-1") is None
     with pytest.raises(NotFound, match="has no mosaic"):
@@ -40,7 +40,7 @@ def test_what_is_half_made_is_not_shown_and_what_is_finished_takes_its_place(tmp
 def test_whatever_an_id_looks_like_its_folder_lies_in_that_of_the_mosaics(
     capture_id: str, tmp_path: Path
 ) -> None:
-    home = MosaicShelf(tmp_path).home(capture_id)
+    home = MosaicCollection(tmp_path).home(capture_id)
     assert home.parent == tmp_path
     assert home.name.isascii()
     assert home.resolve().parent == tmp_path.resolve()
@@ -50,7 +50,7 @@ def test_whatever_an_id_looks_like_its_folder_lies_in_that_of_the_mosaics(
 def test_one_looks_at_a_field_from_before_its_nearest_end(
     near_m: float, far_m: float, tmp_path: Path
 ) -> None:
-    kept = KeptMosaic(
+    kept = StoredMosaic(
         folder=tmp_path,
         document={"recipe": {"chart": CHART}},
         depth={"near_m": near_m, "far_m": far_m},

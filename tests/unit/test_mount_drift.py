@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.drift import MountDrift as TrueDrift
-from foveacam_hardware.sim.optics import View
+from foveacam_hardware.sim.drift import ThermalMountDrift as TrueDrift
+from foveacam_hardware.sim.optics import EyeProjection
 from foveacam_pipeline.calibrate.drift.drift import applied
 from foveacam_pipeline.calibrate.drift.drift_markers import marker_shot
 from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
 from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, referred
 from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, mount_sigma_rad
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to, returned
 from foveacam_pipeline.models import Calibration, Intrinsics
-from foveacam_server.bench.calibration_truth import Ours, judge
+from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
 
@@ -40,7 +40,7 @@ class SweptAt(SweptRig):
         super().__init__(SEED, drift_deg=drift_deg)
         self._at_ns = round(1e9 * at_s)
 
-    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         return super().static_projection(role, volts, t_ns=self._at_ns)
 
 
@@ -71,8 +71,8 @@ def session(drift_deg: float) -> tuple[Sweep, Sweep]:
     )
 
 
-def measured(*sweeps: Sweep, take_out_drift: bool = True) -> Measured:
-    drawing = RigDrawing(rig_id=f"sim-{SEED}")
+def measured(*sweeps: Sweep, take_out_drift: bool = True) -> SweepMeasurements:
+    drawing = NominalRig(rig_id=f"sim-{SEED}")
     return rig_sweep(sweeps, lens(), drawing=drawing, label="drifting", take_out_drift=take_out_drift)
 
 
@@ -83,7 +83,7 @@ def fitted(drift_deg: float, *, take_out_drift: bool) -> Calibration:
 
 
 def figures(calibration: Calibration, *, at_s: float, drift_deg: float = FAST_DEG) -> dict[str, float]:
-    return judge(Ours(calibration), SweptAt(drift_deg=drift_deg, at_s=at_s), seed=3, count=60)
+    return judge(CalibrationModel(calibration), SweptAt(drift_deg=drift_deg, at_s=at_s), seed=3, count=60)
 
 
 def test_without_the_visits_drift_spoils_a_calibration_and_with_them_it_does_not() -> None:
@@ -205,9 +205,9 @@ def test_what_drifts_after_the_fit_is_taken_out_by_nodes_visited_once_more() -> 
     far = visited(far, returns(far, later_s), drift_deg=FAST_DEG, run="three")
     visits = [pose for pose in far.repeats if pose.run == "three"]
 
-    found = marker_shot([far, near], visits, calibration, distance=Distance.PRINT)
+    found = marker_shot([far, near], visits, calibration, distance=DistanceSource.PRINT)
     corrected = applied(calibration, found, created_utc="2026-01-31T13:00:00+00:00")
-    again = marker_shot([far, near], visits, corrected, distance=Distance.PRINT)
+    again = marker_shot([far, near], visits, corrected, distance=DistanceSource.PRINT)
 
     assert found.locked
     assert found.significant
@@ -221,7 +221,7 @@ def test_what_drifts_after_the_fit_is_taken_out_by_nodes_visited_once_more() -> 
 
 def test_a_shot_without_visits_has_no_lock() -> None:
     calibration = fitted(FAST_DEG, take_out_drift=True)
-    found = marker_shot(session(FAST_DEG), [], calibration, distance=Distance.PRINT)
+    found = marker_shot(session(FAST_DEG), [], calibration, distance=DistanceSource.PRINT)
     assert not found.locked
     assert not found.significant
 

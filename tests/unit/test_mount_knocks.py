@@ -9,12 +9,12 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import NominalRig, SweepMeasurements, rig_sweep
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration, Intrinsics
-from foveacam_server.bench.calibration_truth import Ours, judge
+from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, POSE_S, UPRIGHT, SweptRig, Turns, swept, visited, wide_lens
 
@@ -71,8 +71,8 @@ def knocked(*knocks: tuple[float, Turns], drift_deg: float = DRIFT_DEG) -> tuple
     )
 
 
-def measured(sweeps: tuple[Sweep, ...]) -> Measured:
-    return rig_sweep(sweeps, lens(), drawing=RigDrawing(rig_id=f"sim-{SEED}"), label="knocked")
+def measured(sweeps: tuple[Sweep, ...]) -> SweepMeasurements:
+    return rig_sweep(sweeps, lens(), drawing=NominalRig(rig_id=f"sim-{SEED}"), label="knocked")
 
 
 def drift_of(sweeps: tuple[Sweep, ...]) -> dict[Role, MountDrift]:
@@ -82,7 +82,7 @@ def drift_of(sweeps: tuple[Sweep, ...]) -> dict[Role, MountDrift]:
 
 
 def figures(calibration: Calibration) -> dict[str, float]:
-    return judge(Ours(calibration), SweptRig(SEED), seed=3, count=60)
+    return judge(CalibrationModel(calibration), SweptRig(SEED), seed=3, count=60)
 
 
 @pytest.mark.parametrize("at_s", [AMID_FAR_S, BETWEEN_S, AMID_NEAR_S])

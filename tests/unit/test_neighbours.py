@@ -19,7 +19,7 @@ from foveacam_pipeline.verge.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.template import cut_template
+from foveacam_pipeline.verge.wide_patch import cut_template
 
 from .plane_head import CALIBRATION
 

@@ -10,8 +10,8 @@ from foveacam_hardware.sim.optics import (
     FOVEA_HEIGHT,
     FOVEA_WIDTH,
     PUPIL_BEFORE_MIRROR_M,
+    EyeProjection,
     FoldedEye,
-    View,
     built_assembly,
     gaze,
     nominal_assembly,
@@ -23,17 +23,17 @@ EYES = (Role.LEFT, Role.RIGHT)
 TILTS_DEG = [(0.0, 0.0), (5.0, 0.0), (-5.0, 0.0), (0.0, 7.0), (0.0, -7.0), (4.0, 6.0), (-4.0, -6.0)]
 
 
-def eye_at(role: Role, tilt_deg: tuple[float, float]) -> View:
+def eye_at(role: Role, tilt_deg: tuple[float, float]) -> EyeProjection:
     x_rad, y_rad = np.deg2rad(tilt_deg)
     return FoldedEye(nominal_assembly(role)).view(float(x_rad), float(y_rad))
 
 
-def gaze_deg(view: View) -> NDArray[np.float64]:
+def gaze_deg(view: EyeProjection) -> NDArray[np.float64]:
     ray = gaze(view)
     return np.asarray(np.rad2deg(np.arctan(ray[:2] / ray[2])))
 
 
-def roll_deg(view: View) -> float:
+def roll_deg(view: EyeProjection) -> float:
     """Angle of a horizontal line of the world in the picture, at its centre."""
     middle = view.centre_m + 5.0 * gaze(view)
     ends = view.pixels(middle + np.array([[-0.01, 0.0, 0.0], [0.01, 0.0, 0.0]]))

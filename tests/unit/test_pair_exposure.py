@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import PARKED, DeviceFault, Frame, Role, Sighting, Span, StereoVolts
+from foveacam_hardware.contract import PARKED, DeviceFault, Frame, Role, Sighting, StereoVolts, ValueRange
 from foveacam_server.runtime.pair_exposure import (
     LONGEST_NS,
     PairSettings,
@@ -14,7 +14,7 @@ from foveacam_server.runtime.pair_exposure import (
 )
 
 MS = 1_000_000
-SPAN = Span(low=30_000.0, high=1e9)
+SPAN = ValueRange(low=30_000.0, high=1e9)
 
 
 def before(exposure_ms: float) -> PairSettings:

@@ -17,7 +17,7 @@ from foveacam_hardware.contract import (
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.pan_tilt import PanTiltDesk, exclusive_pan_tilt
+from foveacam_server.runtime.pan_tilt import PanTiltService, exclusive_pan_tilt
 from foveacam_server.runtime.store import Store
 
 from .fake_rig import FakePanTilt, FakeRig, Pictures
@@ -42,7 +42,7 @@ class Setup:
             overlay=lambda _gaze: None,
             limits=LiveRates(),
         )
-        self.desk = PanTiltDesk(self.hardware)
+        self.desk = PanTiltService(self.hardware)
 
     @property
     def pan_tilt(self) -> FakePanTilt:

@@ -7,7 +7,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import OutOfRange, Role
-from foveacam_pipeline.capture.plan import Coverage, RasterPlan, coverage, draw_coverage, plan_from
+from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage, draw_coverage, plan_from
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
 
 RIG120 = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
@@ -25,35 +25,35 @@ def grid(columns: int, rows: int, *, half_width_deg: float = 4.0, half_height_de
 
 
 @pytest.fixture(scope="module")
-def dense() -> Coverage:
+def dense() -> PlanCoverage:
     return coverage(grid(5, 5), RIG120)
 
 
 @pytest.fixture(scope="module")
-def loose() -> Coverage:
+def loose() -> PlanCoverage:
     return coverage(grid(3, 3), RIG120)
 
 
-def test_a_dense_raster_leaves_nothing_unseen(dense: Coverage) -> None:
+def test_a_dense_raster_leaves_nothing_unseen(dense: PlanCoverage) -> None:
     assert dense.seen_either == 1.0 and dense.seen_both == pytest.approx(1.0, abs=1e-3)
     assert dense.outside_wide == 0
     assert dense.warnings == ()
 
 
-def test_overlap_is_what_the_steps_leave_of_a_view(dense: Coverage) -> None:
+def test_overlap_is_what_the_steps_leave_of_a_view(dense: PlanCoverage) -> None:
     # steps of 2.0° and 1.5° in views of 2.87° x 2.15°, which the mirrors turn by up to 4° here
     assert dense.overlap_across == pytest.approx(1.0 - 2.0 / 2.87, abs=0.05)
     assert dense.overlap_down == pytest.approx(1.0 - 1.5 / 2.15, abs=0.05)
 
 
-def test_gaps_between_neighbours_are_told_before_the_start(loose: Coverage) -> None:
+def test_gaps_between_neighbours_are_told_before_the_start(loose: PlanCoverage) -> None:
     assert (loose.overlap_across, loose.overlap_down) == (0.0, 0.0)
     told = " ".join(loose.warnings)
     assert "do not overlap those beside them" in told and "do not overlap those below them" in told
     assert f"{100 * (1 - loose.seen_either):.1f} % of the field is seen by neither eye" in told
 
 
-def test_the_share_seen_is_the_views_area_over_the_fields(loose: Coverage) -> None:
+def test_the_share_seen_is_the_views_area_over_the_fields(loose: PlanCoverage) -> None:
     # of 9 views of 2.87° x 2.15°, 4 quarters, 4 halves and one whole lie in the field of 8° x 6°
     for eye in range(2):
         share = float((loose.field & (loose.counts[eye] > 0)).sum() / loose.field.sum())
@@ -61,7 +61,7 @@ def test_the_share_seen_is_the_views_area_over_the_fields(loose: Coverage) -> No
         assert loose.seen_both < share < loose.seen_either
 
 
-def test_footprints_are_the_calibrations_own(loose: Coverage) -> None:
+def test_footprints_are_the_calibrations_own(loose: PlanCoverage) -> None:
     volts = RIG120.steer(0.0, 0.0, distance_m=5.0)
     for eye, role in enumerate((Role.LEFT, Role.RIGHT)):
         expected = fovea_footprint_px(RIG120, role, eye_volts(volts, role), 5.0)
@@ -87,7 +87,7 @@ def test_a_point_beyond_reach_has_no_footprint() -> None:
         coverage(grid(3, 3, half_width_deg=12.0), RIG120)
 
 
-def test_the_picture_shows_what_is_seen_over_the_wide_view(dense: Coverage, loose: Coverage) -> None:
+def test_the_picture_shows_what_is_seen_over_the_wide_view(dense: PlanCoverage, loose: PlanCoverage) -> None:
     ground = np.full((1080, 1440), 100, dtype=np.uint8)
     picture = draw_coverage(loose, ground)
     assert picture.shape == (540, 720, 3) and picture.dtype == np.uint8

@@ -7,9 +7,9 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.capture.plan import (
     PAPER_RAIL_MM,
-    Estimate,
+    CaptureEstimate,
+    CapturePace,
     ImageSize,
-    Pace,
     RasterPlan,
     Verging,
     assumed_ratio,
@@ -23,12 +23,12 @@ from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 
 GREY = ImageSize(width=1440, height=1080)
 FRAME_BYTES = 1440 * 1080
-RIG120 = Pace(settle_ms=10.0, exposure_ms=5.0)
+RIG120 = CapturePace(settle_ms=10.0, exposure_ms=5.0)
 
 
 def of(
-    plan: RasterPlan, pace: Pace = RIG120, *, done: int = 0, stored_ratio: float | None = None
-) -> Estimate:
+    plan: RasterPlan, pace: CapturePace = RIG120, *, done: int = 0, stored_ratio: float | None = None
+) -> CaptureEstimate:
     return estimate(plan, pace, fovea=GREY, wide=GREY, done=done, stored_ratio=stored_ratio)
 
 
@@ -38,13 +38,13 @@ def of(
 )
 def test_81_points_take_the_physical_limit(settle_ms: float, seconds: tuple[float, ...]) -> None:
     for exposure_ms, limit_s in zip((1.0, 5.0, 10.0, 20.0), seconds, strict=True):
-        found = of(RasterPlan(), Pace(settle_ms=settle_ms, exposure_ms=exposure_ms))
+        found = of(RasterPlan(), CapturePace(settle_ms=settle_ms, exposure_ms=exposure_ms))
         assert found.limit_s == pytest.approx(limit_s, abs=0.0051)  # the table has two decimals
         assert found.total_s == found.limit_s
 
 
 def test_a_readout_that_waits_for_the_mirrors_costs_its_own_time() -> None:
-    serial = Pace(settle_ms=2.0 + READOUT_10BIT_MS, exposure_ms=5.0)
+    serial = CapturePace(settle_ms=2.0 + READOUT_10BIT_MS, exposure_ms=5.0)
     assert of(RasterPlan(), serial).limit_s == pytest.approx(0.96, abs=0.0051)
 
 
@@ -56,12 +56,12 @@ def test_brackets_and_stacks_settle_once_and_are_read_out_each_time() -> None:
     )
     assert point_limit_ms(plan, RIG120) == pytest.approx(first + sum(others))
     assert of(plan).shots == 81 * 6
-    slow = Pace(settle_ms=10.0, exposure_ms=5.0, exposure_change_ms=20.0)
+    slow = CapturePace(settle_ms=10.0, exposure_ms=5.0, exposure_change_ms=20.0)
     assert point_limit_ms(plan, slow) - point_limit_ms(plan, RIG120) == pytest.approx(40.0)
 
 
 def test_a_wide_frame_for_every_point_holds_a_fast_raster_back() -> None:
-    waited = Pace(settle_ms=2.0, exposure_ms=5.0, wide_period_ms=1e3 / 30.0)
+    waited = CapturePace(settle_ms=2.0, exposure_ms=5.0, wide_period_ms=1e3 / 30.0)
     assert point_limit_ms(RasterPlan(), waited) == pytest.approx(1e3 / 30.0)
     assert point_limit_ms(RasterPlan(wide="scan"), waited) == pytest.approx(4.38 + 5.5)
 
@@ -74,7 +74,7 @@ def test_verging_anew_is_counted_beside_the_limit() -> None:
 
 def test_five_places_of_the_rail_are_five_scans_and_their_moves() -> None:
     plan = RasterPlan(rail_positions_mm=PAPER_RAIL_MM)
-    found = of(plan, Pace(settle_ms=10.0, exposure_ms=5.0, rail_mm_s=50.0, rail_settle_s=1.0))
+    found = of(plan, CapturePace(settle_ms=10.0, exposure_ms=5.0, rail_mm_s=50.0, rail_settle_s=1.0))
     assert found.limit_s == pytest.approx(5.0 * of(RasterPlan()).limit_s)
     assert found.rail_s == pytest.approx((300 + 200 + 100 + 100 + 200) / 50.0 + 5.0)
     by_hand = of(plan)
@@ -114,7 +114,7 @@ def test_png_is_assumed_smaller_until_it_is_measured() -> None:
 
 def test_a_resumed_plan_counts_what_is_left() -> None:
     plan = RasterPlan(rail_positions_mm=(-100.0, 100.0), wide="scan")
-    pace = Pace(settle_ms=10.0, exposure_ms=5.0, rail_mm_s=100.0, rail_settle_s=0.0)
+    pace = CapturePace(settle_ms=10.0, exposure_ms=5.0, rail_mm_s=100.0, rail_settle_s=0.0)
     within = of(plan, pace, done=80)
     assert (within.points, within.rail_s) == (82, 2.0)
     assert {kind.kind: kind.files for kind in within.kinds} == {"fovea": 164, "wide": 1}
@@ -140,4 +140,4 @@ def test_a_disk_too_small_is_refused_with_both_figures() -> None:
 )
 def test_times_that_cannot_be_are_refused(settle_ms: float, exposure_ms: float) -> None:
     with pytest.raises(InvalidInput, match="cannot be"):
-        Pace(settle_ms=settle_ms, exposure_ms=exposure_ms)
+        CapturePace(settle_ms=settle_ms, exposure_ms=exposure_ms)

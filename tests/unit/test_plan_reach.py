@@ -10,7 +10,7 @@ import foveacam_server
 from foveacam_hardware.contract import InvalidInput, OutOfRange, RailLimits
 from foveacam_pipeline.capture.plan import (
     PAPER_RAIL_MM,
-    Grid,
+    GridPoints,
     PlanPoint,
     RasterPlan,
     average_distance_m,
@@ -58,7 +58,9 @@ def test_the_field_is_as_large_as_the_calibration_allows(distance_m: float) -> N
     def reached(more_deg: float, higher_deg: float) -> bool:
         plan = prepared(
             RasterPlan(
-                points=Grid(half_width_deg=width_deg + more_deg, half_height_deg=height_deg + higher_deg)
+                points=GridPoints(
+                    half_width_deg=width_deg + more_deg, half_height_deg=height_deg + higher_deg
+                )
             ),
             RIG120,
             average_m=distance_m,

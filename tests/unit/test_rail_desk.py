@@ -16,7 +16,7 @@ from foveacam_hardware.contract import (
     Stopped,
 )
 from foveacam_hardware.rail_config import PAPER_PLACES
-from foveacam_server.runtime.rail import RailDesk
+from foveacam_server.runtime.rail import RailService
 
 from .test_pan_tilt_desk import PATIENCE_S, Setup, never, setup
 
@@ -66,14 +66,14 @@ class FakeRail:
 class OnRail:
     setup: Setup
     rail: FakeRail
-    desk: RailDesk
+    desk: RailService
 
 
 @pytest.fixture
 def on_rail(setup: Setup) -> Iterator[OnRail]:
     rail = FakeRail()
     setup.rig.rail, setup.rig.rail_places = rail, PAPER_PLACES
-    yield OnRail(setup=setup, rail=rail, desk=RailDesk(setup.hardware))
+    yield OnRail(setup=setup, rail=rail, desk=RailService(setup.hardware))
 
 
 def test_a_move_to_a_place_by_its_name_says_where_that_is(on_rail: OnRail) -> None:
@@ -131,7 +131,7 @@ def test_its_alarm_is_told_until_it_is_over_and_keeps_nobody_from_looking(on_rai
 
 
 def test_a_rig_without_a_rail_says_how_to_name_one(setup: Setup) -> None:
-    desk = RailDesk(setup.hardware)
+    desk = RailService(setup.hardware)
 
     assert desk.seen_now().result(PATIENCE_S) is None
     with pytest.raises(NotConnected, match=r"\[rail\]"):

@@ -10,8 +10,8 @@ from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMo
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.pan_tilt import TurningHistory
-from foveacam_server.runtime.device_watch import LAST_RETRY_S, RAIL, DeviceWatch
-from foveacam_server.runtime.events import Event, EventLog, Level
+from foveacam_server.runtime.device_reconnector import LAST_RETRY_S, RAIL, DeviceReconnector
+from foveacam_server.runtime.events import Event, EventLevel, EventLog
 from foveacam_server.runtime.rig_status import RigStatus, rail_state
 from foveacam_server.runtime.store import Store
 
@@ -34,7 +34,7 @@ class Watched:
         )
         self.store = Store(folder)
         self.events = EventLog(self.store)
-        self.watch = DeviceWatch(clock=self.clock, events=self.events)
+        self.watch = DeviceReconnector(clock=self.clock, events=self.events)
         self.rig = FakeRig(self.clock)
 
     def look(self, times: int = 1) -> list[Event]:
@@ -71,7 +71,7 @@ def test_an_alarm_of_its_board_is_told_with_what_to_do_and_so_is_its_end(watched
 
     (told,) = watched.look(times=3)
 
-    assert (told.kind, told.level, told.data["device"]) == ("device.fault", Level.ERROR, "rail")
+    assert (told.kind, told.level, told.data["device"]) == ("device.fault", EventLevel.ERROR, "rail")
     assert "limit switch was hit" in told.message
     assert told.data["remedy"] == "home it again"
     assert [problem.device for problem in watched.watch.problems] == [RAIL]

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan import (
     PAPER_RAIL_MM,
-    Grid,
+    GridPoints,
     RasterPlan,
     SetPoint,
     SetPoints,
@@ -33,7 +33,7 @@ def test_an_empty_document_is_the_papers_raster() -> None:
 
 def test_the_document_comes_back_the_same_from_json() -> None:
     plan = RasterPlan(
-        points=Grid(half_width_deg=8.0, half_height_deg=7.1),
+        points=GridPoints(half_width_deg=8.0, half_height_deg=7.1),
         verging=Verging(mode="given", distance_m="infinity", each_point=True),
         exposures_ms=(2.0, 8.0),
         rail_positions_mm=PAPER_RAIL_MM,

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.record_files import ImportFacts, exported, imported, known_format
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.runtime.calibrations import SHIPPED
 
 from .swept_rig import swept
@@ -21,12 +21,12 @@ SEED = 5
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> SessionShelf:
-    return SessionShelf(tmp_path / "sessions")
+def shelf(tmp_path: Path) -> SessionCollection:
+    return SessionCollection(tmp_path / "sessions")
 
 
 @pytest.fixture
-def measured(shelf: SessionShelf) -> Calibration:
+def measured(shelf: SessionCollection) -> Calibration:
     """A calibration whose session holds the sweep of seven by seven poses."""
     sweep = swept(SEED, 5.0, side=7)
     rig_id = sweep.header.rig_id
@@ -36,13 +36,13 @@ def measured(shelf: SessionShelf) -> Calibration:
     return replace(shipped, rig_id=rig_id, session_id=session.id, origin="measured")
 
 
-def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionShelf) -> None:
+def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionCollection) -> None:
     document = json.loads(exported(measured, "foveacam", sessions=shelf))
     assert imported(document, ImportFacts(rig_id=measured.rig_id)).id == measured.id
 
 
 def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
-    measured: Calibration, shelf: SessionShelf
+    measured: Calibration, shelf: SessionCollection
 ) -> None:
     document = json.loads(exported(measured, "authors", sessions=shelf))
     assert document["schema"] == "fovea-device-config@1"
@@ -53,7 +53,7 @@ def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
     assert max(found.left.mirror.loo_rad) < 2e-3  # a cubic's 0.1 degrees: the poses were read rightly
 
 
-def test_bundle_without_a_session_is_refused(measured: Calibration, shelf: SessionShelf) -> None:
+def test_bundle_without_a_session_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
     with pytest.raises(InvalidInput, match="not kept here"):
         exported(replace(measured, session_id=None), "authors", sessions=shelf)
     with pytest.raises(InvalidInput, match="not kept here"):
@@ -66,7 +66,7 @@ def test_what_is_no_calibration_is_refused(document: object) -> None:
         imported(document, ImportFacts(rig_id="rig-1"))
 
 
-def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: SessionShelf) -> None:
+def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
     document = json.loads(exported(measured, "authors", sessions=shelf))
     document["records"] = document["records"][:2]
     with pytest.raises(InvalidInput, match="right"):
@@ -74,7 +74,7 @@ def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: Ses
 
 
 def test_bundle_of_another_wide_camera_is_refused_naming_both_sizes(
-    measured: Calibration, shelf: SessionShelf
+    measured: Calibration, shelf: SessionCollection
 ) -> None:
     document = json.loads(exported(measured, "authors", sessions=shelf))
     facts = ImportFacts(rig_id=measured.rig_id, distance_m=5.0, wide_size=(1920, 1200))

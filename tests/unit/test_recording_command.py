@@ -12,7 +12,7 @@ from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_server import cli
-from foveacam_server.recording_command.record import RecordWish, record_opened
+from foveacam_server.recording_command.record import RecordingSpec, record_opened
 
 from .recordings import record
 
@@ -35,7 +35,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -> None:
     told: list[str] = []
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
-        wish = RecordWish(file=tmp_path / "a.fcap", seconds=0.3)
+        wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3)
         found = record_opened(rig, wish, calibration=None, tell=lambda _, words: told.append(words))
 
     streams = found["streams"]
@@ -57,7 +57,7 @@ def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
 
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
         found = record_opened(
-            rig, RecordWish(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, tell=interrupt
+            rig, RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, tell=interrupt
         )
     assert found["ended"] == "stopped"
     with Recording(tmp_path / "a.fcap") as recording:
@@ -76,7 +76,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
 
     monkeypatch.setattr("foveacam_server.recording_command.record.free_bytes", less)
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
-        wish = RecordWish(file=tmp_path / "a.fcap", seconds=9.0)
+        wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0)
         found = record_opened(rig, wish, calibration=None, tell=lambda *_: None)
         with pytest.raises(OutOfRange, match="MB that are kept free"):
             record_opened(
@@ -92,7 +92,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
 
 
 def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:
-    wish = RecordWish(file=tmp_path / "a.fcap", seconds=0.3, direction_deg=(1.0, 0.0))
+    wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3, direction_deg=(1.0, 0.0))
     with (
         replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig,
         pytest.raises(InvalidInput, match="needs a calibration"),

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import StorageFull, Timeout
 from foveacam_pipeline.capture.recording.disk import Buffer, FileDisk
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.statistics import Loss, StreamStatistics
+from foveacam_pipeline.capture.recording.statistics import FrameLoss, StreamStatistics
 
 from .recordings import SESSION, STREAMS, SmallDisk, picture, raw
 
@@ -56,7 +56,7 @@ def test_a_full_disk_ends_it_with_the_reason_and_a_whole_file(tmp_path: Path, ro
     counts = recorder.statistics
     check_sums(counts)
     assert (tmp_path / "a.fcap").stat().st_size <= room
-    assert sum(found.losses[Loss.DISK] for found in counts.values()) > 0
+    assert sum(found.losses[FrameLoss.DISK] for found in counts.values()) > 0
     with Recording(tmp_path / "a.fcap") as recording:
         assert (recording.truncation, recording.finalized) == (None, False)
         for stream, found in recording.streams.items():
@@ -104,7 +104,7 @@ def test_what_finds_the_ring_full_is_counted_as_dropped_by_the_queue(tmp_path: P
 
     assert taken == [True] * 5 + [False] * (TICKS - 6)
     check_sums(recorder.statistics)
-    assert recorder.statistics["left"].losses == {Loss.QUEUE: TICKS - 6}
+    assert recorder.statistics["left"].losses == {FrameLoss.QUEUE: TICKS - 6}
     with Recording(tmp_path / "a.fcap") as recording:
         assert [frame.seq for frame in recording.frames()] == [0, 1, 2, 3, 4, 5]
 
@@ -118,7 +118,7 @@ def test_what_comes_after_the_end_or_in_another_format_is_counted(tmp_path: Path
 
     found = recorder.statistics["left"]
     assert (found.published, found.written) == (3, 1)
-    assert found.losses == {Loss.FORMAT: 1, Loss.CLOSED: 1}
+    assert found.losses == {FrameLoss.FORMAT: 1, FrameLoss.CLOSED: 1}
 
 
 def test_a_disk_that_does_not_answer_is_not_waited_for_for_ever(tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_for_ever(tmp_path: Path) 
     disk.go.set()
     recorder._thread.join(20.0)
 
-    assert recorder.statistics["left"].losses == {Loss.DEADLINE: 1}
+    assert recorder.statistics["left"].losses == {FrameLoss.DEADLINE: 1}
     with Recording(tmp_path / "a.fcap") as recording:
         assert (len(recording.stream("left")), recording.finalized) == (1, False)
 

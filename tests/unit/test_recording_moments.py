@@ -8,9 +8,9 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.recordings.depth import DepthDesk, centre_of
+from foveacam_server.recordings.depth import RecordedDepthService, centre_of
 from foveacam_server.recordings.moments import (
     anaglyph,
     moment,
@@ -32,9 +32,9 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def desk() -> Iterator[DepthDesk]:
+def desk() -> Iterator[RecordedDepthService]:
     opened = OpenRecordings()
-    yield DepthDesk(opened)
+    yield RecordedDepthService(opened)
     opened.close()
 
 
@@ -64,7 +64,7 @@ def test_a_moment_has_the_nearest_frame_of_every_camera_and_where_the_foveae_loo
 
 
 def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
-    desk: DepthDesk, seen: Path
+    desk: RecordedDepthService, seen: Path
 ) -> None:
     found = desk.at(seen, t_s=0.0)
 
@@ -76,7 +76,7 @@ def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
     assert desk.at(seen, t_s=0.02) is found
 
 
-def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: DepthDesk, seen: Path) -> None:
+def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: RecordedDepthService, seen: Path) -> None:
     full, live = (desk.at(seen, t_s=0.0, backend=backend) for backend in ("sgbm", "live"))
 
     assert full is not live
@@ -84,7 +84,7 @@ def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: DepthDesk, s
 
 
 def test_looks_of_mirrors_that_stand_still_are_fused_and_state_no_larger_error(
-    desk: DepthDesk, seen: Path
+    desk: RecordedDepthService, seen: Path
 ) -> None:
     one, fused = (desk.at(seen, t_s=0.0, looks=looks) for looks in (1, 8))
 
@@ -104,7 +104,9 @@ def test_foveae_are_laid_over_each_other_rectified_where_their_poses_are_known(s
     assert plain.shape == (1080, 1440, 3)
 
 
-def test_without_calibration_or_poses_depth_is_refused_in_words(desk: DepthDesk, tmp_path: Path) -> None:
+def test_without_calibration_or_poses_depth_is_refused_in_words(
+    desk: RecordedDepthService, tmp_path: Path
+) -> None:
     with pytest.raises(NotCalibrated, match="carries no calibration"):
         desk.at(look(tmp_path / "a.fcap", calibration=None), t_s=0.0)
     with pytest.raises(InvalidInput, match="nobody knows where it looks"):
@@ -114,8 +116,10 @@ def test_without_calibration_or_poses_depth_is_refused_in_words(desk: DepthDesk,
         desk.at(tmp_path / "c.fcap", t_s=0.0)
 
 
-def test_frames_of_another_size_than_the_calibration_s_have_no_depth(desk: DepthDesk, tmp_path: Path) -> None:
-    rig = RecordedRig(rig_id="r", name="r", baseline_m=0.2, calibration=CALIBRATION)
+def test_frames_of_another_size_than_the_calibration_s_have_no_depth(
+    desk: RecordedDepthService, tmp_path: Path
+) -> None:
+    rig = RigDescription(rig_id="r", name="r", baseline_m=0.2, calibration=CALIBRATION)
     record(tmp_path / "a.fcap", rig=rig)
     with pytest.raises(InvalidInput, match="32 x 24 px, its calibration is of 1440 x 1080"):
         desk.at(tmp_path / "a.fcap", t_s=0.0)

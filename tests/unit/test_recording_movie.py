@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_pipeline.capture.recording import movie
-from foveacam_pipeline.capture.recording.movie import Codec, MovieWish, export_movie
+from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, export_movie
 from foveacam_pipeline.capture.recording.reader import Recording
 
 from .recordings import picture, record
 
-QUICK = Codec.MPEG4
+QUICK = MovieCodec.MPEG4
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def frames_of(film: Path) -> list[NDArray[np.uint8]]:
 
 def test_a_stream_becomes_a_film_at_the_recorded_rate(recording: Path, tmp_path: Path) -> None:
     with Recording(recording) as opened:
-        made = export_movie(opened, MovieWish(show="center", codec=QUICK), tmp_path / "a.mp4")
+        made = export_movie(opened, MovieSpec(show="center", codec=QUICK), tmp_path / "a.mp4")
     shown = frames_of(tmp_path / "a.mp4")
 
     assert (made.frames, made.width, made.height) == (6, 32, 24)
@@ -47,21 +47,21 @@ def test_a_stream_becomes_a_film_at_the_recorded_rate(recording: Path, tmp_path:
 
 def test_resampled_it_shows_the_nearest_frame_of_every_moment(recording: Path, tmp_path: Path) -> None:
     with Recording(recording) as opened:
-        made = export_movie(opened, MovieWish(show="left", fps=100.0, codec=QUICK), tmp_path / "a.mp4")
+        made = export_movie(opened, MovieSpec(show="left", fps=100.0, codec=QUICK), tmp_path / "a.mp4")
 
     assert (made.frames, made.fps) == (11, 100.0)
 
 
 def test_a_part_is_cut_out_by_its_seconds(recording: Path, tmp_path: Path) -> None:
     with Recording(recording) as opened:
-        wish = MovieWish(show="left", codec=QUICK, start_s=0.02, end_s=0.06)
+        wish = MovieSpec(show="left", codec=QUICK, start_s=0.02, end_s=0.06)
         assert export_movie(opened, wish, tmp_path / "a.mp4").frames == 2
 
 
 def test_both_eyes_stand_side_by_side_or_in_red_and_cyan(recording: Path, tmp_path: Path) -> None:
     with Recording(recording) as opened:
-        beside = export_movie(opened, MovieWish(show="side-by-side", codec=QUICK), tmp_path / "a.mp4")
-        export_movie(opened, MovieWish(show="anaglyph", codec=QUICK), tmp_path / "b.mp4")
+        beside = export_movie(opened, MovieSpec(show="side-by-side", codec=QUICK), tmp_path / "a.mp4")
+        export_movie(opened, MovieSpec(show="anaglyph", codec=QUICK), tmp_path / "b.mp4")
     level = frames_of(tmp_path / "b.mp4")[0].mean(axis=(0, 1))
 
     assert (beside.width, beside.height) == (64, 24)
@@ -71,12 +71,12 @@ def test_both_eyes_stand_side_by_side_or_in_red_and_cyan(recording: Path, tmp_pa
 
 def test_what_cannot_be_shown_is_refused_and_leaves_nothing(recording: Path, tmp_path: Path) -> None:
     refused = [
-        (MovieWish(show="top"), "a.mp4", "no stream 'top'"),
-        (MovieWish(show="left"), "a.avi", "end it in .mp4"),
-        (MovieWish(show="left", start_s=9.0), "a.mp4", "has no frame in that part"),
-        (MovieWish(show="left", start_s=1.0, end_s=0.5), "a.mp4", "give a later end"),
-        (MovieWish(show="left", fps=1e9), "a.mp4", "say another rate"),
-        (MovieWish(show="left"), "none/a.mp4", "no folder"),
+        (MovieSpec(show="top"), "a.mp4", "no stream 'top'"),
+        (MovieSpec(show="left"), "a.avi", "end it in .mp4"),
+        (MovieSpec(show="left", start_s=9.0), "a.mp4", "has no frame in that part"),
+        (MovieSpec(show="left", start_s=1.0, end_s=0.5), "a.mp4", "give a later end"),
+        (MovieSpec(show="left", fps=1e9), "a.mp4", "say another rate"),
+        (MovieSpec(show="left"), "none/a.mp4", "no folder"),
     ]
     with Recording(recording) as opened:
         for wish, name, why in refused:
@@ -90,7 +90,7 @@ def test_without_an_encoder_it_says_so(
 ) -> None:
     monkeypatch.setattr(movie, "available_codecs", lambda folder: ())
     with Recording(recording) as opened, pytest.raises(DeviceFault, match="encodes no film at all"):
-        export_movie(opened, MovieWish(show="left"), tmp_path / "a.mp4")
+        export_movie(opened, MovieSpec(show="left"), tmp_path / "a.mp4")
 
 
 def test_an_interrupted_film_is_taken_away(recording: Path, tmp_path: Path) -> None:
@@ -98,5 +98,5 @@ def test_an_interrupted_film_is_taken_away(recording: Path, tmp_path: Path) -> N
         raise KeyboardInterrupt
 
     with Recording(recording) as opened, pytest.raises(KeyboardInterrupt):
-        export_movie(opened, MovieWish(show="left", codec=QUICK), tmp_path / "a.mp4", progress=interrupt)
+        export_movie(opened, MovieSpec(show="left", codec=QUICK), tmp_path / "a.mp4", progress=interrupt)
     assert list(tmp_path.iterdir()) == []

@@ -12,8 +12,8 @@ from foveacam_pipeline.capture.recording.pixels import pack_12p
 from foveacam_pipeline.capture.recording.poses import raw_frame, wide_from_fovea
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import RecordedRig, wide_lens_of
-from foveacam_pipeline.capture.recording.values import Descriptor, RawFrame, StreamFormat
+from foveacam_pipeline.capture.recording.session import RigDescription, wide_lens_of
+from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat, TrackedBox
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.footprint import fovea_corners_px, fovea_footprint_px
@@ -156,11 +156,11 @@ def test_the_library_reads_it_and_finds_telemetry_before_its_frame(tmp_path: Pat
 
 
 def test_tracked_boxes_come_back(tmp_path: Path) -> None:
-    given = Descriptor(slot="target 1", t_ns=BEGIN_NS, bbox_px=(1.0, 2.0, 30.0, 40.0), frames={"center": 3})
+    given = TrackedBox(slot="target 1", t_ns=BEGIN_NS, bbox_px=(1.0, 2.0, 30.0, 40.0), frames={"center": 3})
     with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
         recorder.describe(given)
         recorder.publish("center", raw(picture("center", 0), tick=0))
-        recorder.describe(Descriptor(slot="lost", t_ns=BEGIN_NS + 1, bbox_px=None))
+        recorder.describe(TrackedBox(slot="lost", t_ns=BEGIN_NS + 1, bbox_px=None))
 
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.slots == ("lost", "target 1")
@@ -171,7 +171,7 @@ def test_tracked_boxes_come_back(tmp_path: Path) -> None:
 
 def test_the_rig_comes_back_with_its_calibration(tmp_path: Path, calibration: Calibration) -> None:
     who = DeviceInfo(vendor="v", model="m", serial="42")
-    rig = RecordedRig(
+    rig = RigDescription(
         rig_id=calibration.rig_id,
         name="A rig",
         baseline_m=0.2,

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
-from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended
+from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.begin import check_room
+from foveacam_server.recordings.frame_tap import FrameTap
 from foveacam_server.recordings.live import LiveRecording
-from foveacam_server.recordings.tap import FrameTap
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.frame_hub import FrameHub
@@ -137,7 +137,7 @@ def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: B
 
     found = bench.recordings.stop(recording_id)
 
-    assert (found["state"], found["ended"], found["why"]) == ("complete", Ended.STOPPED, "")
+    assert (found["state"], found["ended"], found["why"]) == ("complete", EndCause.STOPPED, "")
     assert bench.ended(job).state is JobState.SUCCEEDED
     for stream in found["streams"]:
         assert stream["published"] == stream["written"] == stream["frames"] >= 2
@@ -160,7 +160,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
     assert "the disk took no more" in ended.problem["detail"]
     assert (found["state"], found["playable"]) == ("truncated" if read_only else "partial", True)
     assert "the disk took no more" in found["why"]
-    assert found["ended"] is Ended.FAILED
+    assert found["ended"] is EndCause.FAILED
     for stream in found["streams"]:
         assert stream["published"] == stream["written"] + stream["dropped"]
         assert stream["written"] == stream["frames"]
@@ -192,7 +192,7 @@ def test_a_cancelled_job_keeps_what_was_recorded_and_says_that_it_was_cancelled(
     assert bench.ended(job).state is JobState.CANCELLED
     found = bench.recordings.document(recording_id)
     assert (found["state"], found["why"], found["label"]) == ("partial", "the job was cancelled", "half")
-    assert found["ended"] is Ended.CANCELLED
+    assert found["ended"] is EndCause.CANCELLED
 
 
 def test_a_disk_that_comes_to_its_reserve_ends_it_soundly_and_says_so(bench: Bench) -> None:
@@ -202,7 +202,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_it_soundly_and_says_so(bench: Ben
 
     assert bench.ended(job).state is JobState.SUCCEEDED
     found = bench.recordings.document(recording_id)
-    assert (found["state"], found["ended"]) == ("complete", Ended.DISK_RESERVE)
+    assert (found["state"], found["ended"]) == ("complete", EndCause.DISK_RESERVE)
     assert "down to the 537 MB that are kept free" in found["why"]
     with Recording(bench.recordings.shelf.folder / "one.fcap") as recording:
         assert recording.finalized
@@ -245,7 +245,7 @@ def test_a_recording_ends_at_the_time_that_was_asked_for(bench: Bench) -> None:
     job, recording_id = bench.begin(duration_s=0.2)
     bench.ended(job)
     found = bench.recordings.document(recording_id)
-    assert (found["state"], found["ended"], found["why"]) == ("complete", Ended.DURATION, "")
+    assert (found["state"], found["ended"], found["why"]) == ("complete", EndCause.DURATION, "")
 
 
 def test_a_recording_that_is_being_made_is_not_played(bench: Bench) -> None:
@@ -278,10 +278,10 @@ class Published:
 
 @pytest.fixture
 def live(tmp_path: Path) -> LiveRecording:
-    rig = RecordedRig(rig_id="fake", name="Fake rig", baseline_m=0.2)
+    rig = RigDescription(rig_id="fake", name="Fake rig", baseline_m=0.2)
     return LiveRecording(
         id="rec-1", job_id="job-1", path=tmp_path / "a.fcap", roles=(Role.LEFT,), rig=rig, label="",
-        bounds=Bounds(longest_s=1.0, free_bytes=lambda: 1 << 40), every=True, begun_ns=0,
+        bounds=RecordingBounds(longest_s=1.0, free_bytes=lambda: 1 << 40), every=True, begun_ns=0,
     )  # fmt: skip
 
 

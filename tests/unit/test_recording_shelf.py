@@ -8,22 +8,22 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.documents import recording_document
-from foveacam_server.recordings.notes import Notes, notes_path, write_notes
+from foveacam_server.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.recordings.opened import KEPT, OpenRecordings
-from foveacam_server.recordings.shelf import RecordingShelf
+from foveacam_server.recordings.recording_collection import RecordingCollection
 
 from .recordings import record
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> RecordingShelf:
-    found = RecordingShelf(tmp_path / "recordings")
+def shelf(tmp_path: Path) -> RecordingCollection:
+    found = RecordingCollection(tmp_path / "recordings")
     record(found.folder / "one.fcap")
-    write_notes(found.folder / "one.fcap", Notes(id="rec-1", label="first"))
+    write_notes(found.folder / "one.fcap", RecordingNotes(id="rec-1", label="first"))
     return found
 
 
-def test_a_name_is_taken_once_whatever_its_case_or_suffix(shelf: RecordingShelf) -> None:
+def test_a_name_is_taken_once_whatever_its_case_or_suffix(shelf: RecordingCollection) -> None:
     (shelf.folder / "two.fovea").write_bytes(b"")
     for taken in ("ONE", "two"):
         with pytest.raises(InvalidInput, match="already"):
@@ -31,7 +31,7 @@ def test_a_name_is_taken_once_whatever_its_case_or_suffix(shelf: RecordingShelf)
     assert shelf.new_file("three").name == "three.fcap"
 
 
-def test_a_complete_recording_tells_what_its_recorder_counted(shelf: RecordingShelf) -> None:
+def test_a_complete_recording_tells_what_its_recorder_counted(shelf: RecordingCollection) -> None:
     found = recording_document(shelf.get("rec-1"))
 
     assert (found["state"], found["label"], found["playable"]) == ("complete", "first", True)
@@ -40,7 +40,7 @@ def test_a_complete_recording_tells_what_its_recorder_counted(shelf: RecordingSh
         assert (stream["published"], stream["written"], stream["dropped"]) == (6, 6, 0)
 
 
-def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: RecordingShelf) -> None:
+def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: RecordingCollection) -> None:
     path = shelf.folder / "one.fcap"
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
@@ -54,7 +54,7 @@ def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: Recordin
 
 
 def test_a_file_that_somebody_put_there_is_found_and_one_that_is_none_is_damaged(
-    shelf: RecordingShelf,
+    shelf: RecordingCollection,
 ) -> None:
     record(shelf.folder / "brought.fcap", streams=("center",))
     (shelf.folder / "bad.fcap").write_text("nothing")
@@ -68,14 +68,14 @@ def test_a_file_that_somebody_put_there_is_found_and_one_that_is_none_is_damaged
     assert "does not begin as an MCAP file" in found["bad"]["why"]
 
 
-def test_notes_that_cannot_be_read_lose_no_picture(shelf: RecordingShelf) -> None:
+def test_notes_that_cannot_be_read_lose_no_picture(shelf: RecordingCollection) -> None:
     notes_path(shelf.folder / "one.fcap").write_text("{")
     (kept,) = shelf.every()
 
     assert recording_document(kept)["state"] == "complete"
 
 
-def test_what_is_removed_can_be_restored_beside_its_successor(shelf: RecordingShelf) -> None:
+def test_what_is_removed_can_be_restored_beside_its_successor(shelf: RecordingCollection) -> None:
     shelf.remove(shelf.get("rec-1"))
     assert shelf.every() == []
     with pytest.raises(NotFound):
@@ -113,7 +113,7 @@ def test_recordings_stay_open_while_they_are_looked_at_and_the_oldest_is_closed(
 
 
 def test_a_recording_goes_to_the_trash_of_a_full_disk_and_comes_back(
-    shelf: RecordingShelf, monkeypatch: pytest.MonkeyPatch
+    shelf: RecordingCollection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, content: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))

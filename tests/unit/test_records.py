@@ -8,7 +8,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
-from foveacam_pipeline.calibrate.records.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models import Calibration, load_calibration
 
 FOLDER = Path(foveacam_server.__file__).parent / "shipped"
@@ -24,22 +24,22 @@ CORRECTED = replace(
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> RecordStore:
-    return RecordStore(tmp_path / "calibrations")
+def store(tmp_path: Path) -> CalibrationStore:
+    return CalibrationStore(tmp_path / "calibrations")
 
 
 def ids(calibrations: tuple[Calibration, ...]) -> list[str]:
     return [calibration.id for calibration in calibrations]
 
 
-def test_a_calibration_lies_under_its_id(store: RecordStore) -> None:
+def test_a_calibration_lies_under_its_id(store: CalibrationStore) -> None:
     path = store.add(CERTIFICATE)
     assert path.name == f"{CERTIFICATE.id}.json"
     assert store.get(CERTIFICATE.id).id == CERTIFICATE.id
     assert store.get(CERTIFICATE.id[:6]).label == CERTIFICATE.label
 
 
-def test_keeping_it_twice_changes_nothing(store: RecordStore) -> None:
+def test_keeping_it_twice_changes_nothing(store: CalibrationStore) -> None:
     path = store.add(CERTIFICATE)
     before = path.stat()
     store.add(CERTIFICATE)
@@ -47,7 +47,7 @@ def test_keeping_it_twice_changes_nothing(store: RecordStore) -> None:
     assert [entry.name for entry in store.folder.iterdir()] == [path.name]
 
 
-def test_a_damaged_file_is_never_written_over(store: RecordStore) -> None:
+def test_a_damaged_file_is_never_written_over(store: CalibrationStore) -> None:
     path = store.add(CERTIFICATE)
     path.write_text("damaged", encoding="utf-8")
     with pytest.raises(InvalidInput, match="nothing was overwritten"):
@@ -55,7 +55,7 @@ def test_a_damaged_file_is_never_written_over(store: RecordStore) -> None:
     assert path.read_text(encoding="utf-8") == "damaged"
 
 
-def test_newest_first_and_what_was_refused_with_the_reason(store: RecordStore) -> None:
+def test_newest_first_and_what_was_refused_with_the_reason(store: CalibrationStore) -> None:
     store.add(CERTIFICATE)
     store.add(CORRECTED)
     whole = store.path_of(CERTIFICATE.id).read_text(encoding="utf-8")
@@ -68,7 +68,7 @@ def test_newest_first_and_what_was_refused_with_the_reason(store: RecordStore) -
     assert f"holds calibration {CERTIFICATE.id}, which is not its name" in reasons["renamed"]
 
 
-def test_another_rig_s_calibrations_are_passed_over(store: RecordStore) -> None:
+def test_another_rig_s_calibrations_are_passed_over(store: CalibrationStore) -> None:
     store.add(CERTIFICATE)
     store.add(OTHER_RIG)
     listing = store.every(rig_id=CERTIFICATE.rig_id)
@@ -76,35 +76,35 @@ def test_another_rig_s_calibrations_are_passed_over(store: RecordStore) -> None:
     assert "belongs to rig 'sim-paper'" in listing.refusals[0].reason
 
 
-def test_an_empty_folder_lists_nothing(store: RecordStore) -> None:
+def test_an_empty_folder_lists_nothing(store: CalibrationStore) -> None:
     assert store.every().calibrations == ()
     with pytest.raises(NotCalibrated, match=r"'abc': none in .*; list the calibrations"):
         store.get("abc")
 
 
-def test_the_beginning_of_several_ids_names_none(store: RecordStore) -> None:
+def test_the_beginning_of_several_ids_names_none(store: CalibrationStore) -> None:
     store.add(CERTIFICATE)
     store.add(CORRECTED)
     with pytest.raises(NotCalibrated, match="''"):
         store.get("")
 
 
-def test_a_correction_leads_back_to_what_it_corrected(store: RecordStore) -> None:
+def test_a_correction_leads_back_to_what_it_corrected(store: CalibrationStore) -> None:
     store.add(CORRECTED)
     assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id]  # its parent is not kept here
     store.add(CERTIFICATE)
     assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id, CERTIFICATE.id]
 
 
-def test_what_was_exported_is_imported_elsewhere(store: RecordStore, tmp_path: Path) -> None:
+def test_what_was_exported_is_imported_elsewhere(store: CalibrationStore, tmp_path: Path) -> None:
     store.add(CORRECTED)
     path = store.export_file(CORRECTED.id, tmp_path / "out" / "mine.json")
-    elsewhere = RecordStore(tmp_path / "elsewhere")
+    elsewhere = CalibrationStore(tmp_path / "elsewhere")
     assert elsewhere.import_file(path, rig_id=CORRECTED.rig_id).id == CORRECTED.id
     assert ids(elsewhere.every().calibrations) == [CORRECTED.id]
 
 
-def test_an_export_overwrites_nothing(store: RecordStore, tmp_path: Path) -> None:
+def test_an_export_overwrites_nothing(store: CalibrationStore, tmp_path: Path) -> None:
     store.add(CERTIFICATE)
     path = tmp_path / "precious.json"
     path.write_text("precious", encoding="utf-8")
@@ -114,7 +114,7 @@ def test_an_export_overwrites_nothing(store: RecordStore, tmp_path: Path) -> Non
 
 
 def test_an_import_of_another_rig_or_a_changed_file_leaves_no_trace(
-    store: RecordStore, tmp_path: Path
+    store: CalibrationStore, tmp_path: Path
 ) -> None:
     with pytest.raises(NotCalibrated, match="belongs to rig 'sim-paper'"):
         store.import_file(FOLDER / "sim-paper.json", rig_id="sim-rig120")

@@ -13,18 +13,18 @@ from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_pipeline.capture.dataset.derived import begin_reference, drop_half_made, finish_reference
 from foveacam_pipeline.capture.rail_stops import stops_of
 from foveacam_pipeline.capture.reference import (
-    Reference,
     ReferenceSettings,
+    WideBaselineReference,
     build_reference,
     read_rows,
 )
 from foveacam_pipeline.capture.reference.adjust import adjusted
 from foveacam_pipeline.capture.reference.compare import compare
-from foveacam_pipeline.capture.reference.matching import Match
+from foveacam_pipeline.capture.reference.fovea_views import FoveaView, sights_of
+from foveacam_pipeline.capture.reference.matching import SampleMatch
 from foveacam_pipeline.capture.reference.rail_model import RailModel
 from foveacam_pipeline.capture.reference.rays import Rays, linear
-from foveacam_pipeline.capture.reference.sights import Sight, sights_of
-from foveacam_pipeline.capture.reference.values import RailTrust, Row
+from foveacam_pipeline.capture.reference.values import RailTrust, ReferenceSample
 from foveacam_server import cli
 
 from .dataset_scenes import noise_texture, painted, plane_point, written
@@ -40,11 +40,11 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def reference(scan: Dataset) -> Reference:
+def reference(scan: Dataset) -> WideBaselineReference:
     return build_reference(scan, FEW)
 
 
-def column(reference: Reference, name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def column(reference: WideBaselineReference, name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return np.array([getattr(row, name) for row in reference.rows])
 
 
@@ -53,7 +53,7 @@ def rms(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 
 
 def test_the_reference_is_nearer_to_the_truth_by_more_than_the_ratio_of_baselines(
-    reference: Reference,
+    reference: WideBaselineReference,
 ) -> None:
     figures = reference.figures
     assert figures.referenced >= 20
@@ -65,14 +65,14 @@ def test_the_reference_is_nearer_to_the_truth_by_more_than_the_ratio_of_baseline
     assert set(column(reference, "views")) == {6.0}
 
 
-def test_a_rail_that_is_not_along_the_rigs_x_is_found_out(reference: Reference) -> None:
+def test_a_rail_that_is_not_along_the_rigs_x_is_found_out(reference: WideBaselineReference) -> None:
     for stop in reference.figures.stops:
         rise_m = stop.place_m[1]
         assert rise_m == pytest.approx(RISE * stop.rail_m, abs=3e-5)
         assert stop.place_m[0] == pytest.approx(stop.rail_m, abs=3.0 * max(stop.sigma_m[0], 1e-9))
 
 
-def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: Reference) -> None:
+def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: WideBaselineReference) -> None:
     calibration = small_calibration()
     volts = scan[1].pose.volts
     assert volts is not None
@@ -132,7 +132,10 @@ def test_the_expected_error_grows_with_the_square_of_the_distance() -> None:
 
 
 def test_a_reference_lies_beside_the_frames_and_the_index_stays(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], scan: Dataset, reference: Reference
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    scan: Dataset,
+    reference: WideBaselineReference,
 ) -> None:
     index = (scan.folder / "frames.csv").read_bytes()
     assert run(monkeypatch, str(scan.folder), "--across", "6", "--json") == 0
@@ -230,8 +233,8 @@ def _rays(scan: Dataset) -> tuple[Rays, np.ndarray[tuple[int, int], np.dtype[np.
 
 
 def _exact(
-    points: np.ndarray[tuple[int, int], np.dtype[np.float64]], sights: list[Sight], model: RailModel
-) -> Iterator[Match]:
+    points: np.ndarray[tuple[int, int], np.dtype[np.float64]], sights: list[FoveaView], model: RailModel
+) -> Iterator[SampleMatch]:
     calibration = small_calibration()
     stands = model.stands(np.zeros(len(model.sigmas)))
     for number, point in enumerate(points):
@@ -239,13 +242,13 @@ def _exact(
             own = stands[sight.stop].own(point) - calibration.reference_rig_m(sight.role)
             u, v = calibration.fovea_f_px * own[:2] / own[2]
             about = sight.look.about(np.asarray(u), np.asarray(v), np.asarray(1.0 / own[2]))
-            yield Match(
+            yield SampleMatch(
                 sample=number, sight=sight.number, about_px=np.array(about), covariance=0.01 * np.eye(2)
             )
 
 
-def _row(*, short_m: float, reference_m: float) -> Row:
-    return Row(
+def _row(*, short_m: float, reference_m: float) -> ReferenceSample:
+    return ReferenceSample(
         point=0,
         right_point=0,
         x_px=0.0,

@@ -7,11 +7,11 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render import (
-    Bitmap,
+    BitmapSurface,
     Box,
-    Cells,
-    Noise,
-    Plain,
+    CellSurface,
+    NoiseSurface,
+    PlainSurface,
     Projection,
     Quad,
     Radiance,
@@ -32,14 +32,16 @@ BOX = 1
 
 def scene(pose: np.typing.NDArray[np.float64] = HOME) -> Scene:
     made = Scene()
-    made.add(ground(width_m=20.0, length_m=20.0), Noise(seed=1), flat((0.0, 1.0, 8.0)), "floor")
-    made.add(Box(width_m=0.8, height_m=0.8, depth_m=0.8), Noise(seed=2), pose, "box")
-    made.add(statue(height_m=1.5, detail=40), Noise(seed=3), place((0.7, 0.2, 5.0)), "statue")
-    board = Cells(cells=np.indices((5, 7)).sum(axis=0) % 2 == 0, cell_m=0.06)
+    made.add(ground(width_m=20.0, length_m=20.0), NoiseSurface(seed=1), flat((0.0, 1.0, 8.0)), "floor")
+    made.add(Box(width_m=0.8, height_m=0.8, depth_m=0.8), NoiseSurface(seed=2), pose, "box")
+    made.add(statue(height_m=1.5, detail=40), NoiseSurface(seed=3), place((0.7, 0.2, 5.0)), "statue")
+    board = CellSurface(cells=np.indices((5, 7)).sum(axis=0) % 2 == 0, cell_m=0.06)
     made.add(Quad(width_m=0.6, height_m=0.5), board, place((0.0, -0.3, 3.5), roll_rad=0.2), "board")
     rgb = np.random.default_rng(1).integers(0, 255, (40, 60, 3), np.uint8)
-    made.add(Quad(width_m=0.9, height_m=0.6), Bitmap(rgb=rgb, width_m=0.9), place((0.1, 0.4, 3.0)), "poster")
-    made.add(sphere(radius_m=0.2), Plain(), place((-0.1, -0.6, 4.5)), "ball")
+    made.add(
+        Quad(width_m=0.9, height_m=0.6), BitmapSurface(rgb=rgb, width_m=0.9), place((0.1, 0.4, 3.0)), "poster"
+    )
+    made.add(sphere(radius_m=0.2), PlainSurface(), place((-0.1, -0.6, 4.5)), "ball")
     return made
 
 
@@ -123,7 +125,7 @@ def test_an_object_added_later_appears() -> None:
     made = scene()
     with Renderer(made, threads=1) as renderer:
         renderer.radiance(view())
-        number = made.add(sphere(radius_m=0.3), Noise(seed=9), place((0.3, 0.0, 2.5)), "late")
+        number = made.add(sphere(radius_m=0.3), NoiseSurface(seed=9), place((0.3, 0.0, 2.5)), "late")
         frame = renderer.radiance(view())
 
     assert (frame.ids == number).any()
@@ -155,7 +157,7 @@ def test_nothing_is_rendered_again_while_nothing_moves() -> None:
 
 def test_a_move_outside_the_view_renders_nothing_again() -> None:
     made = scene()
-    far = made.add(sphere(radius_m=0.3), Noise(), place((50.0, 0.0, 5.0)), "aside")
+    far = made.add(sphere(radius_m=0.3), NoiseSurface(), place((50.0, 0.0, 5.0)), "aside")
     with Renderer(made, threads=1) as renderer:
         first = renderer.radiance(view())
         made.set_pose(far, place((50.0, 3.0, 5.0)))

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render import (
     Box,
-    Noise,
-    Plain,
+    NoiseSurface,
+    PlainSurface,
     Projection,
     Quad,
     Radiance,
@@ -53,7 +53,7 @@ def plane_depth(projection: Projection, pose: F64) -> F64:
 def test_depth_of_an_oblique_wall_is_that_of_its_plane_to_float32() -> None:
     pose = place((0.3, -0.2, 6.0), yaw_rad=0.7, pitch_rad=0.3)
     scene = Scene()
-    scene.add(Quad(width_m=30.0, height_m=30.0), Noise(), pose, "wall")
+    scene.add(Quad(width_m=30.0, height_m=30.0), NoiseSurface(), pose, "wall")
     projection = pinhole(C=(0.1, 0.05, -0.4))
 
     depth = seen(scene, projection).depth_m
@@ -63,7 +63,7 @@ def test_depth_of_an_oblique_wall_is_that_of_its_plane_to_float32() -> None:
 
 def test_a_floor_that_runs_under_and_behind_the_camera_ends_at_the_horizon() -> None:
     scene = Scene()
-    scene.add(ground(width_m=2000.0, length_m=2000.0), Noise(), flat((0.0, 1.0, 0.0)), "floor")
+    scene.add(ground(width_m=2000.0, length_m=2000.0), NoiseSurface(), flat((0.0, 1.0, 0.0)), "floor")
 
     frame = seen(scene, pinhole())
 
@@ -76,8 +76,8 @@ def test_a_floor_that_runs_under_and_behind_the_camera_ends_at_the_horizon() -> 
 
 def test_what_is_behind_or_nearer_than_the_near_plane_is_not_drawn() -> None:
     scene = Scene()
-    scene.add(Quad(width_m=5.0, height_m=5.0), Plain(), place((0.0, 0.0, -2.0)), "behind")
-    scene.add(Quad(width_m=5.0, height_m=5.0), Plain(), place((0.0, 0.0, 0.01)), "too near")
+    scene.add(Quad(width_m=5.0, height_m=5.0), PlainSurface(), place((0.0, 0.0, -2.0)), "behind")
+    scene.add(Quad(width_m=5.0, height_m=5.0), PlainSurface(), place((0.0, 0.0, 0.01)), "too near")
 
     frame = seen(scene, pinhole())
 
@@ -90,7 +90,7 @@ def test_the_nearer_object_hides_the_farther_whatever_the_order(near_first: bool
     scene = Scene()
     things = [(Quad(width_m=1.0, height_m=1.0), 3.0, "near"), (Quad(width_m=9.0, height_m=9.0), 5.0, "far")]
     for shape, z_m, name in things if near_first else things[::-1]:
-        scene.add(shape, Plain(), place((0.0, 0.0, z_m)), name)
+        scene.add(shape, PlainSurface(), place((0.0, 0.0, z_m)), name)
 
     frame = seen(scene, pinhole())
 
@@ -102,8 +102,8 @@ def test_the_nearer_object_hides_the_farther_whatever_the_order(near_first: bool
 def test_intersecting_walls_meet_where_their_depths_are_equal() -> None:
     left, right = place((0.0, 0.0, 5.0), yaw_rad=0.5), place((0.0, 0.0, 5.0), yaw_rad=-0.5)
     scene = Scene()
-    scene.add(Quad(width_m=20.0, height_m=20.0), Plain(), left, "left")
-    scene.add(Quad(width_m=20.0, height_m=20.0), Plain(), right, "right")
+    scene.add(Quad(width_m=20.0, height_m=20.0), PlainSurface(), left, "left")
+    scene.add(Quad(width_m=20.0, height_m=20.0), PlainSurface(), right, "right")
     projection = pinhole()
 
     frame = seen(scene, projection)
@@ -116,7 +116,7 @@ def test_intersecting_walls_meet_where_their_depths_are_equal() -> None:
 def test_depth_of_a_sphere_lies_between_its_surface_and_its_facets() -> None:
     radius_m = 0.5
     scene = Scene()
-    scene.add(sphere(radius_m=radius_m, rings=64), Noise(), place((0.1, 0.1, 3.0)), "ball")
+    scene.add(sphere(radius_m=radius_m, rings=64), NoiseSurface(), place((0.1, 0.1, 3.0)), "ball")
     projection = pinhole()
 
     frame = seen(scene, projection)
@@ -145,14 +145,14 @@ def test_range_is_the_distance_along_the_ray() -> None:
 
 def mixed_scene() -> Scene:
     scene = Scene()
-    scene.add(ground(width_m=30.0, length_m=30.0), Noise(seed=1), flat((0.0, 1.0, 10.0)), "floor")
+    scene.add(ground(width_m=30.0, length_m=30.0), NoiseSurface(seed=1), flat((0.0, 1.0, 10.0)), "floor")
     scene.add(
         Box(width_m=1.0, height_m=1.0, depth_m=1.0),
-        Noise(seed=2),
+        NoiseSurface(seed=2),
         place((-0.6, 0.4, 4.0), yaw_rad=0.5),
         "box",
     )
-    scene.add(sphere(radius_m=0.5), Noise(seed=3), place((0.6, 0.2, 3.5)), "ball")
+    scene.add(sphere(radius_m=0.5), NoiseSurface(seed=3), place((0.6, 0.2, 3.5)), "ball")
     return scene
 
 
@@ -183,7 +183,7 @@ def test_a_folded_camera_sees_a_point_where_the_law_of_reflection_puts_it() -> N
     folded = pinhole(C=tuple(mirror_m + reflect @ (camera_m - mirror_m)), R=R @ reflect)
     ball_m = np.array([0.2, -0.1, 3.0])
     scene = Scene()
-    scene.add(sphere(radius_m=0.05, rings=16), Plain(), place(ball_m), "ball")
+    scene.add(sphere(radius_m=0.05, rings=16), PlainSurface(), place(ball_m), "ball")
 
     frame = seen(scene, folded)
 
@@ -205,7 +205,7 @@ def distorted(k1: float) -> RayTable:
 def test_with_a_ray_table_every_pixel_looks_along_its_own_ray() -> None:
     pose = place((0.0, 0.0, 5.0), yaw_rad=0.4, pitch_rad=-0.2)
     scene = Scene()
-    scene.add(Quad(width_m=30.0, height_m=30.0), Noise(), pose, "wall")
+    scene.add(Quad(width_m=30.0, height_m=30.0), NoiseSurface(), pose, "wall")
     projection = pinhole(rays=distorted(0.3))
 
     depth = seen(scene, projection).depth_m
@@ -216,7 +216,7 @@ def test_with_a_ray_table_every_pixel_looks_along_its_own_ray() -> None:
 
 def test_edges_bend_with_the_lens() -> None:
     scene = Scene()
-    scene.add(Quad(width_m=1.2, height_m=0.8), Plain(), place((0.0, 0.0, 2.5)), "sheet")
+    scene.add(Quad(width_m=1.2, height_m=0.8), PlainSurface(), place((0.0, 0.0, 2.5)), "sheet")
     projection = pinhole(rays=distorted(0.4))
 
     ids = seen(scene, projection).ids.ravel()
@@ -230,11 +230,11 @@ def test_edges_are_smoothed_by_the_part_of_the_pixel_that_they_cover() -> None:
     scene = Scene()
     scene.add(
         Quad(width_m=1.0, height_m=0.7),
-        Plain(color=(1.0, 1.0, 1.0)),
+        PlainSurface(color=(1.0, 1.0, 1.0)),
         place((0.0, 0.0, 2.5), roll_rad=0.2),
         "sheet",
     )
-    sky = Plain(color=(0.0, 0.0, 0.0))
+    sky = PlainSurface(color=(0.0, 0.0, 0.0))
     scene.add(Quad(width_m=50.0, height_m=50.0), sky, place((0.0, 0.0, 9.0)), "sky")
 
     frame = seen(scene, pinhole())
@@ -248,8 +248,8 @@ def test_edges_are_smoothed_by_the_part_of_the_pixel_that_they_cover() -> None:
 
 def test_disparity_of_a_wall_is_focal_length_times_baseline_over_depth() -> None:
     scene = Scene()
-    scene.add(Quad(width_m=20.0, height_m=20.0), Noise(), place((0.0, 0.0, 4.0)), "wall")
-    scene.add(Quad(width_m=0.5, height_m=0.5), Noise(), place((0.0, 0.0, 2.0)), "near")
+    scene.add(Quad(width_m=20.0, height_m=20.0), NoiseSurface(), place((0.0, 0.0, 4.0)), "wall")
+    scene.add(Quad(width_m=0.5, height_m=0.5), NoiseSurface(), place((0.0, 0.0, 2.0)), "near")
     left, right = pinhole(C=(-0.1, 0.0, 0.0)), pinhole(C=(0.1, 0.0, 0.0))
 
     with Renderer(scene, threads=1) as renderer:
@@ -268,7 +268,7 @@ def test_disparity_of_a_wall_is_focal_length_times_baseline_over_depth() -> None
 
 def test_disparity_is_undefined_where_nothing_is_hit() -> None:
     scene = Scene()
-    scene.add(Quad(width_m=0.5, height_m=0.5), Plain(), place((0.0, 0.0, 2.0)), "sheet")
+    scene.add(Quad(width_m=0.5, height_m=0.5), PlainSurface(), place((0.0, 0.0, 2.0)), "sheet")
 
     with Renderer(scene, threads=1) as renderer:
         disparity, visible = renderer.disparity(pinhole(), pinhole(C=(0.1, 0.0, 0.0)))

@@ -7,13 +7,13 @@ from scipy import ndimage
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render import (
-    Bitmap,
+    BitmapSurface,
     Box,
-    Cells,
+    CellSurface,
     Lighting,
     Material,
-    Noise,
-    Plain,
+    NoiseSurface,
+    PlainSurface,
     Projection,
     Quad,
     Renderer,
@@ -73,7 +73,7 @@ CHECKER = np.indices((8, 8)).sum(axis=0) % 2 == 0
 def test_edges_of_cells_are_those_of_a_supersampled_picture(
     cell_m: float, roll_rad: float, yaw_rad: float, rms: float, greatest: float
 ) -> None:
-    board = Cells(cells=CHECKER, cell_m=cell_m, color_0=(0.0, 0.0, 0.0), color_1=(1.0, 1.0, 1.0))
+    board = CellSurface(cells=CHECKER, cell_m=cell_m, color_0=(0.0, 0.0, 0.0), color_1=(1.0, 1.0, 1.0))
     pose = place((0.011, -0.007, 2.0), roll_rad=roll_rad, yaw_rad=yaw_rad)
 
     image = picture(board, pose, view())
@@ -85,7 +85,7 @@ def test_edges_of_cells_are_those_of_a_supersampled_picture(
 
 
 def test_cells_far_away_melt_into_their_mean() -> None:
-    board = Cells(
+    board = CellSurface(
         cells=np.indices((400, 400)).sum(axis=0) % 2 == 0,
         cell_m=0.01,
         color_0=(0.0, 0.0, 0.0),
@@ -103,7 +103,7 @@ def test_cells_far_away_melt_into_their_mean() -> None:
 def test_cells_are_not_mirrored_and_surrounded_by_the_colour_asked_for() -> None:
     corner = np.zeros((2, 2), bool)
     corner[0, 1] = True
-    board = Cells(cells=corner, cell_m=0.5, color_0=(0.2, 0.2, 0.2), color_1=(0.9, 0.9, 0.9), outside=0)
+    board = CellSurface(cells=corner, cell_m=0.5, color_0=(0.2, 0.2, 0.2), color_1=(0.9, 0.9, 0.9), outside=0)
 
     image = picture(board, place((0.0, 0.0, 2.0)), view())
 
@@ -134,19 +134,19 @@ def spread_while_panning(material: Material, pose: F64, f_px: float) -> float:
     ],
 )
 def test_noise_does_not_shimmer_when_the_camera_pans_by_parts_of_a_pixel(pose: F64, f_px: float) -> None:
-    assert spread_while_panning(Noise(seed=5), pose, f_px) < 0.06
+    assert spread_while_panning(NoiseSurface(seed=5), pose, f_px) < 0.06
 
 
 def test_a_texture_without_band_limit_would_shimmer() -> None:
     speckle = np.random.default_rng(0).integers(0, 255, (256, 256, 1), np.uint8).repeat(3, axis=2)
-    sharp = Cells(cells=speckle[..., 0] > 127, cell_m=0.002)
+    sharp = CellSurface(cells=speckle[..., 0] > 127, cell_m=0.002)
 
     assert spread_while_panning(sharp, place((0.0, 0.0, 3.0)), 3000.0) > 0.06
 
 
 @pytest.mark.parametrize("distance_m", [0.7, 1.5, 5.0, 12.0, 30.0])
 def test_noise_has_detail_at_a_few_pixels_at_any_distance(distance_m: float) -> None:
-    image = picture(Noise(seed=3, scale_m=2.0), place((0.0, 0.0, distance_m)), view(28_760.0)).astype(
+    image = picture(NoiseSurface(seed=3, scale_m=2.0), place((0.0, 0.0, distance_m)), view(28_760.0)).astype(
         np.float64
     )
 
@@ -156,8 +156,8 @@ def test_noise_has_detail_at_a_few_pixels_at_any_distance(distance_m: float) -> 
 
 
 def test_noise_is_the_same_surface_seen_from_near_and_far() -> None:
-    near = picture(Noise(seed=3), place((0.0, 0.0, 2.0)), view(4000.0, size=512)).astype(np.float64)
-    far = picture(Noise(seed=3), place((0.0, 0.0, 8.0)), view(4000.0, size=128)).astype(np.float64)
+    near = picture(NoiseSurface(seed=3), place((0.0, 0.0, 2.0)), view(4000.0, size=512)).astype(np.float64)
+    far = picture(NoiseSurface(seed=3), place((0.0, 0.0, 8.0)), view(4000.0, size=128)).astype(np.float64)
 
     small = ndimage.gaussian_filter(near, 4.0)[1::4, 1::4][8:-8, 8:-8]
     wide = ndimage.gaussian_filter(far, 1.0)[8:-8, 8:-8]
@@ -168,7 +168,9 @@ def test_noise_is_the_same_surface_seen_from_near_and_far() -> None:
 def test_noise_differs_between_seeds_and_between_the_faces_of_a_box() -> None:
     def crop(seed: int, yaw_rad: float) -> F64:
         box = Box(width_m=2.0, height_m=2.0, depth_m=2.0)
-        flat = picture(Noise(seed=seed), place((0.0, 0.0, 4.0), yaw_rad=yaw_rad), view(1000.0), shape=box)
+        flat = picture(
+            NoiseSurface(seed=seed), place((0.0, 0.0, 4.0), yaw_rad=yaw_rad), view(1000.0), shape=box
+        )
         return flat.ravel().astype(np.float64)
 
     front = crop(1, 0.0)
@@ -180,7 +182,7 @@ def test_noise_differs_between_seeds_and_between_the_faces_of_a_box() -> None:
 
 def test_colours_of_noise_lie_between_its_two() -> None:
     a, b = np.array([0.1, 0.5, 0.3]), np.array([0.9, 0.2, 0.4])
-    material = Noise(color_a=(0.1, 0.5, 0.3), color_b=(0.9, 0.2, 0.4), contrast=3.0)
+    material = NoiseSurface(color_a=(0.1, 0.5, 0.3), color_b=(0.9, 0.2, 0.4), contrast=3.0)
 
     image = picture(material, place((0.0, 0.0, 2.0)), view(), channels=3)
 
@@ -191,7 +193,9 @@ def test_colours_of_noise_lie_between_its_two() -> None:
 
 
 def test_stretch_draws_the_pattern_out() -> None:
-    image = picture(Noise(seed=2, stretch=8.0), place((0.0, 0.0, 2.0)), view(2000.0)).astype(np.float64)
+    image = picture(NoiseSurface(seed=2, stretch=8.0), place((0.0, 0.0, 2.0)), view(2000.0)).astype(
+        np.float64
+    )
 
     assert np.diff(image, axis=0).std() > 2 * np.diff(image, axis=1).std()
 
@@ -199,19 +203,22 @@ def test_stretch_draws_the_pattern_out() -> None:
 def test_a_mono_camera_weighs_the_colours() -> None:
     rgb = np.zeros((4, 4, 3), np.uint8)
     rgb[:] = (200, 100, 50)
-    for material in (Plain(color=(200 / 255, 100 / 255, 50 / 255)), Bitmap(rgb=rgb, width_m=1.0)):
+    for material in (
+        PlainSurface(color=(200 / 255, 100 / 255, 50 / 255)),
+        BitmapSurface(rgb=rgb, width_m=1.0),
+    ):
         image = picture(material, place((0.0, 0.0, 2.0)), view())
         assert np.allclose(image, (0.299 * 200 + 0.587 * 100 + 0.114 * 50) / 255, atol=1e-6)
 
 
 def test_plain_paint_has_no_texture() -> None:
-    assert picture(Plain(), place((0.0, 0.0, 3.0), yaw_rad=0.5), view()).std() < 1e-6
+    assert picture(PlainSurface(), place((0.0, 0.0, 3.0), yaw_rad=0.5), view()).std() < 1e-6
 
 
 def test_a_bitmap_lies_upright_and_unmirrored_and_melts_into_its_mean() -> None:
     rgb = np.zeros((64, 64, 3), np.uint8)
     rgb[:32, 32:] = 255  # above, right
-    poster = Bitmap(rgb=rgb, width_m=1.0)
+    poster = BitmapSurface(rgb=rgb, width_m=1.0)
 
     near = picture(poster, place((0.0, 0.0, 2.0)), view(), shape=Quad(width_m=1.0, height_m=1.0))
     far = picture(poster, place((0.0, 0.0, 400.0)), view(), channels=3)
@@ -223,7 +230,7 @@ def test_a_bitmap_lies_upright_and_unmirrored_and_melts_into_its_mean() -> None:
 
 def test_light_falls_from_the_lamp() -> None:
     scene = Scene(Lighting(lamp=(0.0, 0.0, -1.0), ambient=0.3))
-    scene.add(sphere(radius_m=1.0), Plain(color=(1.0, 1.0, 1.0)), place((0.0, 0.0, 4.0)), "ball")
+    scene.add(sphere(radius_m=1.0), PlainSurface(color=(1.0, 1.0, 1.0)), place((0.0, 0.0, 4.0)), "ball")
     with Renderer(scene, threads=1) as renderer:
         frame = renderer.radiance(view(200.0))
 
@@ -248,16 +255,16 @@ def test_the_sky_shades_from_horizon_to_zenith() -> None:
 def bad_materials() -> list[tuple[type, dict[str, object], str]]:
     cells = np.ones((2, 2), bool)
     return [
-        (Noise, {"contrast": 0.0}, "contrast"),
-        (Noise, {"scale_m": float("nan")}, "scale_m"),
-        (Noise, {"grain_m": 2.0}, "grain_m"),
-        (Noise, {"color_a": (0.1, 0.2, 1.3)}, "color_a"),
-        (Plain, {"color": (-0.1, 0.0, 0.0)}, "color"),
-        (Cells, {"cells": np.ones(3), "cell_m": 0.1}, "rows, columns"),
-        (Cells, {"cells": cells, "cell_m": 0.0}, "cell_m"),
-        (Cells, {"cells": cells, "cell_m": 0.1, "outside": 2}, "outside"),
-        (Bitmap, {"rgb": np.zeros((4, 4), np.uint8), "width_m": 1.0}, "uint8"),
-        (Bitmap, {"rgb": np.zeros((4, 4, 3), np.uint8), "width_m": -1.0}, "width_m"),
+        (NoiseSurface, {"contrast": 0.0}, "contrast"),
+        (NoiseSurface, {"scale_m": float("nan")}, "scale_m"),
+        (NoiseSurface, {"grain_m": 2.0}, "grain_m"),
+        (NoiseSurface, {"color_a": (0.1, 0.2, 1.3)}, "color_a"),
+        (PlainSurface, {"color": (-0.1, 0.0, 0.0)}, "color"),
+        (CellSurface, {"cells": np.ones(3), "cell_m": 0.1}, "rows, columns"),
+        (CellSurface, {"cells": cells, "cell_m": 0.0}, "cell_m"),
+        (CellSurface, {"cells": cells, "cell_m": 0.1, "outside": 2}, "outside"),
+        (BitmapSurface, {"rgb": np.zeros((4, 4), np.uint8), "width_m": 1.0}, "uint8"),
+        (BitmapSurface, {"rgb": np.zeros((4, 4, 3), np.uint8), "width_m": -1.0}, "width_m"),
         (Lighting, {"lamp": (0.0, 0.0, 0.0)}, "lamp"),
         (Lighting, {"ambient": 1.5}, "ambient"),
     ]

@@ -11,8 +11,8 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render import (
     Box,
     Mesh,
-    Noise,
-    Plain,
+    NoiseSurface,
+    PlainSurface,
     Quad,
     Scene,
     column,
@@ -65,7 +65,7 @@ def test_flat_lays_a_quad_face_up_with_its_top_away_from_the_viewer() -> None:
 
 def test_only_a_change_of_pose_raises_the_revision() -> None:
     scene = Scene()
-    number = scene.add(Quad(width_m=1.0, height_m=1.0), Plain(), np.eye(4), "sheet")
+    number = scene.add(Quad(width_m=1.0, height_m=1.0), PlainSurface(), np.eye(4), "sheet")
     added = scene.revision
 
     scene.set_pose(number, np.eye(4))
@@ -77,13 +77,13 @@ def test_only_a_change_of_pose_raises_the_revision() -> None:
 
 def test_a_snapshot_is_not_reached_by_later_moves() -> None:
     scene = Scene()
-    number = scene.add(Box(width_m=1.0, height_m=1.0, depth_m=1.0), Noise(), np.eye(4), "box")
+    number = scene.add(Box(width_m=1.0, height_m=1.0, depth_m=1.0), NoiseSurface(), np.eye(4), "box")
     snapshot = scene.snapshot()
 
     scene.set_pose(number, place((3.0, 0.0, 0.0)))
 
     assert (snapshot.poses[0] == np.eye(4)).all()
-    assert isinstance(scene.material(number), Noise)
+    assert isinstance(scene.material(number), NoiseSurface)
     assert scene.names == ("box",)
 
 
@@ -93,7 +93,7 @@ def test_a_snapshot_is_not_reached_by_later_moves() -> None:
 )
 def test_a_pose_that_is_not_rigid_is_refused_with_the_name(pose: np.typing.NDArray[np.float64]) -> None:
     with pytest.raises(InvalidInput, match="pose of crate"):
-        Scene().add(Box(width_m=1.0, height_m=1.0, depth_m=1.0), Plain(), pose, "crate")
+        Scene().add(Box(width_m=1.0, height_m=1.0, depth_m=1.0), PlainSurface(), pose, "crate")
 
 
 def test_moving_an_object_that_is_not_there_is_refused() -> None:

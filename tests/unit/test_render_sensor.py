@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.sim.render import Exposure, expose
+from foveacam_hardware.sim.render import SensorExposure, expose
 
 F32 = NDArray[np.float32]
 KEY = (7, 1, 42)
@@ -19,7 +19,7 @@ def grey(level: float, *, height: int = 200, width: int = 720) -> F32:
     ("gain", "well_e", "bits"), [(1.0, 10_700.0, 12), (2.0, 10_700.0, 10), (1.0, 2000.0, 8)]
 )
 def test_variance_grows_with_the_mean_as_photons_do(gain: float, well_e: float, bits: int) -> None:
-    exposure = Exposure(gain=gain, full_well_e=well_e, bits=bits)
+    exposure = SensorExposure(gain=gain, full_well_e=well_e, bits=bits)
     levels = np.linspace(0.05, 0.9 / gain, 10)
 
     counts = [expose(grey(level), exposure, (1, 2, k)).astype(np.float64) for k, level in enumerate(levels)]
@@ -30,14 +30,14 @@ def test_variance_grows_with_the_mean_as_photons_do(gain: float, well_e: float, 
 
 def test_read_noise_adds_its_own_variance() -> None:
     def variance(read_noise_e: float) -> float:
-        exposure = Exposure(read_noise_e=read_noise_e, bits=12)
+        exposure = SensorExposure(read_noise_e=read_noise_e, bits=12)
         return float(expose(grey(0.1), exposure, KEY).astype(np.float64).var())
 
     assert variance(40.0) - variance(0.0) == pytest.approx((40.0 * 4095 / 10_700) ** 2, rel=0.03)
 
 
 def test_the_mean_is_that_of_the_light() -> None:
-    exposure = Exposure(exposure_s=0.004, reference_s=0.01, gain=1.5, bits=12)
+    exposure = SensorExposure(exposure_s=0.004, reference_s=0.01, gain=1.5, bits=12)
 
     counts = expose(grey(0.5), exposure, KEY).astype(np.float64)
 
@@ -45,7 +45,7 @@ def test_the_mean_is_that_of_the_light() -> None:
 
 
 def test_noise_depends_on_seed_camera_and_frame_alone() -> None:
-    exposure = Exposure(bits=12)
+    exposure = SensorExposure(bits=12)
     one = expose(grey(0.5), exposure, KEY)
 
     assert (one == expose(grey(0.5), exposure, KEY)).all()
@@ -56,7 +56,7 @@ def test_noise_depends_on_seed_camera_and_frame_alone() -> None:
 
 
 def test_noise_of_a_row_does_not_depend_on_the_others() -> None:
-    exposure = Exposure(bits=12)
+    exposure = SensorExposure(bits=12)
     bright_below = grey(0.5)
     bright_below[100:] = 0.9
 
@@ -64,7 +64,7 @@ def test_noise_of_a_row_does_not_depend_on_the_others() -> None:
 
 
 def test_neighbouring_pixels_rows_and_channels_are_independent() -> None:
-    counts = expose(np.full((400, 400, 3), 0.5, np.float32), Exposure(bits=12), KEY).astype(np.float64)
+    counts = expose(np.full((400, 400, 3), 0.5, np.float32), SensorExposure(bits=12), KEY).astype(np.float64)
     noise = counts - counts.mean()
     variance = noise.var()
 
@@ -77,7 +77,7 @@ def test_neighbouring_pixels_rows_and_channels_are_independent() -> None:
 def test_blur_is_a_gaussian_of_the_width_asked_for_and_keeps_the_light(sigma_px: float) -> None:
     point = np.zeros((61, 61), np.float32)
     point[30, 30] = 2.0
-    exposure = Exposure(psf_sigma_px=sigma_px, bits=12, full_well_e=1e9, read_noise_e=0.0)
+    exposure = SensorExposure(psf_sigma_px=sigma_px, bits=12, full_well_e=1e9, read_noise_e=0.0)
 
     spot = expose(point, exposure, KEY).astype(np.float64) / 4095
 
@@ -94,7 +94,7 @@ def test_blur_is_a_gaussian_of_the_width_asked_for_and_keeps_the_light(sigma_px:
 def test_blur_does_not_darken_the_edges_nor_mix_the_channels() -> None:
     image = np.zeros((40, 50, 3), np.float32)
     image[..., 1] = 0.5
-    exposure = Exposure(psf_sigma_px=1.4, bits=12, full_well_e=1e9, read_noise_e=0.0)
+    exposure = SensorExposure(psf_sigma_px=1.4, bits=12, full_well_e=1e9, read_noise_e=0.0)
 
     counts = expose(image, exposure, KEY)
 
@@ -104,7 +104,7 @@ def test_blur_does_not_darken_the_edges_nor_mix_the_channels() -> None:
 
 @pytest.mark.parametrize(("bits", "kind"), [(8, np.uint8), (10, np.uint16), (12, np.uint16)])
 def test_bright_light_saturates_at_full_scale(bits: int, kind: type) -> None:
-    counts = expose(grey(5.0), Exposure(bits=bits, gain=1.2), KEY)
+    counts = expose(grey(5.0), SensorExposure(bits=bits, gain=1.2), KEY)
 
     assert counts.dtype == kind
     assert (counts == 2**bits - 1).all()
@@ -123,7 +123,7 @@ def test_bright_light_saturates_at_full_scale(bits: int, kind: type) -> None:
 )
 def test_an_exposure_that_no_sensor_has_is_refused_by_name(arguments: dict[str, float], message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
-        Exposure(**arguments)  # type: ignore[arg-type]  # wrong on purpose
+        SensorExposure(**arguments)  # type: ignore[arg-type]  # wrong on purpose
 
 
 @pytest.mark.parametrize(
@@ -131,4 +131,4 @@ def test_an_exposure_that_no_sensor_has_is_refused_by_name(arguments: dict[str, 
 )
 def test_radiance_of_another_kind_is_refused(radiance: F32) -> None:
     with pytest.raises(InvalidInput, match="expose"):
-        expose(radiance, Exposure(), KEY)
+        expose(radiance, SensorExposure(), KEY)

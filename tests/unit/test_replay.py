@@ -17,7 +17,7 @@ from foveacam_hardware.contract import (
     Timeout,
     VirtualClock,
 )
-from foveacam_hardware.drivers.replay.tape import AtEnd, Playback
+from foveacam_hardware.drivers.replay.timeline import EndOfPlayback, Playback
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_replay import replay_rig
 
@@ -58,7 +58,7 @@ def test_in_a_loop_the_first_frame_follows_the_last_and_numbers_go_on() -> None:
 
 
 def test_at_the_end_it_says_that_it_is_there() -> None:
-    camera = playing(Playback(at_end=AtEnd.STOP)).left
+    camera = playing(Playback(at_end=EndOfPlayback.STOP)).left
     list(camera.frames(10))
 
     with pytest.raises(Timeout, match="camera left: the recording is at its end"):

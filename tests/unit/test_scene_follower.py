@@ -7,8 +7,8 @@ import foveacam_server
 from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.runtime.overlay import Overlay
-from foveacam_server.runtime.scene_follower import SceneFollower, Sight, rig_shape
+from foveacam_server.runtime.overlay import GazeOverlay
+from foveacam_server.runtime.scene_follower import RigGaze, SceneFollower, rig_shape
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -46,7 +46,7 @@ def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) 
 def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: Calibration) -> None:
     scene, volts = Recorder(), [PARKED]
     follower = SceneFollower(
-        scene, sight=lambda: Sight(calibration=certificate, volts=volts[-1], distance_m=math.inf)
+        scene, sight=lambda: RigGaze(calibration=certificate, volts=volts[-1], distance_m=math.inf)
     )
     follower.tell()
     follower.tell()
@@ -64,13 +64,13 @@ def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: C
 
 def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) -> None:
     scene = Recorder()
-    unknown = Sight(calibration=certificate, volts=None, distance_m=2.0)
+    unknown = RigGaze(calibration=certificate, volts=None, distance_m=2.0)
     SceneFollower(scene, sight=lambda: unknown).tell()
     assert scene.gazes == [(None, None, 2.0)]
 
 
 def test_no_footprint_is_drawn_while_nobody_knows_where_the_mirrors_stand(certificate: Calibration) -> None:
-    overlay = Overlay(lambda: certificate)
+    overlay = GazeOverlay(lambda: certificate)
     drawn, unknown = overlay.of(PARKED), overlay.of(None)
     assert drawn is not None and len(drawn["footprints"]["left"]) == 4
     assert unknown is not None and unknown["footprints"] == unknown["gaze"] == {"left": None, "right": None}

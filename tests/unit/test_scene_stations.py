@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, PanTiltPose, Station, StationTarget
-from foveacam_hardware.sim.render.materials import Cells
+from foveacam_hardware.sim.render.materials import CellSurface
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import SceneFile
 from foveacam_hardware.sim.scenes.loader import load_scene
@@ -88,7 +88,7 @@ def test_a_wrong_station_is_refused_by_name_and_key(
 
 def test_a_charuco_board_is_the_one_that_opencv_prints(tmp_path: Path) -> None:
     material = build_scene(loaded(tmp_path, BOARD), folder=tmp_path).material(0)
-    assert isinstance(material, Cells)
+    assert isinstance(material, CellSurface)
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     printed = cv2.aruco.CharucoBoard((10, 7), 0.03, 0.0225, dictionary).generateImage((800, 560))
 

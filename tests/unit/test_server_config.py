@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from foveacam_server.api.security import Gate, SecurityMiddleware
+from foveacam_server.api.security import AccessRules, SecurityMiddleware
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.runtime.stream_socket import listen
 
@@ -36,7 +36,7 @@ async def _socket(websocket: WebSocket) -> None:
 
 @asynccontextmanager
 async def serving(proxies: Sequence[str] = ()) -> AsyncIterator[httpx.AsyncClient]:
-    gate = Gate(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
+    gate = AccessRules(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
     app = Starlette(
         routes=[Route("/who", _who, methods=["GET", "POST"]), WebSocketRoute("/socket", _socket)],
         middleware=[Middleware(SecurityMiddleware, gate=gate)],

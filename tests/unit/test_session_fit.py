@@ -7,16 +7,16 @@ import pytest
 
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
-from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings, fit_session
 from foveacam_pipeline.calibrate.records.compare import compare
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models import Intrinsics
-from foveacam_server.bench.calibration_truth import Ours, judge
+from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, SweptRig, swept, visited, wide_lens
 
-DRAWING = RigDrawing(rig_id="sim-1")
+DRAWING = NominalRig(rig_id="sim-1")
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def result(lens: Intrinsics) -> FitResult:
 def test_eyes_point_and_rectify_within_the_bars_where_they_were_not_swept(
     rig: SweptRig, result: FitResult
 ) -> None:
-    figures = judge(Ours(result.calibration), rig, seed=3, count=100)
+    figures = judge(CalibrationModel(result.calibration), rig, seed=3, count=100)
     # 0.05 wide px on fifty corners, 37 coefficients of 150 poses, the order's own end: about 0.15 fovea px.
     assert figures["pointing_rms_px"] < 0.4
     assert figures["epipolar_rms_px"] < 0.3
@@ -118,10 +118,10 @@ def test_one_distance_keeps_the_drawing(lens: Intrinsics) -> None:
 
 
 def test_an_unknown_distance_is_reported_and_costs_pixels(rig: SweptRig, lens: Intrinsics) -> None:
-    settings = FitSettings(distance=Distance.UNKNOWN, compare=False)
+    settings = FitSettings(distance=DistanceSource.UNKNOWN, compare=False)
     found = fit_session([swept(1, 5.0)], lens, drawing=DRAWING, label="unknown", settings=settings)
     assert not found.parallax[0].corrected
-    assert judge(Ours(found.calibration), rig, seed=3, count=40)["pointing_rms_px"] > 1.5
+    assert judge(CalibrationModel(found.calibration), rig, seed=3, count=40)["pointing_rms_px"] > 1.5
 
 
 def test_a_wrong_pose_does_not_pull_the_fit(rig: SweptRig, lens: Intrinsics, result: FitResult) -> None:
@@ -133,7 +133,7 @@ def test_a_wrong_pose_does_not_pull_the_fit(rig: SweptRig, lens: Intrinsics, res
     spoilt = replace(sweep, poses=(*sweep.poses[:40], off, *sweep.poses[41:]))
     settings = FitSettings(compare=False)
     found = fit_session([spoilt, swept(1, 2.5)], lens, drawing=DRAWING, label="one off", settings=settings)
-    assert judge(Ours(found.calibration), rig, seed=3, count=60)["pointing_rms_px"] < 0.6
+    assert judge(CalibrationModel(found.calibration), rig, seed=3, count=60)["pointing_rms_px"] < 0.6
 
 
 def test_pictures_of_a_fit_are_png(result: FitResult) -> None:

@@ -23,9 +23,14 @@ from foveacam_pipeline.calibrate.settle.settle import characterise
 from foveacam_pipeline.calibrate.settle.settle_file import load_settle, save_settle
 from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
 from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance, left_of_step
-from foveacam_pipeline.calibrate.settle.settle_shift import Reference
-from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings, Trace, time_below
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.settle.settle_shift import SettledPicture
+from foveacam_pipeline.calibrate.settle.settle_values import (
+    SettleReport,
+    SettleSettings,
+    StepTrace,
+    time_below,
+)
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 
 from .plane_head import noise_texture
 
@@ -36,9 +41,9 @@ RATE_PER_S = 400.0
 """The head below comes to rest by e in 2.5 ms."""
 
 
-def decay(times_ms: NDArray[np.float64], *, noise_px: float = 0.0) -> Trace:
+def decay(times_ms: NDArray[np.float64], *, noise_px: float = 0.0) -> StepTrace:
     left = STEP_PX * np.exp(-times_ms) + np.random.default_rng(2).normal(0.0, noise_px, len(times_ms))
-    return Trace(times_us=tuple((1e3 * times_ms).tolist()), left_px=tuple(left.tolist()))
+    return StepTrace(times_us=tuple((1e3 * times_ms).tolist()), left_px=tuple(left.tolist()))
 
 
 @pytest.mark.parametrize("limit_px", [50.0, 5.0, 1.0])
@@ -56,11 +61,11 @@ def test_a_limit_below_the_noise_is_told_by_how_fast_it_fell() -> None:
 
 
 def test_a_swing_that_passes_rest_is_not_at_rest() -> None:
-    trace = Trace(times_us=(0.0, 1000.0, 2000.0, 3000.0), left_px=(100.0, 0.1, -20.0, 0.1))
+    trace = StepTrace(times_us=(0.0, 1000.0, 2000.0, 3000.0), left_px=(100.0, 0.1, -20.0, 0.1))
     assert time_below(trace, 1.0, floor_px=0.01) > 2000.0
 
 
-def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> Trace:
+def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> StepTrace:
     """Return what a filter of 1000 Hz and a mode make of a step."""
     _, poles, _ = signal.bessel(5, 2.0 * np.pi * 1000.0, analog=True, output="zpk", norm="mag")
     omega = 2.0 * np.pi * frequency_hz
@@ -70,7 +75,7 @@ def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> Trace
     times_s = np.linspace(0.0, 1.0, 40) ** 1.6 * 9e-3
     left = STEP_PX * left_of_step(poles, times_s)
     left = left + np.random.default_rng(4).normal(0.0, noise_px, len(left))
-    return Trace(times_us=tuple((1e6 * times_s).tolist()), left_px=tuple(left.tolist()))
+    return StepTrace(times_us=tuple((1e6 * times_s).tolist()), left_px=tuple(left.tolist()))
 
 
 @pytest.mark.parametrize(("frequency_hz", "quality"), [(900.0, 15.0), (2000.0, 2.0), (600.0, 60.0)])
@@ -243,7 +248,7 @@ def test_a_bare_wall_is_refused() -> None:
 
 
 def test_it_can_be_cancelled() -> None:
-    class Impatient(Nobody):
+    class Impatient(SilentWatcher):
         def cancelled(self) -> bool:
             return True
 
@@ -267,7 +272,7 @@ def test_a_shift_is_found_to_a_fraction_of_a_pixel(shift_px: tuple[float, float]
         noisy = np.clip(view + rng.normal(0.0, 6.0, view.shape), 0, 255)
         return np.asarray(noisy, dtype=np.uint8)
 
-    reference = Reference(picture(0.0, 0.0), towards_px=np.array([260.0, 0.0]))
+    reference = SettledPicture(picture(0.0, 0.0), towards_px=np.array([260.0, 0.0]))
     found = reference.shift(picture(*shift_px))
     assert found.seen
     assert (found.x_px, found.y_px) == pytest.approx(shift_px, abs=0.05)

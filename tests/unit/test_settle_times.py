@@ -7,7 +7,7 @@ import pytest
 from foveacam_hardware.contract import StorageFull, VirtualClock
 from foveacam_server.calibrating.settle_times import SettleTime, SettleTimes
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.settle_desk import SettleDesk
+from foveacam_server.runtime.settle_time_service import SettleTimeService
 from foveacam_server.runtime.store import Store
 
 from .fake_rig import FakeRig
@@ -26,12 +26,12 @@ def times(tmp_path: Path) -> SettleTimes:
     return SettleTimes(tmp_path / "settle")
 
 
-def restored(times: SettleTimes, folder: Path) -> tuple[FakeRig, SettleDesk]:
+def restored(times: SettleTimes, folder: Path) -> tuple[FakeRig, SettleTimeService]:
     """Return a rig that was opened anew, and the desk that gave it what is in use."""
     rig = FakeRig(VirtualClock())
     with Store(folder / "data") as store:
         events = EventLog(store)
-        desk = SettleDesk(times, events=events)
+        desk = SettleTimeService(times, events=events)
         desk.restore(rig)
         events.close()
     return rig, desk

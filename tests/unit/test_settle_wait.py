@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.settle.settle_values import Resonance
+from foveacam_pipeline.calibrate.settle.settle_values import MirrorResonance
 from foveacam_pipeline.calibrate.settle.settle_wait import largest_move_us, wait_us
 
 from .settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
@@ -20,7 +20,7 @@ def test_larger_move_takes_as_much_longer_as_the_filter_says() -> None:
 
 
 def test_mirror_that_rings_takes_longer_still() -> None:
-    ringing = Resonance(frequency_hz=300.0, quality=20.0, frequency_sigma_hz=1.0, quality_sigma=0.5)
+    ringing = MirrorResonance(frequency_hz=300.0, quality=20.0, frequency_sigma_hz=1.0, quality_sigma=0.5)
     rung_us = largest_move_us(REPORT, replace(AXIS, resonance=ringing), move_v=LARGEST_V)
     assert rung_us > largest_move_us(REPORT, AXIS, move_v=LARGEST_V) + 5_000.0
 

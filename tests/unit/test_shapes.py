@@ -10,9 +10,9 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
 from foveacam_server.runtime.calibrations import SHIPPED
-from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.clouds import CloudCollection
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.shapes import WAITING, Seen, ShapeWorker
+from foveacam_server.runtime.shapes import WAITING, ShapeWorker, VergedLook
 from foveacam_server.runtime.store import Document, Store
 
 from .fake_rig import Pictures
@@ -69,14 +69,14 @@ class Setup:
     def __init__(self, folder: Path) -> None:
         self.store = Store(folder)
         self.events = EventLog(self.store)
-        self.shelf = CloudShelf(self.store)
+        self.shelf = CloudCollection(self.store)
         self.pictures = Pictures()
         self.pane = Pane()
         self.worker = ShapeWorker(shelf=self.shelf, sink=self.pictures, viewer=self.pane, events=self.events)
         self.came: dict[str, Document] = {}
 
-    def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> Seen:
-        return Seen(
+    def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
+        return VergedLook(
             fixation_id=fixation_id,
             label="a mug",
             sighting=sighting,

@@ -11,7 +11,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_server.bench.calibration import roundtrip_lsb, wide_rms_px
-from foveacam_server.bench.calibration_truth import Ours, depth_errors, judge, random_poses
+from foveacam_server.bench.calibration_truth import CalibrationModel, depth_errors, judge, random_poses
 from foveacam_server.runtime.calibrations import SHIPPED
 
 PRESETS = ("rig120", "paper")
@@ -40,7 +40,7 @@ def test_it_was_measured_by_the_procedures(calibration: Calibration, preset: str
 
 
 def test_eyes_point_match_rows_and_range_within_the_goals(calibration: Calibration, truth: Truth) -> None:
-    figures = judge(Ours(calibration), truth, seed=5, count=80)
+    figures = judge(CalibrationModel(calibration), truth, seed=5, count=80)
     assert figures["poses"] == 80
     assert figures["pointing_rms_px"] <= 2.0
     assert figures["pointing_p95_px"] <= 4.0
@@ -61,9 +61,9 @@ def test_disparities_are_within_the_stated_error(
     calibration: Calibration, truth: Truth, distance_m: float
 ) -> None:
     poses = random_poses(
-        Ours(calibration), truth, rng=np.random.default_rng(6), count=40, distance_m=distance_m
+        CalibrationModel(calibration), truth, rng=np.random.default_rng(6), count=40, distance_m=distance_m
     )
-    errors = depth_errors(Ours(calibration), truth, poses)
+    errors = depth_errors(CalibrationModel(calibration), truth, poses)
     depths = np.array([pose.point_rig_m[2] for pose in poses])
     missed_px = errors * calibration.fovea_f_px * calibration.baseline_m / depths
     stated_px = calibration.pose_sigma_px(distance_m)

@@ -5,13 +5,13 @@ import math
 import pytest
 
 from foveacam_hardware.contract import MirrorVolts, Role, VirtualClock
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.faults import WorldFaults
 from foveacam_hardware.sim.mirror import MirrorPair
 from foveacam_hardware.sim.optics import gaze
 from foveacam_hardware.sim.presets import find_preset
-from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.world import World
-from foveacam_hardware.simulated_faults import MIRROR_AXES, Knock, MirrorAxis, SimulatedFaults
+from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis, MountKnock, SimulatedFaults
 
 from .test_mirror_dynamics import codes, pair_at_rest
 
@@ -21,8 +21,8 @@ EVERYTHING = SimulatedFaults(
     no_trigger=["right"],
     no_strobe=["left", "right"],
     dead_axes=["left y", "right x"],
-    knocked_left=Knock(shift_x_deg=0.3, shift_y_deg=-0.1, rotation_deg=0.2),
-    knocked_right=Knock(rotation_deg=-1.5),
+    knocked_left=MountKnock(shift_x_deg=0.3, shift_y_deg=-0.1, rotation_deg=0.2),
+    knocked_right=MountKnock(rotation_deg=-1.5),
 )
 
 
@@ -41,11 +41,11 @@ def test_what_was_put_is_told_and_mended() -> None:
 
 @pytest.mark.parametrize("role", [Role.LEFT, Role.RIGHT])
 def test_a_knocked_eye_looks_to_the_right_and_down_as_it_is_said(role: Role) -> None:
-    stage = Stage("bench")
+    stage = AnimatedScene("bench")
     world = World(stage=stage, preset=find_preset("rig120"), seed=0, clock=VirtualClock(0))
     try:
         before = gaze(world.static_view(role, MirrorVolts(x_v=0.0, y_v=0.0), t_ns=0))
-        knock = Knock(shift_x_deg=0.3, shift_y_deg=0.2)
+        knock = MountKnock(shift_x_deg=0.3, shift_y_deg=0.2)
         world.faults.put(SimulatedFaults(knocked_left=knock, knocked_right=knock))
         after = gaze(world.static_view(role, MirrorVolts(x_v=0.0, y_v=0.0), t_ns=0))
     finally:

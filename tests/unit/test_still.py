@@ -21,7 +21,7 @@ from foveacam_hardware.contract import (
     StorageFull,
     VirtualClock,
 )
-from foveacam_pipeline.capture.dataset import Codec, Dataset, State, check
+from foveacam_pipeline.capture.dataset import Dataset, DatasetState, ImageCodec, check
 from foveacam_pipeline.capture.plan import ImageSize
 from foveacam_pipeline.capture.still import (
     Still,
@@ -103,13 +103,13 @@ def test_a_stack_is_a_mean_of_16_bits_and_a_single_frame_stays_as_it_came(rig: S
 def test_a_still_is_a_dataset_of_one_point_that_says_all_of_itself(rig: StubRig, tmp_path: Path) -> None:
     still = taken(rig, frames=3, keep=StillKeep.ALL)
     write_still(
-        tmp_path / "a", still, CALIBRATION, StillLabels(label="a desk", codec=Codec.PNG, id="still-1")
+        tmp_path / "a", still, CALIBRATION, StillLabels(label="a desk", codec=ImageCodec.PNG, id="still-1")
     )
     dataset = Dataset.open(tmp_path / "a")
     header, point = dataset.document.header, dataset[0]
 
     assert check(tmp_path / "a") == []
-    assert (dataset.document.state, header.id, header.label) == (State.COMPLETE, "still-1", "a desk")
+    assert (dataset.document.state, header.id, header.label) == (DatasetState.COMPLETE, "still-1", "a desk")
     assert header.plan["format"] == "foveacam-still"
     exposures = header.conditions["exposures"]
     assert isinstance(exposures, list)

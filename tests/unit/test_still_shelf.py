@@ -6,8 +6,8 @@ import pytest
 
 from foveacam_hardware.contract import Busy, InvalidInput, NotConnected
 from foveacam_pipeline.capture.dataset import DatasetWriter, check
+from foveacam_server.capturing.still_collection import MOST_HELD, StillCollection, StillState
 from foveacam_server.capturing.still_documents import still_document
-from foveacam_server.capturing.still_shelf import MOST_HELD, Standing, StillShelf
 from foveacam_server.errors import NotFound
 from foveacam_server.still_command.remote import pressed
 from foveacam_server.still_command.run import StillOrder
@@ -16,40 +16,40 @@ from .dataset_scenes import header, written
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> StillShelf:
+def shelf(tmp_path: Path) -> StillCollection:
     """A shelf with one still that is held."""
-    found = StillShelf(tmp_path / "stills")
+    found = StillCollection(tmp_path / "stills")
     written(found.new_folder("one"), 1)
     return found
 
 
-def names(shelf: StillShelf, standing: Standing) -> list[str]:
+def names(shelf: StillCollection, standing: StillState) -> list[str]:
     return [found.kept.name for found in shelf.every(standing)]
 
 
-def test_a_still_is_held_until_it_is_kept(shelf: StillShelf) -> None:
-    assert shelf.get("test").standing is Standing.HELD
+def test_a_still_is_held_until_it_is_kept(shelf: StillCollection) -> None:
+    assert shelf.get("test").standing is StillState.HELD
 
     kept = shelf.keep("test", name="the desk")
 
-    assert (kept.standing, kept.kept.folder) == (Standing.KEPT, shelf.folder / "the desk")
+    assert (kept.standing, kept.kept.folder) == (StillState.KEPT, shelf.folder / "the desk")
     assert check(kept.kept.folder) == []
-    assert names(shelf, Standing.HELD) == []
+    assert names(shelf, StillState.HELD) == []
     with pytest.raises(InvalidInput, match="kept already"):
         shelf.keep("test")
 
 
-def test_one_that_was_discarded_can_be_had_back(shelf: StillShelf) -> None:
+def test_one_that_was_discarded_can_be_had_back(shelf: StillCollection) -> None:
     shelf.remove("test")
     with pytest.raises(NotFound):
         shelf.get("test")
-    assert names(shelf, Standing.REMOVED) == ["one"]
+    assert names(shelf, StillState.REMOVED) == ["one"]
 
-    assert shelf.restore("test").standing is Standing.KEPT
-    assert names(shelf, Standing.KEPT) == ["one"]
+    assert shelf.restore("test").standing is StillState.KEPT
+    assert names(shelf, StillState.KEPT) == ["one"]
 
 
-def test_a_name_is_taken_whether_its_still_is_held_or_kept(shelf: StillShelf) -> None:
+def test_a_name_is_taken_whether_its_still_is_held_or_kept(shelf: StillCollection) -> None:
     with pytest.raises(InvalidInput, match="already"):
         shelf.new_folder("ONE")
     shelf.keep("test")
@@ -57,7 +57,7 @@ def test_a_name_is_taken_whether_its_still_is_held_or_kept(shelf: StillShelf) ->
         shelf.new_folder("One")
 
 
-def test_stills_without_a_name_are_called_by_the_moment(shelf: StillShelf) -> None:
+def test_stills_without_a_name_are_called_by_the_moment(shelf: StillCollection) -> None:
     first = shelf.new_folder(None)
     first.mkdir()
 
@@ -65,7 +65,7 @@ def test_stills_without_a_name_are_called_by_the_moment(shelf: StillShelf) -> No
     assert shelf.new_folder(None) != first
 
 
-def test_no_more_are_taken_while_many_wait_to_be_looked_at(shelf: StillShelf) -> None:
+def test_no_more_are_taken_while_many_wait_to_be_looked_at(shelf: StillCollection) -> None:
     for number in range(MOST_HELD - 1):
         shelf.new_folder(f"another {number}").mkdir()
     with pytest.raises(Busy, match="keep or discard some first"):
@@ -74,19 +74,19 @@ def test_no_more_are_taken_while_many_wait_to_be_looked_at(shelf: StillShelf) ->
     assert shelf.new_folder("kept at once", waits=False).name == "kept at once"
 
 
-def test_what_a_killed_program_had_begun_is_cleared_away(shelf: StillShelf) -> None:
+def test_what_a_killed_program_had_begun_is_cleared_away(shelf: StillCollection) -> None:
     with DatasetWriter.create(shelf.new_folder("begun"), header(1)) as writer:
         writer.close("killed")
-    assert "begun" in names(shelf, Standing.HELD)
+    assert "begun" in names(shelf, StillState.HELD)
 
-    assert names(StillShelf(shelf.folder), Standing.HELD) == ["one"]
+    assert names(StillCollection(shelf.folder), StillState.HELD) == ["one"]
 
 
-def test_one_that_cannot_be_read_is_listed_with_the_reason(shelf: StillShelf) -> None:
+def test_one_that_cannot_be_read_is_listed_with_the_reason(shelf: StillCollection) -> None:
     found = shelf.keep("test")
     (found.kept.folder / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
-    document = still_document(shelf.every(Standing.KEPT)[0])
+    document = still_document(shelf.every(StillState.KEPT)[0])
 
     assert (document["name"], document["cameras"]) == ("one", [])
     assert "newer" in document["trouble"]

@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
-from foveacam_server.api.security import Gate
+from foveacam_server.api.security import AccessRules
 from foveacam_server.api.stop_at_door import StopAtDoor
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
@@ -74,7 +74,7 @@ def mirrors() -> Halted:
 def at_door(mirrors: Halted, tmp_path: Path) -> Iterator[StopAtDoor]:
     store = Store(tmp_path)
     events = EventLog(store)
-    gate = Gate(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
+    gate = AccessRules(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
     switch = StopSwitch(mirrors, cancel_jobs=lambda reason: None, events=events)
     yield StopAtDoor(switch, gate=gate)
     events.close()

@@ -1,14 +1,14 @@
 import numpy as np
 
 from foveacam_server.runtime.stream_credit import BACKLOG_LIMIT_MS, CreditBook
-from foveacam_server.runtime.view_state import Picture
+from foveacam_server.runtime.view_state import ViewPicture
 
 MS = 1_000_000
 
 
-def picture(view: str, seq: int) -> Picture:
+def picture(view: str, seq: int) -> ViewPicture:
     image = np.zeros((2, 2), dtype=np.uint8)
-    return Picture(view=view, image=image, bits=8, seq=seq, t_ns=seq, meta=None)
+    return ViewPicture(view=view, image=image, bits=8, seq=seq, t_ns=seq, meta=None)
 
 
 def test_nothing_is_due_before_a_subscription() -> None:

@@ -20,12 +20,12 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
-from foveacam_hardware.drivers.cameras.watchdog import Patience
+from foveacam_hardware.drivers.cameras.watchdog import WatchdogTimeouts
 
 from .fake_camera import SETTINGS, FakeCamera, supervised
 
 MS = 1_000_000
-QUICK = Patience(
+QUICK = WatchdogTimeouts(
     call_ns=1_000 * MS,
     alive_ns=300 * MS,
     ask_ns=50 * MS,

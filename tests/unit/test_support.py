@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.support import FOVEA_SCALE, Support, support_of
+from foveacam_pipeline.verge.support import FOVEA_SCALE, MatchSupport, support_of
 
 SIDE = 129
 NOISE_STD = 0.15
@@ -29,7 +29,7 @@ def test_a_point_with_the_same_texture_in_both_is_matched() -> None:
 
     report = support_of(_noisy(shown, 2), _noisy(shown, 3), scale=FOVEA_SCALE)
 
-    assert report.support is Support.MATCHED
+    assert report.support is MatchSupport.MATCHED
 
 
 def test_a_point_on_the_other_side_of_an_edge_differs() -> None:
@@ -39,7 +39,7 @@ def test_a_point_on_the_other_side_of_an_edge_differs() -> None:
 
     report = support_of(_noisy(one, 2), _noisy(other, 3), scale=FOVEA_SCALE)
 
-    assert report.support is Support.DIFFERENT
+    assert report.support is MatchSupport.DIFFERENT
 
 
 def test_a_blank_point_beside_matched_texture_is_beside_it() -> None:
@@ -48,7 +48,7 @@ def test_a_blank_point_beside_matched_texture_is_beside_it() -> None:
 
     report = support_of(_noisy(shown, 2), _noisy(shown, 3), scale=FOVEA_SCALE)
 
-    assert report.support is Support.BESIDE
+    assert report.support is MatchSupport.BESIDE
     assert report.alike_offset_px[0] < 0.0
 
 
@@ -59,4 +59,4 @@ def test_a_blank_spot_within_matched_texture_is_enclosed() -> None:
 
     report = support_of(_noisy(shown, 2), _noisy(shown, 3), scale=FOVEA_SCALE)
 
-    assert report.support is Support.ENCLOSED
+    assert report.support is MatchSupport.ENCLOSED

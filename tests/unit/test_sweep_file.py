@@ -19,7 +19,7 @@ from foveacam_hardware.contract import (
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
-from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan, base_pose, check_reach
+from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan, base_pose, check_reach
 
 STATION = Station(
     name="Markers near",
@@ -176,13 +176,13 @@ def test_the_plan_is_walked_in_a_serpentine_that_is_denser_at_the_rim() -> None:
     assert np.allclose(nodes[0, ::-1, 0], nodes[1, :, 0])
     steps = np.diff(nodes[0, :, 0])
     assert steps[0] < 0.5 * steps[3]
-    even = SweepPlan(spacing=Spacing.EVEN).nodes_rad().reshape(9, 9, 2)
+    even = SweepPlan(spacing=NodeSpacing.EVEN).nodes_rad().reshape(9, 9, 2)
     assert np.allclose(np.diff(even[0, :, 0]), np.deg2rad(18.6 / 8))
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(9, 9), (4, 5)])
 def test_by_hand_the_plan_is_walked_ring_by_ring_from_the_middle(columns: int, rows: int) -> None:
-    plan = SweepPlan(columns=columns, rows=rows, spacing=Spacing.EVEN)
+    plan = SweepPlan(columns=columns, rows=rows, spacing=NodeSpacing.EVEN)
     order = plan.outward()
     spread = plan.nodes_rad()[order] / [plan.half_width_rad, plan.half_height_rad] * [columns - 1, rows - 1]
     rings = np.abs(spread).max(axis=1)

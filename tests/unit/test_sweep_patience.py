@@ -11,8 +11,8 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.calibrate.sweep.centring import BEYOND
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.sweep.single_eye_limit import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_patience import Patience
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 
@@ -45,7 +45,7 @@ def pose(refused_left: str | None) -> SweepPose:
     )
 
 
-def poses_until_given_up(patience: Patience, refused_left: str) -> int:
+def poses_until_given_up(patience: SingleEyeLimit, refused_left: str) -> int:
     for times in range(1, 100):
         try:
             patience.check(pose(refused_left))
@@ -60,11 +60,11 @@ def poses_until_given_up(patience: Patience, refused_left: str) -> int:
 def test_an_eye_that_never_measured_is_given_up_soon_unless_it_is_only_out_of_reach(
     refusal: str, times: int
 ) -> None:
-    assert poses_until_given_up(Patience(Sweep(header=HEADER), SETTINGS), refusal) == times
+    assert poses_until_given_up(SingleEyeLimit(Sweep(header=HEADER), SETTINGS), refusal) == times
 
 
 def test_an_eye_that_measured_once_has_two_rows_again_after_each_pose_that_it_measures() -> None:
-    patience = Patience(Sweep(header=HEADER), SETTINGS)
+    patience = SingleEyeLimit(Sweep(header=HEADER), SETTINGS)
     patience.check(pose(None))
     for _ in range(2):
         for _ in range(2 * COLUMNS - 1):
@@ -75,7 +75,7 @@ def test_an_eye_that_measured_once_has_two_rows_again_after_each_pose_that_it_me
 
 
 def test_what_is_out_of_reach_is_told_as_such_with_the_eye_and_how_often() -> None:
-    patience = Patience(Sweep(header=HEADER), SETTINGS)
+    patience = SingleEyeLimit(Sweep(header=HEADER), SETTINGS)
     with pytest.raises(OutOfRange, match=r"the left eye was refused at 8 poses in a row.*183 V"):
         for _ in range(2 * COLUMNS):
             patience.check(pose(f"{BEYOND}: 183 V"))

@@ -4,15 +4,15 @@ from contextlib import AbstractContextManager, nullcontext
 
 from foveacam_hardware.contract import MarkerPrint, Role, VirtualClock
 from foveacam_server.calibrating.mirrors_step import sweep_settings
-from foveacam_server.calibrating.workplace import Hands, Workplace
+from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment
 
 
-def nobody(_name: str) -> AbstractContextManager[Hands]:
+def nobody(_name: str) -> AbstractContextManager[ExclusiveRig]:
     return nullcontext()  # type: ignore[return-value]  # never used: nothing moves here
 
 
 def test_a_sweep_looks_for_the_markers_of_the_rig_file() -> None:
-    workplace = Workplace(
+    workplace = StepEnvironment(
         rig_id="lab-1",
         baseline_m=0.2,
         stations=(),

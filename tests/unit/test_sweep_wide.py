@@ -9,7 +9,7 @@ import pytest
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import middle_px
-from foveacam_pipeline.calibrate.sweep.sweep_wide import WideAtRest, fresh_wide
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest, fresh_wide
 
 from .marker_images import draw_marker, homography
 
@@ -66,7 +66,7 @@ def test_a_camera_that_stands_still_is_stale() -> None:
 
 def test_the_frames_at_rest_are_averaged() -> None:
     clock = VirtualClock(1_000_000_000)
-    at_rest = WideAtRest(WideHead(clock), clock, LAYOUT, since_ns=clock.now_ns())
+    at_rest = WideMarkersAtRest(WideHead(clock), clock, LAYOUT, since_ns=clock.now_ns())
 
     at_rest.fill(4)
 
@@ -79,7 +79,7 @@ def test_the_frames_at_rest_are_averaged() -> None:
 def test_a_rig_that_is_not_at_rest_is_noticed() -> None:
     clock = VirtualClock(1_000_000_000)
     head = WideHead(clock, place=lambda seq: 70.0 + 0.4 * (seq % 4))
-    at_rest = WideAtRest(head, clock, LAYOUT, since_ns=clock.now_ns())
+    at_rest = WideMarkersAtRest(head, clock, LAYOUT, since_ns=clock.now_ns())
 
     at_rest.fill(4)
 
@@ -90,7 +90,7 @@ def test_a_marker_that_was_covered_meanwhile_is_out() -> None:
     clock = VirtualClock(1_000_000_000)
     first = clock.now_ns() // PERIOD_NS + 1
     head = WideHead(clock, place=lambda seq: 70.0 if seq <= first else 500.0)
-    at_rest = WideAtRest(head, clock, LAYOUT, since_ns=clock.now_ns())
+    at_rest = WideMarkersAtRest(head, clock, LAYOUT, since_ns=clock.now_ns())
 
     at_rest.fill(3)
 

@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.loop import Knowledge, fixate
+from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import (
     Basis,
     DirectionTarget,
     Fixation,
     FixationState,
-    Phase,
     PixelTarget,
     RectangleTarget,
     Target,
+    VergePhase,
     VergeStep,
 )
 
@@ -60,15 +60,15 @@ def test_the_point_lies_on_the_ray_of_the_click() -> None:
 def test_both_eyes_first_look_parallel_to_the_central_ray() -> None:
     first = fix(PlaneHead(z_m=6.0, texture=NOISE)).steps[0]
     ax_rad, ay_rad = CALIBRATION.wide.angles_rad([[CLICK.x_px, CLICK.y_px]])[0].tolist()
-    assert first.phase is Phase.PARALLEL
+    assert first.phase is VergePhase.PARALLEL
     gazes = [first.left_ax_rad, first.right_ax_rad, first.left_ay_rad, first.right_ay_rad]
     np.testing.assert_allclose(gazes, [ax_rad, ax_rad, ay_rad, ay_rad], atol=1e-6)
 
 
 def test_near_targets_are_found_farther_along_the_epipolar_line() -> None:
     phases = [step.phase for step in fix(PlaneHead(z_m=1.6, texture=NOISE)).steps]
-    assert phases[:2] == [Phase.PARALLEL, Phase.EPIPOLAR]
-    assert phases.count(Phase.EPIPOLAR) <= 2
+    assert phases[:2] == [VergePhase.PARALLEL, VergePhase.EPIPOLAR]
+    assert phases.count(VergePhase.EPIPOLAR) <= 2
 
 
 def test_click_rectangle_and_direction_of_one_point_agree() -> None:
@@ -238,7 +238,7 @@ class Known:
 
 def test_where_the_depth_is_known_the_first_look_verges_on_it() -> None:
     head = PlaneHead(z_m=1.6, texture=NOISE)
-    known = Knowledge(context=Known(inverse_z_per_m=1.0 / 1.61))
+    known = PriorKnowledge(context=Known(inverse_z_per_m=1.0 / 1.61))
     fixation = fixate(head, head.calibration, CLICK, clock=head.clock, known=known)
     assert fixation.state is FixationState.VERGED, fixation.reason
     assert len(fixation.steps) <= 2  # found at once, then centred
@@ -247,7 +247,7 @@ def test_where_the_depth_is_known_the_first_look_verges_on_it() -> None:
 
 def test_what_is_known_wrongly_misleads_nobody() -> None:
     head = PlaneHead(z_m=5.0, texture=NOISE)
-    known = Knowledge(context=Known(inverse_z_per_m=1.0 / 2.0))
+    known = PriorKnowledge(context=Known(inverse_z_per_m=1.0 / 2.0))
     fixation = fixate(head, head.calibration, CLICK, clock=head.clock, known=known)
     assert fixation.distance_m is not None and fixation.distance_sigma_m is not None
     assert abs(fixation.distance_m - true_distance_m(fixation, 5.0)) <= 3.0 * fixation.distance_sigma_m

@@ -5,7 +5,7 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.distance import place_on_ray
-from foveacam_pipeline.verge.infer import Inferred
+from foveacam_pipeline.verge.infer import InferredDepth
 from foveacam_pipeline.verge.single_eye import EyeMatch
 from foveacam_pipeline.verge.weighing import (
     agree,
@@ -26,8 +26,8 @@ def _match(
     )
 
 
-def _inferred(inverse_z_per_m: float, *, probability: float, held: bool = True) -> Inferred:
-    return Inferred(
+def _inferred(inverse_z_per_m: float, *, probability: float, held: bool = True) -> InferredDepth:
+    return InferredDepth(
         inverse_z_per_m=inverse_z_per_m,
         sigma_per_m=1.0e-3,
         probability=probability,

@@ -12,7 +12,7 @@ from foveacam_hardware.contract import MarkerPrint, VirtualClock
 from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
-from foveacam_pipeline.calibrate.watcher import Nobody
+from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models import Calibration
@@ -30,12 +30,12 @@ from foveacam_server.calibrating.options import (
     MirrorsOptions,
     WideOptions,
 )
-from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession, SessionCollection
 from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
 from foveacam_server.calibrating.settle_times import SettleTime
+from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment
 from foveacam_server.calibrating.whole_run import KNOWN, run_all
 from foveacam_server.calibrating.wide_documents import RESULT, views_id
-from foveacam_server.calibrating.workplace import Hands, Workplace
 from foveacam_server.runtime.calibrations import SHIPPED
 
 from .settle_report import REPORT
@@ -53,7 +53,7 @@ class Touched(Exception):
 
 
 @dataclass
-class Heard(Nobody):
+class Heard(SilentWatcher):
     """Takes notes."""
 
     stages: list[str] = field(default_factory=list)
@@ -97,11 +97,11 @@ class Desk:
         return FITTED
 
     @property
-    def workplace(self) -> Workplace:
-        def use(what: str) -> AbstractContextManager[Hands]:
+    def workplace(self) -> StepEnvironment:
+        def use(what: str) -> AbstractContextManager[ExclusiveRig]:
             raise Touched(what)
 
-        return Workplace(
+        return StepEnvironment(
             rig_id=RIG,
             baseline_m=0.2,
             stations=tuple(sweep.header.station for sweep in SWEEPS),
@@ -132,7 +132,7 @@ SWEEPS = [swept(SEED, distance_m, side=3) for distance_m in (FAR, NEAR)]
 @pytest.fixture
 def desk(tmp_path: Path) -> Desk:
     """A session in which every step came to its end."""
-    session = SessionShelf(tmp_path).create(label="spring", rig_id=RIG, baseline_m=0.2)
+    session = SessionCollection(tmp_path).create(label="spring", rig_id=RIG, baseline_m=0.2)
     WideSamples(Charuco()).save(session.folder)
     session.write(
         RESULT,

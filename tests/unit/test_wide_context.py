@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.context_file import ContextOf, load_context, save_context
-from foveacam_pipeline.context.values import Ageing, Source
+from foveacam_pipeline.context.context_file import ContextIdentity, load_context, save_context
+from foveacam_pipeline.context.values import AgeingModel, DepthSource
 from foveacam_pipeline.context.wide_context import FORGET_AFTER_S, WideContext
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 
 WIDE = Intrinsics(width=200, height=161, fx_px=500.0, fy_px=500.0, cx_px=99.5, cy_px=80.0)
 CENTRE = np.array([0.0, 0.0])
-ROOM = ContextOf(rig_id="sim", calibration_id="cal-1", pose="")
+ROOM = ContextIdentity(rig_id="sim", calibration_id="cal-1", pose="")
 
 
 class Watch:
@@ -62,7 +62,7 @@ def _picture(seed: int, *, gain: float = 1.0) -> NDArray[np.uint8]:
 
 
 def test_a_point_is_found_about_its_direction_alone(context: WideContext) -> None:
-    context.fuse(_points([0.1], 1e-3), source=Source.FIXATION)
+    context.fuse(_points([0.1], 1e-3), source=DepthSource.FIXATION)
     found = context.around(CENTRE, reach_tan=0.01)
     assert found.inverse_z_per_m.tolist() == pytest.approx([0.1])
     assert found.sigma_per_m.tolist() == pytest.approx([1e-3])
@@ -70,53 +70,53 @@ def test_a_point_is_found_about_its_direction_alone(context: WideContext) -> Non
 
 
 def test_points_outside_the_wide_image_are_left_out(context: WideContext) -> None:
-    assert context.fuse(_points([0.1], 1e-3, at=(0.3, 0.0)), source=Source.FIXATION) == 0
+    assert context.fuse(_points([0.1], 1e-3, at=(0.3, 0.0)), source=DepthSource.FIXATION) == 0
     assert len(context.samples()) == 0
 
 
 def test_consistent_depths_are_weighted_by_their_variance(context: WideContext) -> None:
-    context.fuse(_points([0.100], 1e-3), source=Source.FIXATION)
-    context.fuse(_points([0.101], 2e-3), source=Source.FIXATION)
+    context.fuse(_points([0.100], 1e-3), source=DepthSource.FIXATION)
+    context.fuse(_points([0.101], 2e-3), source=DepthSource.FIXATION)
     found = context.around(CENTRE, reach_tan=0.01)
     assert found.inverse_z_per_m.tolist() == pytest.approx([0.8 * 0.100 + 0.2 * 0.101])
     assert found.sigma_per_m.tolist() == pytest.approx([0.8 * 1e-3 + 0.2 * 2e-3])
 
 
 def test_a_contradicting_point_keeps_the_older_surface_beside_it(context: WideContext) -> None:
-    context.fuse(_points([0.10], 1e-4), source=Source.FIXATION)
-    context.fuse(_points([0.20], 1e-4), source=Source.FIXATION)
+    context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
+    context.fuse(_points([0.20], 1e-4), source=DepthSource.FIXATION)
     assert context.snapshot().inverse_z_per_m[:, 10, 12].tolist() == pytest.approx([0.20, 0.10])
-    context.fuse(_points([0.10], 1e-4), source=Source.FIXATION)
+    context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
     assert context.snapshot().inverse_z_per_m[:, 10, 12].tolist() == pytest.approx([0.10, 0.20])
 
 
 def test_a_much_weaker_contradiction_does_not_take_over(context: WideContext) -> None:
-    context.fuse(_points([0.10], 1e-4), source=Source.FIXATION)
-    context.fuse(_points([0.20], 5e-3), source=Source.WIDE_MATCH)
+    context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
+    context.fuse(_points([0.20], 5e-3), source=DepthSource.WIDE_MATCH)
     assert context.snapshot().inverse_z_per_m[:, 10, 12].tolist() == pytest.approx([0.10, 0.20])
 
 
 def test_dense_depth_replaces_what_it_contradicts(context: WideContext) -> None:
-    context.fuse(_points([0.10], 1e-4), source=Source.FIXATION)
-    context.fuse(_points([0.20] * 20, 1e-4), source=Source.DENSE_DEPTH)
+    context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
+    context.fuse(_points([0.20] * 20, 1e-4), source=DepthSource.DENSE_DEPTH)
     assert context.around(CENTRE, reach_tan=0.01).inverse_z_per_m.tolist() == pytest.approx([0.20])
 
 
 def test_a_cell_on_an_edge_holds_both_surfaces_and_no_mean_of_them(context: WideContext) -> None:
     near, far = [0.20] * 30, [0.10] * 50
-    context.fuse(_points([*near, *far], 1e-4), source=Source.DENSE_DEPTH)
+    context.fuse(_points([*near, *far], 1e-4), source=DepthSource.DENSE_DEPTH)
     assert context.snapshot().inverse_z_per_m[:, 10, 12].tolist() == pytest.approx([0.10, 0.20])
 
 
 def test_a_few_mismatches_make_no_surface(context: WideContext) -> None:
-    context.fuse(_points([0.30, 0.31] + [0.10] * 50, 1e-4), source=Source.DENSE_DEPTH)
+    context.fuse(_points([0.30, 0.31] + [0.10] * 50, 1e-4), source=DepthSource.DENSE_DEPTH)
     assert context.around(CENTRE, reach_tan=0.01).inverse_z_per_m.tolist() == pytest.approx([0.10])
 
 
 def test_the_error_grows_with_age(context: WideContext, watch: Watch) -> None:
-    context.fuse(_points([0.10], 1e-4), source=Source.FIXATION)
+    context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
     watch.now_s += 2 * 3600.0
-    ageing = Ageing()
+    ageing = AgeingModel()
     grown = 2.0 * np.hypot(ageing.drift_per_m_per_hour, ageing.relative_per_hour * 0.10)
     expected = np.hypot(1e-4, grown)
     assert context.samples().sigma_per_m.tolist() == pytest.approx([expected])
@@ -125,7 +125,7 @@ def test_the_error_grows_with_age(context: WideContext, watch: Watch) -> None:
 def test_an_unchanged_scene_keeps_its_depth_through_noise_and_dimming(
     context: WideContext, watch: Watch
 ) -> None:
-    context.fuse(_everywhere(5.0), source=Source.DENSE_DEPTH, gray=_picture(1))
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     before = len(context.samples())
     for seed in range(2, 12):
         watch.now_s += 1.0
@@ -134,7 +134,7 @@ def test_an_unchanged_scene_keeps_its_depth_through_noise_and_dimming(
 
 
 def test_what_changed_is_withheld_at_once_and_forgotten_later(context: WideContext, watch: Watch) -> None:
-    context.fuse(_everywhere(5.0), source=Source.DENSE_DEPTH, gray=_picture(1))
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     changed = _picture(2)
     changed[64:96, 80:120] = 255 - changed[64:96, 80:120]
     assert context.see(changed) == 0
@@ -147,7 +147,7 @@ def test_what_changed_is_withheld_at_once_and_forgotten_later(context: WideConte
 
 
 def test_what_somebody_crossed_comes_back(context: WideContext, watch: Watch) -> None:
-    context.fuse(_everywhere(5.0), source=Source.DENSE_DEPTH, gray=_picture(1))
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     crossed = _picture(2)
     crossed[64:96, 80:120] = 10
     context.see(crossed)
@@ -161,7 +161,7 @@ def test_a_scene_that_changed_altogether_is_forgotten_with_its_blank_parts(
 ) -> None:
     reference, moved = _picture(1), np.roll(_picture(2), 20, axis=1)
     reference[:, 160:] = moved[:, 160:] = 100  # a blank wall looks the same after the move
-    context.fuse(_everywhere(5.0), source=Source.DENSE_DEPTH, gray=reference)
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=reference)
     context.see(moved)
     watch.now_s += FORGET_AFTER_S + 0.1
     context.see(moved)
@@ -169,7 +169,7 @@ def test_a_scene_that_changed_altogether_is_forgotten_with_its_blank_parts(
 
 
 def test_a_stored_context_comes_back_with_its_age(context: WideContext, watch: Watch, tmp_path: Path) -> None:
-    context.fuse(_everywhere(5.0), source=Source.DENSE_DEPTH, gray=_picture(1))
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     save_context(context, tmp_path / "context.npz", of=ROOM)
     watch.now_s += 3600.0
     restored = WideContext(WIDE, now_s=watch)
@@ -182,10 +182,10 @@ def test_a_stored_context_comes_back_with_its_age(context: WideContext, watch: W
 def test_a_stored_context_of_another_calibration_or_grid_is_not_taken(
     context: WideContext, tmp_path: Path
 ) -> None:
-    context.fuse(_points([0.1], 1e-3), source=Source.FIXATION)
+    context.fuse(_points([0.1], 1e-3), source=DepthSource.FIXATION)
     path = tmp_path / "context.npz"
     save_context(context, path, of=ROOM)
-    other = ContextOf(rig_id="sim", calibration_id="cal-2", pose="")
+    other = ContextIdentity(rig_id="sim", calibration_id="cal-2", pose="")
     assert not load_context(WideContext(WIDE), path, of=other)
     assert not load_context(WideContext(WIDE, cell_px=16), path, of=ROOM)
     context.clear()

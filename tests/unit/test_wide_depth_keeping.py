@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState, RailState
-from foveacam_pipeline.context.values import Source
+from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_server.resources.wide_depth.keeping import ContextKeeper
+from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.runtime.rig_status import PanTiltStatus, RigStatus
 
 from .plane_head import CALIBRATION
@@ -42,7 +42,7 @@ def _known(keeper: ContextKeeper) -> int:
 def _measure(keeper: ContextKeeper) -> None:
     context = keeper.present()
     assert context is not None
-    context.fuse(POINT, source=Source.FIXATION)
+    context.fuse(POINT, source=DepthSource.FIXATION)
 
 
 def test_there_is_none_before_the_rig_is_known_and_calibrated(tmp_path: Path, room: Room) -> None:

@@ -6,9 +6,9 @@ from concurrent.futures import Future
 from typing import TypeVar
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings, Frame, Role, VirtualClock
-from foveacam_hardware.drivers.cameras.commands import Command
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
+from foveacam_hardware.drivers.cameras.commands import CameraCommand
 from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.worker import CameraWorker
 
 from .fake_camera import READOUT_NS, SETTINGS, FakeCamera, FakeDevice
@@ -22,12 +22,12 @@ class VirtualInbox:
 
     def __init__(self, clock: VirtualClock) -> None:
         self._clock = clock
-        self._commands: list[Command[CameraWorker]] = []
+        self._commands: list[CameraCommand[CameraWorker]] = []
 
-    def put(self, command: Command[CameraWorker]) -> None:
+    def put(self, command: CameraCommand[CameraWorker]) -> None:
         self._commands.append(command)
 
-    def get(self, block: bool = True, timeout: float | None = None) -> Command[CameraWorker]:
+    def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand[CameraWorker]:
         if self._commands:
             return self._commands.pop(0)
         if block:
@@ -41,7 +41,7 @@ class Bench:
     def __init__(self, *, settings: CameraSettings = SETTINGS, frames: int = 8) -> None:
         self.clock = VirtualClock(100 * S)
         self.camera = FakeCamera(self.clock)
-        self.desk = CameraDesk(frames=frames)
+        self.desk = CameraSharedState(frames=frames)
         self.inbox = VirtualInbox(self.clock)
         self.worker = CameraWorker(
             Role.LEFT,
@@ -54,7 +54,7 @@ class Bench:
     def do(self, work: Callable[[CameraWorker], T]) -> T:
         """Let the worker do a command in its next turn."""
         done: Future[object] = Future()
-        self.inbox.put(Command(name="test", work=work, done=done))
+        self.inbox.put(CameraCommand(name="test", work=work, done=done))
         self.worker.step(self.inbox)
         return done.result(0.0)  # type: ignore[return-value]  # the future of this very work
 

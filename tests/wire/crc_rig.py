@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import cast
 
 from foveacam_hardware.contract import MirrorVolts, StereoVolts, VirtualClock
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
@@ -38,7 +38,10 @@ class Rig:
     """The driver on the compiled firmware."""
 
     def __init__(
-        self, care: Care | None = None, *, board: Callable[[VirtualClock], DamagedBoard] = DamagedBoard
+        self,
+        care: LinkSupervision | None = None,
+        *,
+        board: Callable[[VirtualClock], DamagedBoard] = DamagedBoard,
     ) -> None:
         self.clock = VirtualClock(START_US * 1000)
         self.board = board(self.clock)

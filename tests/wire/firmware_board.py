@@ -9,7 +9,14 @@ from operator import xor
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.mirror_drive import QuadDac
 from foveacam_hardware.wire.cobs import CobsDecoder, cobs_encode
-from foveacam_hardware.wire.controller import Method, Packet, Property, crc16, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    crc16,
+    decode_packet,
+    encode_packet,
+)
 
 from .firmware_build import built
 
@@ -193,12 +200,12 @@ class FirmwareBoard:
     def post(self, *packets: Packet) -> None:
         self.feed(b"".join(map(encode_packet, packets)))
 
-    def ask(self, method: Method, prop: Property, payload: bytes = b"") -> list[Packet]:
+    def ask(self, method: PacketMethod, prop: PacketProperty, payload: bytes = b"") -> list[Packet]:
         """Send one request; return all that comes back once the controller is idle, log pushes left out."""
         self._sequence += 1
         self.post(Packet(method, prop, self._sequence, payload))
         self.finish()
-        return [packet for packet in self.packets() if packet.prop is not Property.LOG]
+        return [packet for packet in self.packets() if packet.prop is not PacketProperty.LOG]
 
     def finish(self) -> None:
         """Let it end what is under way."""
@@ -206,11 +213,11 @@ class FirmwareBoard:
             self.advance(due_ns)
 
     def enable(self, *, bias: int = 29490) -> None:
-        self.ask(Method.SET, Property.BIAS, bias.to_bytes(2, "little"))
-        (reply,) = self.ask(Method.SET, Property.ENABLE, b"\x01")
-        assert reply.method is Method.ACK
+        self.ask(PacketMethod.SET, PacketProperty.BIAS, bias.to_bytes(2, "little"))
+        (reply,) = self.ask(PacketMethod.SET, PacketProperty.ENABLE, b"\x01")
+        assert reply.method is PacketMethod.ACK
 
-    def raw(self, method: Method, prop: int, payload: bytes) -> bytes:
+    def raw(self, method: PacketMethod, prop: int, payload: bytes) -> bytes:
         """Send a request of any property, as agreed on; return the reply's frame from its method on."""
         body = bytes((method << 4 | prop, 1, 0)) + payload
         crc = self.crc
@@ -221,14 +228,14 @@ class FirmwareBoard:
 
     def item(self, item: Item) -> int:
         """Read one item of GUARD."""
-        reply = self.raw(Method.GET, GUARD, bytes((item,)))
-        assert reply[:4] == bytes((Method.ACK << 4 | GUARD, 1, 0, item)), reply
+        reply = self.raw(PacketMethod.GET, GUARD, bytes((item,)))
+        assert reply[:4] == bytes((PacketMethod.ACK << 4 | GUARD, 1, 0, item)), reply
         return int.from_bytes(reply[4:], "little")
 
     def set_item(self, item: int, value: int) -> str | None:
         """Set one item of GUARD; return the refusal, if any."""
         payload = bytes((item,)) + value.to_bytes(4, "little")
-        return refusal(self.raw(Method.SET, GUARD, payload), GUARD, payload)
+        return refusal(self.raw(PacketMethod.SET, GUARD, payload), GUARD, payload)
 
     def _collect(self) -> None:
         events = (_Event * 4096)()
@@ -245,9 +252,9 @@ def stuffed(body: bytes) -> bytes:
 
 def refusal(reply: bytes, prop: int, expected: bytes) -> str | None:
     """Return the text of a REJ; None for the ACK that was expected."""
-    if reply[0] == Method.REJ << 4 | prop:
+    if reply[0] == PacketMethod.REJ << 4 | prop:
         return reply[3:].decode("ascii")
-    assert reply == bytes((Method.ACK << 4 | prop, 1, 0)) + expected, reply
+    assert reply == bytes((PacketMethod.ACK << 4 | prop, 1, 0)) + expected, reply
     return None
 
 

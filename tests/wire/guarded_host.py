@@ -7,7 +7,7 @@ import sys
 import threading
 
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, StereoVolts
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.wire.link import SerialLink
@@ -17,7 +17,7 @@ ASIDE = StereoVolts(left=MirrorVolts(x_v=90.0, y_v=-80.0), right=MirrorVolts(x_v
 
 def main(port: str, ending: str) -> None:
     guardian = Guardian()
-    care = Care(guardian=guardian, answer_s=5.0)
+    care = LinkSupervision(guardian=guardian, answer_s=5.0)
     mirrors = ControllerMirrors(lambda: SerialLink(port), MonotonicClock(), care=care)
     mirrors.connect()
     mirrors.steer(ASIDE)

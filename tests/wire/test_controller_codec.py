@@ -11,9 +11,9 @@ from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
     BadChecksum,
     BadPacket,
-    Method,
     Packet,
-    Property,
+    PacketMethod,
+    PacketProperty,
     decode_packet,
     encode_packet,
     next_sequence,
@@ -51,35 +51,47 @@ FRAME = FrameRequest(stream=5, cameras=6, pulse_us=20_000, settle_us=2000)
 REFUSAL = b"Cannot perform action: system is not enabled"
 
 GOLDEN = {
-    "1 get version": (Packet(Method.GET, Property.VERSION, 1), "04 13 12 01 01 00"),
+    "1 get version": (Packet(PacketMethod.GET, PacketProperty.VERSION, 1), "04 13 12 01 01 00"),
     "1 version": (
-        Packet(Method.ACK, Property.VERSION, 1, pack_version((2, 1, 0))),
+        Packet(PacketMethod.ACK, PacketProperty.VERSION, 1, pack_version((2, 1, 0))),
         "04 30 32 01 03 02 01 01 00",
     ),
-    "2 set low pass": (Packet(Method.SET, Property.LPF, 5, pack_u16(120)), "04 5b 26 05 02 78 01 00"),
-    "2 low pass set": (Packet(Method.ACK, Property.LPF, 5, pack_u16(120)), "04 4b 36 05 02 78 01 00"),
+    "2 set low pass": (
+        Packet(PacketMethod.SET, PacketProperty.LPF, 5, pack_u16(120)),
+        "04 5b 26 05 02 78 01 00",
+    ),
+    "2 low pass set": (
+        Packet(PacketMethod.ACK, PacketProperty.LPF, 5, pack_u16(120)),
+        "04 4b 36 05 02 78 01 00",
+    ),
     "3 set bias": (
-        Packet(Method.SET, Property.BIAS, 6, pack_u16(code_of_volts(90))),
+        Packet(PacketMethod.SET, PacketProperty.BIAS, 6, pack_u16(code_of_volts(90))),
         "04 60 27 06 03 32 73 00",
     ),
-    "3 bias set": (Packet(Method.ACK, Property.BIAS, 6, pack_u16(29490)), "04 70 37 06 03 32 73 00"),
-    "4 enable": (Packet(Method.SET, Property.ENABLE, 8, pack_u8(1)), "04 2d 24 08 02 01 00"),
-    "4 enabled": (Packet(Method.ACK, Property.ENABLE, 8, pack_u8(1)), "04 3d 34 08 02 01 00"),
+    "3 bias set": (
+        Packet(PacketMethod.ACK, PacketProperty.BIAS, 6, pack_u16(29490)),
+        "04 70 37 06 03 32 73 00",
+    ),
+    "4 enable": (Packet(PacketMethod.SET, PacketProperty.ENABLE, 8, pack_u8(1)), "04 2d 24 08 02 01 00"),
+    "4 enabled": (Packet(PacketMethod.ACK, PacketProperty.ENABLE, 8, pack_u8(1)), "04 3d 34 08 02 01 00"),
     "5 actuate": (
-        Packet(Method.SET, Property.ACTUATE, 10, TURNED.pack()),
+        Packet(PacketMethod.SET, PacketProperty.ACTUATE, 10, TURNED.pack()),
         "04 f7 2a 0a 13 98 79 cb 6c cb 6c 98 79 cb 6c 98 79 98 79 cb 6c d0 07 01 01 00",
     ),
     "6 silent update": (
-        Packet(Method.SET, Property.STREAM, 0, UPDATE.pack()),
+        Packet(PacketMethod.SET, PacketProperty.STREAM, 0, UPDATE.pack()),
         "03 2c 28 01 13 01 05 1d 75 46 71 c1 75 a2 70 46 71 1d 75 a2 70 c1 75 00",
     ),
     "7 frame": (
-        Packet(Method.GET, Property.FRAME, 21, FRAME.pack()),
+        Packet(PacketMethod.GET, PacketProperty.FRAME, 21, FRAME.pack()),
         "04 b6 19 15 05 05 06 20 4e 01 03 d0 07 01 01 00",
     ),
-    "7 frame queued": (Packet(Method.ACK, Property.FRAME, 21, pack_u8(0)), "04 2c 39 15 01 01 00"),
+    "7 frame queued": (
+        Packet(PacketMethod.ACK, PacketProperty.FRAME, 21, pack_u8(0)),
+        "04 2c 39 15 01 01 00",
+    ),
     "8 refused": (
-        Packet(Method.REJ, Property.ACTUATE, 7, REFUSAL),
+        Packet(PacketMethod.REJ, PacketProperty.ACTUATE, 7, REFUSAL),
         "04 2e 4a 07 2d" + REFUSAL.hex() + "00",
     ),
 }
@@ -102,7 +114,7 @@ def test_the_golden_bytes_become_the_packet(name: str) -> None:
 
 
 def test_a_log_push_begins_with_the_golden_bytes() -> None:
-    push = Packet(Method.SYN, Property.LOG, 0, b"[INFO] MEMS Enable")
+    push = Packet(PacketMethod.SYN, PacketProperty.LOG, 0, b"[INFO] MEMS Enable")
 
     assert encode_packet(push).startswith(bytes.fromhex("03 c0 ff 01 13 5b 49 4e 46 4f 5d"))
 
@@ -207,7 +219,7 @@ def test_frames_too_short_or_too_long_are_no_packets(frame: bytes | None) -> Non
 
 def test_a_packet_too_long_for_the_wire_is_not_sent() -> None:
     with pytest.raises(BadPacket, match="254"):
-        encode_packet(Packet(Method.ACK, Property.INFO, 1, b"x" * 251))
+        encode_packet(Packet(PacketMethod.ACK, PacketProperty.INFO, 1, b"x" * 251))
 
 
 def test_sequence_numbers_wrap_past_zero() -> None:

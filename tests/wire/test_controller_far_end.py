@@ -6,7 +6,13 @@ from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.wire.cobs import CobsDecoder
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
 from foveacam_hardware.wire.controller_payloads import (
     ActuateCommand,
     MirrorCodes,
@@ -32,7 +38,7 @@ class Desk:
         self.decoder = CobsDecoder()
         self.sequence = 0
 
-    def send(self, method: Method, prop: Property, payload: bytes = b"") -> list[Packet]:
+    def send(self, method: PacketMethod, prop: PacketProperty, payload: bytes = b"") -> list[Packet]:
         """Send one request; return all that comes back once the controller is idle."""
         self.sequence += 1
         return self.exchange(encode_packet(Packet(method, prop, self.sequence, payload)))
@@ -44,23 +50,23 @@ class Desk:
             self.far_end.advance(due_ns)
         return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take())]
 
-    def get(self, prop: Property, payload: bytes = b"") -> Packet:
-        (reply,) = self.send(Method.GET, prop, payload)
+    def get(self, prop: PacketProperty, payload: bytes = b"") -> Packet:
+        (reply,) = self.send(PacketMethod.GET, prop, payload)
         return reply
 
-    def set(self, prop: Property, payload: bytes) -> Packet:
-        (reply,) = self.send(Method.SET, prop, payload)
+    def set(self, prop: PacketProperty, payload: bytes) -> Packet:
+        (reply,) = self.send(PacketMethod.SET, prop, payload)
         return reply
 
     def enable(self) -> None:
-        self.set(Property.LPF, pack_u16(120))
-        self.set(Property.BIAS, pack_u16(29490))
-        *_, reply = self.send(Method.SET, Property.ENABLE, b"\x01")
-        assert reply.method is Method.ACK
+        self.set(PacketProperty.LPF, pack_u16(120))
+        self.set(PacketProperty.BIAS, pack_u16(29490))
+        *_, reply = self.send(PacketMethod.SET, PacketProperty.ENABLE, b"\x01")
+        assert reply.method is PacketMethod.ACK
 
     def stream(self, operation: int, stream: int, left: MirrorCodes = REST) -> Packet:
         command = StreamCommand(operation=operation, stream=stream, left=left, right=REST)
-        return self.set(Property.STREAM, command.pack())
+        return self.set(PacketProperty.STREAM, command.pack())
 
 
 @pytest.fixture
@@ -69,7 +75,7 @@ def desk() -> Desk:
 
 
 def text(reply: Packet) -> str:
-    assert reply.method is Method.REJ
+    assert reply.method is PacketMethod.REJ
     return reply.payload.decode("ascii")
 
 
@@ -100,7 +106,7 @@ def test_enable_logs_and_then_draws_the_golden_reply(desk: Desk) -> None:
 
 def test_actuate_while_disabled_draws_the_golden_refusal(desk: Desk) -> None:
     order = ActuateCommand(left=TURNED, right=REST, settle_us=0)
-    desk.far_end.feed(encode_packet(Packet(Method.SET, Property.ACTUATE, 7, order.pack())))
+    desk.far_end.feed(encode_packet(Packet(PacketMethod.SET, PacketProperty.ACTUATE, 7, order.pack())))
 
     expected = b"Cannot perform action: system is not enabled"
     assert desk.far_end.take() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
@@ -120,18 +126,18 @@ def test_golden_actuate_writes_the_golden_dac_words(desk: Desk) -> None:
 
 
 def test_info_is_a_name(desk: Desk) -> None:
-    assert desk.get(Property.INFO).payload.isascii()
-    assert desk.get(Property.INFO).payload
+    assert desk.get(PacketProperty.INFO).payload.isascii()
+    assert desk.get(PacketProperty.INFO).payload
 
 
 def test_bias_and_low_pass_keep_what_they_are_given(desk: Desk) -> None:
-    assert desk.get(Property.BIAS).payload == pack_u16(0)
+    assert desk.get(PacketProperty.BIAS).payload == pack_u16(0)
 
-    desk.set(Property.BIAS, pack_u16(1234))
-    desk.set(Property.LPF, pack_u16(240))
+    desk.set(PacketProperty.BIAS, pack_u16(1234))
+    desk.set(PacketProperty.LPF, pack_u16(240))
 
-    assert desk.get(Property.BIAS).payload == pack_u16(1234)
-    assert desk.get(Property.LPF).payload == pack_u16(240)
+    assert desk.get(PacketProperty.BIAS).payload == pack_u16(1234)
+    assert desk.get(PacketProperty.LPF).payload == pack_u16(240)
     assert desk.cables.cutoff_hz == 0
 
 
@@ -143,7 +149,7 @@ def test_enable_switches_rail_then_dacs_and_filter_a_millisecond_later(desk: Des
     assert desk.cables.rails == [(t_ns, True)]
     assert desk.cables.drives == [(t_ns + 1_000_000, REST + REST)]
     assert desk.cables.cutoffs == [(t_ns + 1_000_000, 120)]
-    assert desk.get(Property.ENABLE).payload == b"\x01"
+    assert desk.get(PacketProperty.ENABLE).payload == b"\x01"
 
 
 def test_disable_puts_the_bias_on_before_it_switches_the_rail_off(desk: Desk) -> None:
@@ -151,7 +157,7 @@ def test_disable_puts_the_bias_on_before_it_switches_the_rail_off(desk: Desk) ->
     desk.stream(0, 0, TURNED)
     t_ns = desk.clock.now_ns()
 
-    desk.send(Method.SET, Property.ENABLE, b"\x00")
+    desk.send(PacketMethod.SET, PacketProperty.ENABLE, b"\x00")
 
     assert desk.cables.drives[-1] == (t_ns, REST + REST)
     assert desk.cables.rails[-1] == (t_ns + 1_000_000, False)
@@ -162,26 +168,26 @@ def test_disable_puts_the_bias_on_before_it_switches_the_rail_off(desk: Desk) ->
 def test_bias_cannot_change_while_enabled(desk: Desk) -> None:
     desk.enable()
 
-    assert text(desk.set(Property.BIAS, pack_u16(0))) == "Cannot set bias while system is enabled"
+    assert text(desk.set(PacketProperty.BIAS, pack_u16(0))) == "Cannot set bias while system is enabled"
 
 
 def test_log_level_silences_the_pushes(desk: Desk) -> None:
-    assert desk.get(Property.LOG_LEVEL).payload == b"\x03"
-    desk.set(Property.LOG_LEVEL, b"\x01")
+    assert desk.get(PacketProperty.LOG_LEVEL).payload == b"\x03"
+    desk.set(PacketProperty.LOG_LEVEL, b"\x01")
 
-    replies = desk.send(Method.SET, Property.ENABLE, b"\x01")
+    replies = desk.send(PacketMethod.SET, PacketProperty.ENABLE, b"\x01")
 
-    assert [reply.prop for reply in replies] == [Property.ENABLE]
+    assert [reply.prop for reply in replies] == [PacketProperty.ENABLE]
 
 
 def test_the_clock_runs_from_boot_and_can_be_set(desk: Desk) -> None:
     desk.clock.sleep_until_ns(desk.clock.now_ns() + 1_234_567_000)
-    assert unpack_u64(desk.get(Property.TIMESTAMP).payload) == 1_234_567
+    assert unpack_u64(desk.get(PacketProperty.TIMESTAMP).payload) == 1_234_567
 
-    desk.set(Property.TIMESTAMP, pack_u64(0))
+    desk.set(PacketProperty.TIMESTAMP, pack_u64(0))
     desk.clock.sleep_until_ns(desk.clock.now_ns() + 42_000)
 
-    assert unpack_u64(desk.get(Property.TIMESTAMP).payload) == 42
+    assert unpack_u64(desk.get(PacketProperty.TIMESTAMP).payload) == 42
 
 
 @pytest.mark.parametrize("kind", [0, 1])
@@ -189,26 +195,26 @@ def test_reset_acknowledges_and_boots_100_ms_later(desk: Desk, kind: int) -> Non
     desk.enable()
     t_ns = desk.clock.now_ns()
 
-    reply = desk.set(Property.RESET, bytes((kind,)))
+    reply = desk.set(PacketProperty.RESET, bytes((kind,)))
 
-    assert (reply.method, reply.payload) == (Method.ACK, b"")
+    assert (reply.method, reply.payload) == (PacketMethod.ACK, b"")
     assert desk.cables.rails[-1] == (t_ns + 100_000_000, False)
-    assert desk.get(Property.ENABLE).payload == b"\x00"
-    assert desk.get(Property.BIAS).payload == pack_u16(0)
+    assert desk.get(PacketProperty.ENABLE).payload == b"\x00"
+    assert desk.get(PacketProperty.BIAS).payload == pack_u16(0)
 
 
 def test_reset_of_the_dacs_needs_the_rail_and_restores_the_target(desk: Desk) -> None:
-    assert text(desk.set(Property.RESET, b"\x02")) == "Cannot recover MEMS: system is not enabled"
+    assert text(desk.set(PacketProperty.RESET, b"\x02")) == "Cannot recover MEMS: system is not enabled"
     desk.enable()
     desk.stream(0, 0, TURNED)
 
-    assert desk.set(Property.RESET, b"\x02").payload == b"\x02"
+    assert desk.set(PacketProperty.RESET, b"\x02").payload == b"\x02"
     assert desk.cables.codes == TURNED + REST
 
 
 def test_unknown_reset_types_are_refused(desk: Desk) -> None:
-    assert text(desk.set(Property.RESET, b"\x07")) == "Unknown reset type"
-    assert text(Desk(version=(2, 0, 0)).set(Property.RESET, b"\x02")) == "Unknown reset type"
+    assert text(desk.set(PacketProperty.RESET, b"\x07")) == "Unknown reset type"
+    assert text(Desk(version=(2, 0, 0)).set(PacketProperty.RESET, b"\x02")) == "Unknown reset type"
 
 
 def test_the_first_stream_is_active_and_its_target_moves_the_mirrors(desk: Desk) -> None:
@@ -247,7 +253,7 @@ def test_a_terminated_stream_is_gone(desk: Desk) -> None:
     desk.enable()
     desk.stream(0, 0, TURNED)
 
-    assert desk.stream(2, 0).method is Method.ACK
+    assert desk.stream(2, 0).method is PacketMethod.ACK
     assert text(desk.stream(1, 0)) == "Unknown stream id"
 
 
@@ -256,10 +262,10 @@ def test_actuate_acknowledges_then_finishes_after_the_settling_time(desk: Desk) 
     t_ns = desk.clock.now_ns()
     order = ActuateCommand(left=TURNED, right=REST, settle_us=2000)
 
-    ack, fin = desk.send(Method.SET, Property.ACTUATE, order.pack())
+    ack, fin = desk.send(PacketMethod.SET, PacketProperty.ACTUATE, order.pack())
 
-    assert (ack.method, ack.payload) == (Method.ACK, order.pack())
-    assert (fin.method, fin.payload[:16]) == (Method.FIN, order.pack()[:16])
+    assert (ack.method, ack.payload) == (PacketMethod.ACK, order.pack())
+    assert (fin.method, fin.payload[:16]) == (PacketMethod.FIN, order.pack()[:16])
     assert unpack_u32(fin.payload[16:]) == (t_ns + 2_000_000 - 5_000_000_000) // 1000
     assert desk.cables.drives[-1] == (t_ns, TURNED + REST)
 
@@ -268,48 +274,52 @@ def test_a_second_actuate_or_trigger_waits_for_the_first(desk: Desk) -> None:
     desk.enable()
     order = ActuateCommand(left=TURNED, right=REST, settle_us=2000).pack()
     for prop, payload, refusal in (
-        (Property.ACTUATE, order, "An actuate request is already pending"),
-        (Property.TRIGGER, pack_u32(2000), "A trigger request is already pending"),
+        (PacketProperty.ACTUATE, order, "An actuate request is already pending"),
+        (PacketProperty.TRIGGER, pack_u32(2000), "A trigger request is already pending"),
     ):
-        twice = [Packet(Method.SET, prop, sequence, payload) for sequence in (900, 901)]
+        twice = [Packet(PacketMethod.SET, prop, sequence, payload) for sequence in (900, 901)]
         replies = desk.exchange(b"".join(map(encode_packet, twice)))
 
-        assert [reply.method for reply in replies] == [Method.ACK, Method.REJ, Method.FIN]
+        assert [reply.method for reply in replies] == [PacketMethod.ACK, PacketMethod.REJ, PacketMethod.FIN]
         assert text(replies[1]) == refusal
 
 
 def test_trigger_raises_all_three_lines_even_while_disabled(desk: Desk) -> None:
     t_ns = desk.clock.now_ns()
 
-    ack, fin = desk.send(Method.SET, Property.TRIGGER, pack_u32(3000))
+    ack, fin = desk.send(PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(3000))
 
     (edge,) = desk.cables.triggers
     assert (edge.t_ns, edge.pulse_us, edge.cameras) == (t_ns, 3000, 7)
     assert (ack.payload, unpack_u32(fin.payload)) == (pack_u32(3000), 3000)
 
 
-@pytest.mark.parametrize("prop", [Property.INFO, Property.VERSION, Property.NONE, Property.LOG])
-def test_what_cannot_be_set_is_an_invalid_packet(desk: Desk, prop: Property) -> None:
+@pytest.mark.parametrize(
+    "prop", [PacketProperty.INFO, PacketProperty.VERSION, PacketProperty.NONE, PacketProperty.LOG]
+)
+def test_what_cannot_be_set_is_an_invalid_packet(desk: Desk, prop: PacketProperty) -> None:
     assert text(desk.set(prop, b"\x00")) == "Invalid packet"
 
 
 @pytest.mark.parametrize(
     ("method", "prop"),
     [
-        (Method.GET, Property.VERSION),
-        (Method.GET, Property.FRAME),
-        (Method.SET, Property.ENABLE),
-        (Method.SET, Property.LPF),
-        (Method.SET, Property.BIAS),
-        (Method.SET, Property.STREAM),
-        (Method.SET, Property.ACTUATE),
-        (Method.SET, Property.TRIGGER),
-        (Method.SET, Property.TIMESTAMP),
-        (Method.SET, Property.RESET),
-        (Method.SET, Property.LOG_LEVEL),
+        (PacketMethod.GET, PacketProperty.VERSION),
+        (PacketMethod.GET, PacketProperty.FRAME),
+        (PacketMethod.SET, PacketProperty.ENABLE),
+        (PacketMethod.SET, PacketProperty.LPF),
+        (PacketMethod.SET, PacketProperty.BIAS),
+        (PacketMethod.SET, PacketProperty.STREAM),
+        (PacketMethod.SET, PacketProperty.ACTUATE),
+        (PacketMethod.SET, PacketProperty.TRIGGER),
+        (PacketMethod.SET, PacketProperty.TIMESTAMP),
+        (PacketMethod.SET, PacketProperty.RESET),
+        (PacketMethod.SET, PacketProperty.LOG_LEVEL),
     ],
 )
-def test_a_payload_of_the_wrong_size_is_an_invalid_packet(desk: Desk, method: Method, prop: Property) -> None:
+def test_a_payload_of_the_wrong_size_is_an_invalid_packet(
+    desk: Desk, method: PacketMethod, prop: PacketProperty
+) -> None:
     desk.enable()
     desk.stream(0, 0)
 
@@ -323,8 +333,8 @@ def test_sequence_zero_acts_without_any_reply(desk: Desk) -> None:
     desk.stream(0, 0)
     command = StreamCommand(operation=1, stream=0, left=TURNED, right=REST)
 
-    moved = desk.exchange(encode_packet(Packet(Method.SET, Property.STREAM, 0, command.pack())))
-    refused = desk.exchange(encode_packet(Packet(Method.SET, Property.STREAM, 0, b"\x01")))
+    moved = desk.exchange(encode_packet(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, command.pack())))
+    refused = desk.exchange(encode_packet(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, b"\x01")))
 
     assert moved == refused == []
     assert desk.cables.codes == TURNED + REST
@@ -348,11 +358,11 @@ def test_before_2_streams_and_frames_are_unknown_and_everything_ends_with_ack() 
     desk.enable()
 
     (reply,) = desk.send(
-        Method.SET, Property.ACTUATE, ActuateCommand(left=TURNED, right=REST, settle_us=0).pack()
+        PacketMethod.SET, PacketProperty.ACTUATE, ActuateCommand(left=TURNED, right=REST, settle_us=0).pack()
     )
 
-    assert reply.method is Method.ACK
+    assert reply.method is PacketMethod.ACK
     assert desk.cables.codes == TURNED + REST
     assert text(desk.stream(0, 0)) == "Invalid packet"
-    assert text(desk.get(Property.FRAME, bytes(10))) == "Invalid packet"
-    assert text(Desk(version=(1, 0, 0)).get(Property.TIMESTAMP)) == "Invalid packet"
+    assert text(desk.get(PacketProperty.FRAME, bytes(10))) == "Invalid packet"
+    assert text(Desk(version=(1, 0, 0)).get(PacketProperty.TIMESTAMP)) == "Invalid packet"

@@ -6,7 +6,13 @@ from foveacam_hardware.contract import Role, VirtualClock
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_far_end import NOISE_REPLY, ControllerFarEnd
 from foveacam_hardware.wire.cobs import CobsDecoder
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
 from foveacam_hardware.wire.controller_payloads import (
     FrameReport,
     FrameRequest,
@@ -27,8 +33,8 @@ class Studio:
         self.cables = RecordingCables()
         self.far_end = ControllerFarEnd(self.clock, self.cables, strict=strict)
         self.decoder = CobsDecoder()
-        self.post(Packet(Method.SET, Property.BIAS, 0, b"\x32\x73"))
-        self.post(Packet(Method.SET, Property.ENABLE, 0, b"\x01"))
+        self.post(Packet(PacketMethod.SET, PacketProperty.BIAS, 0, b"\x32\x73"))
+        self.post(Packet(PacketMethod.SET, PacketProperty.ENABLE, 0, b"\x01"))
         self.run_for(2_000_000)
         for stream in range(10):
             self.put(stream, REST, operation=0)
@@ -39,13 +45,13 @@ class Studio:
 
     def put(self, stream: int, left: MirrorCodes, *, operation: int = 1) -> None:
         command = StreamCommand(operation=operation, stream=stream, left=left, right=REST)
-        self.post(Packet(Method.SET, Property.STREAM, 0, command.pack()))
+        self.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, command.pack()))
 
     def shoot(
         self, sequence: int, *, stream: int = 1, cameras: int = 0, pulse_us: int = 4000, settle_us: int = 0
     ) -> None:
         order = FrameRequest(stream=stream, cameras=cameras, pulse_us=pulse_us, settle_us=settle_us)
-        self.post(Packet(Method.GET, Property.FRAME, sequence, order.pack()))
+        self.post(Packet(PacketMethod.GET, PacketProperty.FRAME, sequence, order.pack()))
 
     def run_for(self, duration_ns: int) -> None:
         self.clock.sleep_until_ns(self.clock.now_ns() + duration_ns)
@@ -55,10 +61,10 @@ class Studio:
         return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take())]
 
     def texts(self) -> list[str]:
-        return [reply.payload.decode() for reply in self.replies() if reply.method is Method.REJ]
+        return [reply.payload.decode() for reply in self.replies() if reply.method is PacketMethod.REJ]
 
     def report(self) -> FrameReport:
-        (fin,) = [reply for reply in self.replies() if reply.method is Method.FIN]
+        (fin,) = [reply for reply in self.replies() if reply.method is PacketMethod.FIN]
         return FrameReport.unpack(fin.payload)
 
 
@@ -116,7 +122,7 @@ def test_one_frame_is_in_work_eight_wait_and_the_tenth_is_refused(studio: Studio
     assert [reply.payload for reply in replies[:9]] == [bytes((position,)) for position in range(9)]
     assert replies[9].payload == b"Frame queue is full"
     studio.run_for(100_000_000)
-    fins = [reply.sequence for reply in studio.replies() if reply.method is Method.FIN]
+    fins = [reply.sequence for reply in studio.replies() if reply.method is PacketMethod.FIN]
     assert fins == list(range(1, 10))
 
 
@@ -139,7 +145,7 @@ def test_a_stream_with_a_pending_frame_cannot_end(studio: Studio) -> None:
     studio.shoot(1)
     command = StreamCommand(operation=2, stream=1, left=REST, right=REST)
 
-    studio.post(Packet(Method.SET, Property.STREAM, 2, command.pack()))
+    studio.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 2, command.pack()))
 
     assert studio.texts() == ["Unknown stream id, or a frame request is pending on it"]
 
@@ -161,11 +167,17 @@ def test_a_missing_or_endless_strobe_ends_the_frame_after_pulse_and_5_ms(
 def test_disabling_ends_frames_before_it_acknowledges(studio: Studio) -> None:
     studio.shoot(1)
     studio.shoot(2, stream=2)
-    studio.post(Packet(Method.SET, Property.ENABLE, 3, b"\x00"))
+    studio.post(Packet(PacketMethod.SET, PacketProperty.ENABLE, 3, b"\x00"))
     studio.run_for(2_000_000)
 
     ends = [(reply.sequence, reply.method) for reply in studio.replies() if reply.sequence]
-    assert ends == [(1, Method.ACK), (2, Method.ACK), (1, Method.REJ), (2, Method.REJ), (3, Method.ACK)]
+    assert ends == [
+        (1, PacketMethod.ACK),
+        (2, PacketMethod.ACK),
+        (1, PacketMethod.REJ),
+        (2, PacketMethod.REJ),
+        (3, PacketMethod.ACK),
+    ]
 
 
 def test_a_healthy_controller_survives_lost_bytes_lone_zeros_and_noise(studio: Studio) -> None:
@@ -208,8 +220,8 @@ def test_a_strict_controller_fails_the_frame_after_an_exposure_shorter_than_its_
         studio.shoot(sequence, stream=sequence, pulse_us=6000)
         studio.run_for(20_000_000)
 
-    ends = [reply.method for reply in studio.replies() if reply.method is not Method.ACK]
-    assert ends == [Method.FIN, Method.REJ, Method.FIN]
+    ends = [reply.method for reply in studio.replies() if reply.method is not PacketMethod.ACK]
+    assert ends == [PacketMethod.FIN, PacketMethod.REJ, PacketMethod.FIN]
     assert len(studio.cables.triggers) == 2
 
 
@@ -218,4 +230,4 @@ def test_a_healthy_controller_takes_frames_whatever_the_pulse(studio: Studio) ->
         studio.shoot(sequence, stream=sequence, pulse_us=6000)
     studio.run_for(100_000_000)
 
-    assert [reply.method for reply in studio.replies()].count(Method.FIN) == 3
+    assert [reply.method for reply in studio.replies()].count(PacketMethod.FIN) == 3

@@ -11,7 +11,7 @@ import pytest
 from foveacam_hardware.contract import DeviceFault, Role
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.wire.link import Link
+from foveacam_hardware.wire.link import ByteLink
 
 ORPHAN_MAKER = """
 import os
@@ -22,7 +22,7 @@ os._exit(1)
 """
 
 
-def exchange(link: Link, sent: str, *, reply_bytes: int) -> bytes:
+def exchange(link: ByteLink, sent: str, *, reply_bytes: int) -> bytes:
     link.write(bytes.fromhex(sent))
     received = b""
     while len(received) < reply_bytes and (piece := link.read(2.0)):

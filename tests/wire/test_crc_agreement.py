@@ -9,13 +9,13 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 from foveacam_hardware.wire.cobs import cobs_decode
-from foveacam_hardware.wire.controller import BadPacket, Method, Packet, Property, decode_packet
+from foveacam_hardware.wire.controller import BadPacket, Packet, PacketMethod, PacketProperty, decode_packet
 
 from .crc_rig import ASIDE, DamagedBoard, Rig
 from .firmware_board import GUARD, REST, START_US, Item, stuffed
@@ -69,11 +69,13 @@ def test_a_host_that_closes_leaves_a_controller_that_any_host_can_talk_to() -> N
 
 
 def test_where_it_is_forbidden_it_is_not_asked_for() -> None:
-    rig = Rig(Care(crc=Crc.FORBID))
+    rig = Rig(LinkSupervision(crc=Crc.FORBID))
     rig.mirrors.connect()
 
     asked = [
-        packet.payload[0] for packet in packets(rig.board.said, crc=False) if packet.prop is Property.GUARD
+        packet.payload[0]
+        for packet in packets(rig.board.said, crc=False)
+        if packet.prop is PacketProperty.GUARD
     ]
     assert Item.CHECK not in asked
     assert not rig.mirrors.telemetry.crc
@@ -83,13 +85,13 @@ def test_where_it_is_forbidden_it_is_not_asked_for() -> None:
 @pytest.mark.parametrize("crc", [Crc.PREFER, Crc.FORBID])
 def test_a_controller_in_the_field_hears_nothing_of_it(crc: Crc) -> None:
     controller = LoopbackController(VirtualClock(START_US * 1000), RecordingCables(), strict=True)
-    mirrors = ControllerMirrors(controller.open, controller.clock, care=Care(crc=crc))
+    mirrors = ControllerMirrors(controller.open, controller.clock, care=LinkSupervision(crc=crc))
 
     mirrors.connect()
 
     heard = controller.far_end.packets_received
-    assert not {Property.GUARD, Property.VOLTS} & {packet.prop for packet in heard}
-    assert Method.NOP not in {packet.method for packet in heard}
+    assert not {PacketProperty.GUARD, PacketProperty.VOLTS} & {packet.prop for packet in heard}
+    assert PacketMethod.NOP not in {packet.method for packet in heard}
     assert (mirrors.telemetry.crc, controller.status().malformed) == (False, 0)
     mirrors.close()
 
@@ -97,7 +99,7 @@ def test_a_controller_in_the_field_hears_nothing_of_it(crc: Crc) -> None:
 def test_where_it_is_required_a_controller_without_is_refused_with_its_rail_off() -> None:
     cables = RecordingCables()
     controller = LoopbackController(VirtualClock(START_US * 1000), cables)
-    mirrors = ControllerMirrors(controller.open, controller.clock, care=Care(crc=Crc.REQUIRE))
+    mirrors = ControllerMirrors(controller.open, controller.clock, care=LinkSupervision(crc=Crc.REQUIRE))
 
     with pytest.raises(DeviceFault, match=r'requires a CRC .* it offers none .* write crc = "prefer"'):
         mirrors.connect()
@@ -108,7 +110,7 @@ def test_where_it_is_required_a_controller_without_is_refused_with_its_rail_off(
 
 @pytest.mark.parametrize("crc", [Crc.PREFER, Crc.REQUIRE])
 def test_a_guard_from_before_the_crc_is_used_without_unless_it_is_required(crc: Crc) -> None:
-    rig = Rig(Care(crc=crc), board=OlderBoard)
+    rig = Rig(LinkSupervision(crc=crc), board=OlderBoard)
 
     if crc is Crc.REQUIRE:
         with pytest.raises(DeviceFault, match="it says 'Unknown setting'"):
@@ -126,7 +128,7 @@ def test_what_the_checksum_does_not_see_is_counted_told_and_the_mirrors_are_park
     rig.mirrors.connect()
     rig.mirrors.steer(ASIDE)
     # The same bit of two bytes behind each other: of the time that the answer to a ping tells.
-    rig.board.to_host.add(Damage(kind=DamageKind.CORRUPT, skip=5, count=2, value=0x40))
+    rig.board.to_host.add(LineDamage(kind=DamageKind.CORRUPT, skip=5, count=2, value=0x40))
 
     with pytest.raises(Timeout, match="a packet was lost: the mirrors are parked"):
         rig.mirrors.ping()

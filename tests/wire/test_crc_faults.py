@@ -6,12 +6,12 @@ import pytest
 
 from foveacam_hardware.contract import PARKED, DeviceFault, NotConnected, Timeout
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.guardian_parking import park_and_disable
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 from foveacam_hardware.wire.guardian import ParkingPlan
 from foveacam_hardware.wire.open_file import OpenPort
@@ -20,14 +20,14 @@ from .crc_rig import ASIDE, Rig
 from .firmware_board import REST, FirmwareBoard
 from .test_firmware_driver import differences, told
 
-REQUIRED = Care(crc=Crc.REQUIRE)
+REQUIRED = LinkSupervision(crc=Crc.REQUIRE)
 
 
 def asking_bytes(direction: str) -> range:
     """Return where the bytes lie, of those that pass at a connect, with which the CRC is agreed on."""
     passed = []
     for crc in (Crc.FORBID, Crc.PREFER):
-        rig = Rig(Care(crc=crc))
+        rig = Rig(LinkSupervision(crc=crc))
         rig.mirrors.connect()
         passed.append(rig.board.said if direction == "device" else rig.board.heard)
         rig.mirrors.close()
@@ -40,7 +40,7 @@ def test_whichever_byte_is_lost_while_it_is_agreed_on_it_is_agreed_on(direction:
     for skip in asking_bytes(direction)[::3]:
         rig = Rig(REQUIRED)
         line = rig.board.to_device if direction == "device" else rig.board.to_host
-        line.add(Damage(kind=DamageKind.DROP, skip=skip))
+        line.add(LineDamage(kind=DamageKind.DROP, skip=skip))
 
         rig.mirrors.connect()
 
@@ -75,7 +75,7 @@ def test_with_a_crc_too_a_lost_byte_is_absorbed_or_told_and_a_session_works_agai
     for skip in range(0, size, 23):
         rig = Rig(REQUIRED)
         line = rig.board.to_device if direction == "device" else rig.board.to_host
-        line.add(Damage(kind=DamageKind.DROP, skip=skip))
+        line.add(LineDamage(kind=DamageKind.DROP, skip=skip))
         try:
             session(rig)
         except (Timeout, NotConnected, DeviceFault):
@@ -124,7 +124,7 @@ class BoardPort:
 def test_the_guardian_of_a_dead_host_is_understood_though_packets_carry_a_crc(left: bytes) -> None:
     keeper = PlanKeeper()
     rig = Rig()
-    care = Care(guardian=keeper)
+    care = LinkSupervision(guardian=keeper)
     far_end = cast(ControllerFarEnd, rig.board)
     mirrors = ControllerMirrors(lambda: PortOf(far_end, rig.clock), rig.clock, care=care)
     mirrors.connect()

@@ -9,7 +9,13 @@ from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.wire.cobs import CobsDecoder
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
 from foveacam_hardware.wire.controller_payloads import (
     ActuateCommand,
     FrameRequest,
@@ -61,7 +67,7 @@ def test_actuate_while_disabled_draws_the_golden_refusal() -> None:
     board = FirmwareBoard()
     order = ActuateCommand(left=TURNED, right=BIAS, settle_us=0)
 
-    board.post(Packet(Method.SET, Property.ACTUATE, 7, order.pack()))
+    board.post(Packet(PacketMethod.SET, PacketProperty.ACTUATE, 7, order.pack()))
 
     expected = b"Cannot perform action: system is not enabled"
     assert board.take() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
@@ -84,7 +90,7 @@ def test_the_golden_actuate_puts_the_golden_values_on_the_dacs_in_one_update() -
 def test_the_golden_frame_request_draws_the_golden_acknowledgement() -> None:
     board = FirmwareBoard()
     board.enable()
-    board.ask(Method.SET, Property.STREAM, stream(0, 5))
+    board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 5))
 
     board.feed(bytes.fromhex(GOLDEN_FRAME))
 
@@ -127,7 +133,7 @@ class Twins:
         self.board.feed(data)
         self.compare()
 
-    def say(self, *messages: tuple[Method, Property, bytes], silent: bool = False) -> None:
+    def say(self, *messages: tuple[PacketMethod, PacketProperty, bytes], silent: bool = False) -> None:
         packets = []
         for method, prop, payload in messages:
             self._sequence += 1
@@ -174,8 +180,11 @@ def rises(triggers: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 def enabled() -> Twins:
     twins = Twins()
-    twins.say((Method.SET, Property.LPF, pack_u16(120)), (Method.SET, Property.BIAS, pack_u16(29490)))
-    twins.say((Method.SET, Property.ENABLE, b"\x01"))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.LPF, pack_u16(120)),
+        (PacketMethod.SET, PacketProperty.BIAS, pack_u16(29490)),
+    )
+    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x01"))
     twins.run_for(1000)
     return twins
 
@@ -185,65 +194,104 @@ Dialogue = Callable[[], Twins]
 
 def settings() -> Twins:
     twins = Twins()
-    for prop in (Property.VERSION, Property.ENABLE, Property.LOG_LEVEL, Property.LPF, Property.BIAS):
-        twins.say((Method.GET, prop, b""))
-    twins.say((Method.SET, Property.BIAS, pack_u16(1234)), (Method.SET, Property.LPF, pack_u16(240)))
-    twins.say((Method.SET, Property.LOG_LEVEL, b"\x01"), (Method.SET, Property.ENABLE, b"\x07"))
+    for prop in (
+        PacketProperty.VERSION,
+        PacketProperty.ENABLE,
+        PacketProperty.LOG_LEVEL,
+        PacketProperty.LPF,
+        PacketProperty.BIAS,
+    ):
+        twins.say((PacketMethod.GET, prop, b""))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.BIAS, pack_u16(1234)),
+        (PacketMethod.SET, PacketProperty.LPF, pack_u16(240)),
+    )
+    twins.say(
+        (PacketMethod.SET, PacketProperty.LOG_LEVEL, b"\x01"),
+        (PacketMethod.SET, PacketProperty.ENABLE, b"\x07"),
+    )
     twins.run_for(5000)
-    for prop in (Property.ENABLE, Property.LOG_LEVEL, Property.LPF, Property.BIAS):
-        twins.say((Method.GET, prop, b""))
-    twins.say((Method.SET, Property.ENABLE, b"\x01"), (Method.SET, Property.LPF, pack_u16(500)))
-    twins.say((Method.SET, Property.LOG_LEVEL, b"\x03"), (Method.SET, Property.ENABLE, b"\x00"))
+    for prop in (PacketProperty.ENABLE, PacketProperty.LOG_LEVEL, PacketProperty.LPF, PacketProperty.BIAS):
+        twins.say((PacketMethod.GET, prop, b""))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.ENABLE, b"\x01"),
+        (PacketMethod.SET, PacketProperty.LPF, pack_u16(500)),
+    )
+    twins.say(
+        (PacketMethod.SET, PacketProperty.LOG_LEVEL, b"\x03"),
+        (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"),
+    )
     twins.run_for(5000)
-    twins.say((Method.SET, Property.ENABLE, b"\x00"), (Method.GET, Property.ENABLE, b""))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"), (PacketMethod.GET, PacketProperty.ENABLE, b"")
+    )
     return twins
 
 
 def clock() -> Twins:
     twins = Twins()
     twins.run_for(1_234_567)
-    twins.say((Method.GET, Property.TIMESTAMP, b""), (Method.SET, Property.TIMESTAMP, pack_u64(0)))
+    twins.say(
+        (PacketMethod.GET, PacketProperty.TIMESTAMP, b""),
+        (PacketMethod.SET, PacketProperty.TIMESTAMP, pack_u64(0)),
+    )
     twins.run_for(42)
-    twins.say((Method.GET, Property.TIMESTAMP, b""), (Method.SET, Property.TIMESTAMP, pack_u64(2**40)))
+    twins.say(
+        (PacketMethod.GET, PacketProperty.TIMESTAMP, b""),
+        (PacketMethod.SET, PacketProperty.TIMESTAMP, pack_u64(2**40)),
+    )
     twins.run_for(4_294_967_296)  # the board's own counter wraps
-    twins.say((Method.GET, Property.TIMESTAMP, b""))
+    twins.say((PacketMethod.GET, PacketProperty.TIMESTAMP, b""))
     return twins
 
 
 def malformed_requests() -> Twins:
     twins = enabled()
-    twins.say((Method.SET, Property.STREAM, stream(0, 0)))
-    for prop in (Property.INFO, Property.VERSION, Property.NONE, Property.LOG):
-        twins.say((Method.SET, prop, b"\x00"), (Method.GET, prop, b"\x00"))
-    for prop in [*(Property(number) for number in range(Property.TIMESTAMP + 1)), Property.LOG]:
-        twins.say((Method.SET, prop, b"\x01" * 7), (Method.GET, prop, b"\x01" * 7))
-    for method in (Method.ACK, Method.REJ, Method.FIN, Method.SYN, Method.NOP):
-        twins.say((method, Property.ENABLE, b"\x01"))
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(0, 0)))
+    for prop in (PacketProperty.INFO, PacketProperty.VERSION, PacketProperty.NONE, PacketProperty.LOG):
+        twins.say((PacketMethod.SET, prop, b"\x00"), (PacketMethod.GET, prop, b"\x00"))
+    for prop in [
+        *(PacketProperty(number) for number in range(PacketProperty.TIMESTAMP + 1)),
+        PacketProperty.LOG,
+    ]:
+        twins.say((PacketMethod.SET, prop, b"\x01" * 7), (PacketMethod.GET, prop, b"\x01" * 7))
+    for method in (PacketMethod.ACK, PacketMethod.REJ, PacketMethod.FIN, PacketMethod.SYN, PacketMethod.NOP):
+        twins.say((method, PacketProperty.ENABLE, b"\x01"))
     return twins
 
 
 def resets() -> Twins:
     twins = Twins()
-    twins.say((Method.SET, Property.RESET, b"\x02"), (Method.SET, Property.RESET, b"\x07"))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.RESET, b"\x02"), (PacketMethod.SET, PacketProperty.RESET, b"\x07")
+    )
     twins = enabled()
-    twins.say((Method.SET, Property.STREAM, stream(0, 0, TURNED)), (Method.SET, Property.RESET, b"\x02"))
-    twins.say((Method.SET, Property.ENABLE, b"\x00"))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.STREAM, stream(0, 0, TURNED)),
+        (PacketMethod.SET, PacketProperty.RESET, b"\x02"),
+    )
+    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
     twins.run_for(2000)
     for kind in (b"\x00", b"\x01"):
-        twins.say((Method.SET, Property.RESET, kind))
+        twins.say((PacketMethod.SET, PacketProperty.RESET, kind))
         twins.run_for(100_000)
-        twins.say((Method.GET, Property.BIAS, b""), (Method.GET, Property.TIMESTAMP, b""))
+        twins.say(
+            (PacketMethod.GET, PacketProperty.BIAS, b""), (PacketMethod.GET, PacketProperty.TIMESTAMP, b"")
+        )
     return twins
 
 
 def streams() -> Twins:
     twins = enabled()
     for operation, number in ((0, 3), (0, 4), (0, 3), (0, 64), (1, 9), (2, 9), (7, 3), (1, 255)):
-        twins.say((Method.SET, Property.STREAM, stream(operation, number, TURNED)))
-    twins.say((Method.SET, Property.STREAM, stream(1, 4, BIAS, TURNED)))
-    twins.say((Method.SET, Property.STREAM, stream(1, 3, BIAS, TURNED)), silent=True)
-    twins.say((Method.SET, Property.STREAM, stream(2, 3)), (Method.SET, Property.STREAM, stream(0, 8)))
-    twins.say((Method.SET, Property.STREAM, b"\x01"), silent=True)
+        twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(operation, number, TURNED)))
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 4, BIAS, TURNED)))
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 3, BIAS, TURNED)), silent=True)
+    twins.say(
+        (PacketMethod.SET, PacketProperty.STREAM, stream(2, 3)),
+        (PacketMethod.SET, PacketProperty.STREAM, stream(0, 8)),
+    )
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, b"\x01"), silent=True)
     twins.run_for(1_500_000)
     return twins
 
@@ -251,44 +299,55 @@ def streams() -> Twins:
 def two_phases() -> Twins:
     twins = enabled()
     order = ActuateCommand(left=TURNED, right=BIAS, settle_us=2000).pack()
-    twins.say((Method.SET, Property.ACTUATE, order), (Method.SET, Property.ACTUATE, order))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.ACTUATE, order), (PacketMethod.SET, PacketProperty.ACTUATE, order)
+    )
     twins.run_for(3000)
-    twins.say((Method.SET, Property.TRIGGER, pack_u32(2000)), (Method.SET, Property.TRIGGER, pack_u32(2000)))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(2000)),
+        (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(2000)),
+    )
     twins.run_for(3000)
-    twins.say((Method.SET, Property.ACTUATE, order))
-    twins.say((Method.SET, Property.TRIGGER, pack_u32(20_000)), (Method.SET, Property.ENABLE, b"\x00"))
+    twins.say((PacketMethod.SET, PacketProperty.ACTUATE, order))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(20_000)),
+        (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"),
+    )
     twins.run_for(3000)
-    twins.say((Method.SET, Property.TRIGGER, pack_u32(3000)))
+    twins.say((PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(3000)))
     twins.run_for(5000)
     return twins
 
 
 def frames() -> Twins:
     twins = enabled()
-    twins.say(*((Method.SET, Property.STREAM, stream(0, number)) for number in range(10)))
-    twins.say((Method.SET, Property.STREAM, stream(1, 1, TURNED)))
-    twins.say((Method.GET, Property.FRAME, frame(1, settle_us=10_000)))
+    twins.say(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(10)))
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, TURNED)))
+    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
     twins.run_for(30_000)
-    twins.say((Method.GET, Property.FRAME, frame(1, settle_us=10_000)))
+    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
     twins.run_for(2000)
-    twins.say((Method.SET, Property.STREAM, stream(1, 1, (29491, 29490, 29481, 29500))))
+    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, (29491, 29490, 29481, 29500))))
     twins.run_for(20_000)
     for number in range(10):
-        twins.say((Method.GET, Property.FRAME, frame(number)))
+        twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(number)))
     twins.run_for(200_000)
     return twins
 
 
 def frame_mistakes() -> Twins:
     twins = Twins()
-    twins.say((Method.GET, Property.FRAME, frame(1)))
+    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1)))
     twins = enabled()
-    twins.say(*((Method.SET, Property.STREAM, stream(0, number)) for number in range(3)))
-    twins.say(*((Method.GET, Property.FRAME, frame(1)) for _ in range(2)))
+    twins.say(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(3)))
+    twins.say(*((PacketMethod.GET, PacketProperty.FRAME, frame(1)) for _ in range(2)))
     for wrong in (frame(20), frame(255), frame(2, cameras=8), frame(2, cameras=1)):
-        twins.say((Method.GET, Property.FRAME, wrong))
-    twins.say((Method.SET, Property.STREAM, stream(2, 1)), (Method.GET, Property.FRAME, frame(2)))
-    twins.say((Method.SET, Property.ENABLE, b"\x00"))
+        twins.say((PacketMethod.GET, PacketProperty.FRAME, wrong))
+    twins.say(
+        (PacketMethod.SET, PacketProperty.STREAM, stream(2, 1)),
+        (PacketMethod.GET, PacketProperty.FRAME, frame(2)),
+    )
+    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
     twins.run_for(50_000)
     return twins
 
@@ -310,22 +369,28 @@ def test_a_dialogue_runs_as_with_the_simulated_far_end(dialogue: Dialogue) -> No
     assert dialogue().replies
 
 
-def random_request(rng: random.Random) -> tuple[Method, Property, bytes]:
+def random_request(rng: random.Random) -> tuple[PacketMethod, PacketProperty, bytes]:
     number = rng.randrange(6)
     left, right = (rng.choice((BIAS, TURNED, (29500, 29480, 29470, 29510))) for _ in range(2))
     return rng.choice(
         (
-            (Method.GET, rng.choice((Property.ENABLE, Property.BIAS, Property.LPF, Property.TIMESTAMP)), b""),
-            (Method.SET, Property.STREAM, stream(rng.randrange(3), number, left, right)),
-            (Method.SET, Property.STREAM, stream(1, number, left, right)),
             (
-                Method.GET,
-                Property.FRAME,
+                PacketMethod.GET,
+                rng.choice(
+                    (PacketProperty.ENABLE, PacketProperty.BIAS, PacketProperty.LPF, PacketProperty.TIMESTAMP)
+                ),
+                b"",
+            ),
+            (PacketMethod.SET, PacketProperty.STREAM, stream(rng.randrange(3), number, left, right)),
+            (PacketMethod.SET, PacketProperty.STREAM, stream(1, number, left, right)),
+            (
+                PacketMethod.GET,
+                PacketProperty.FRAME,
                 frame(number, pulse_us=rng.randrange(2000, 4500), settle_us=rng.randrange(100, 3000)),
             ),
-            (Method.SET, Property.LPF, pack_u16(rng.randrange(1, 1000))),
-            (Method.SET, Property.ENABLE, bytes((rng.random() < 0.8,))),
-            (Method.SET, Property.RESET, b"\x02"),
+            (PacketMethod.SET, PacketProperty.LPF, pack_u16(rng.randrange(1, 1000))),
+            (PacketMethod.SET, PacketProperty.ENABLE, bytes((rng.random() < 0.8,))),
+            (PacketMethod.SET, PacketProperty.RESET, b"\x02"),
         )
     )
 

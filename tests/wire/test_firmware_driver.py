@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
@@ -135,7 +135,7 @@ def test_a_driver_that_was_away_too_long_reconnects_to_mirrors_that_the_watchdog
 def test_on_a_pty_the_driver_connects_steers_exposes_parks_and_closes() -> None:
     with FirmwareProcess() as process:
         mirrors = ControllerMirrors(
-            lambda: SerialLink(process.port), MonotonicClock(), care=Care(answer_s=5.0)
+            lambda: SerialLink(process.port), MonotonicClock(), care=LinkSupervision(answer_s=5.0)
         )
         mirrors.connect()
         try:

@@ -7,7 +7,13 @@ from operator import xor
 import pytest
 
 from foveacam_hardware.wire.cobs import CobsDecoder, cobs_encode
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
 from foveacam_hardware.wire.controller_payloads import ActuateCommand, FrameRequest, StreamCommand, pack_u32
 
 from .firmware_board import REST, START_US, FirmwareBoard, Item
@@ -26,13 +32,15 @@ def board() -> FirmwareBoard:
     """An enabled controller, mirrors far aside."""
     board = FirmwareBoard()
     board.enable()
-    (reply,) = board.ask(Method.SET, Property.STREAM, stream(0, 0))
-    assert reply.method is Method.ACK
+    (reply,) = board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 0))
+    assert reply.method is PacketMethod.ACK
     return board
 
 
 def texts(packets: list[Packet]) -> list[str]:
-    return [packet.payload.decode() for packet in packets if packet.method in (Method.REJ, Method.SYN)]
+    return [
+        packet.payload.decode() for packet in packets if packet.method in (PacketMethod.REJ, PacketMethod.SYN)
+    ]
 
 
 def test_silence_slews_both_mirrors_to_the_bias_and_then_switches_the_rail_off(board: FirmwareBoard) -> None:
@@ -57,7 +65,7 @@ def test_silence_slews_both_mirrors_to_the_bias_and_then_switches_the_rail_off(b
 
 @pytest.mark.parametrize("silent", [False, True])
 def test_any_packet_twice_a_second_keeps_the_mirrors_up(board: FirmwareBoard, silent: bool) -> None:
-    ping = Packet(Method.GET, Property.TIMESTAMP, 0 if silent else 77)
+    ping = Packet(PacketMethod.GET, PacketProperty.TIMESTAMP, 0 if silent else 77)
     for _ in range(20):
         board.post(ping)
         board.run_for(500_000)
@@ -82,9 +90,9 @@ def test_what_is_pending_ends_when_the_watchdog_fires_and_the_trigger_lines_fall
     frame = FrameRequest(stream=0, cameras=0, pulse_us=9_000_000, settle_us=0).pack()
     board.strobe(1, 8_000_000)
     board.post(
-        Packet(Method.SET, Property.ACTUATE, 50, order),
-        Packet(Method.GET, Property.FRAME, 51, frame),
-        Packet(Method.SET, Property.TRIGGER, 52, pack_u32(9_000_000)),
+        Packet(PacketMethod.SET, PacketProperty.ACTUATE, 50, order),
+        Packet(PacketMethod.GET, PacketProperty.FRAME, 51, frame),
+        Packet(PacketMethod.SET, PacketProperty.TRIGGER, 52, pack_u32(9_000_000)),
     )
     board.run_for(1_900_000)
     assert board.pins.high == 7
@@ -103,29 +111,29 @@ def test_while_it_parks_nothing_else_moves_the_mirrors(board: FirmwareBoard) -> 
     halfway = board.pins.codes
     assert halfway not in (REST, ASIDE + ASIDE[::-1])
 
-    board.post(Packet(Method.SET, Property.STREAM, 0, stream(1, 0)))
-    board.post(Packet(Method.SET, Property.STREAM, 88, stream(0, 0)))
+    board.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, stream(1, 0)))
+    board.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 88, stream(0, 0)))
 
     assert DISABLED in texts(board.packets())
     assert board.pins.codes == halfway
-    assert board.ask(Method.GET, Property.ENABLE)[0].payload == b"\x01"  # the rail is on
+    assert board.ask(PacketMethod.GET, PacketProperty.ENABLE)[0].payload == b"\x01"  # the rail is on
     assert board.pins.codes == REST
 
 
 def test_disable_ends_parking_at_once_and_enable_starts_afresh(board: FirmwareBoard) -> None:
     board.run_for(2_010_000)
     t_us = board.now_us
-    board.post(Packet(Method.SET, Property.ENABLE, 90, b"\x01"))
+    board.post(Packet(PacketMethod.SET, PacketProperty.ENABLE, 90, b"\x01"))
     assert "The watchdog is parking the mirrors" in texts(board.packets())
 
-    (reply,) = board.ask(Method.SET, Property.ENABLE, b"\x00")
+    (reply,) = board.ask(PacketMethod.SET, PacketProperty.ENABLE, b"\x00")
 
-    assert (reply.method, reply.payload) == (Method.ACK, b"\x00")
+    assert (reply.method, reply.payload) == (PacketMethod.ACK, b"\x00")
     assert board.pins.rails[-1] == (t_us + 1000, False)
     assert board.pins.codes == REST
     board.enable()
     assert board.item(Item.STATE) == 1
-    assert board.ask(Method.SET, Property.STREAM, stream(0, 0))[0].method is Method.ACK
+    assert board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 0))[0].method is PacketMethod.ACK
 
 
 def test_watchdog_and_parking_follow_their_settings(board: FirmwareBoard) -> None:
@@ -171,7 +179,7 @@ def test_a_setting_has_its_default_takes_its_range_and_refuses_the_rest(item: It
     for beyond in {most + 1, 2**32 - 1, max(0, least - 1)} - {0 if least == 0 else -1}:
         assert board.set_item(item, beyond) == "Setting out of range"
     assert board.item(item) == least
-    board.ask(Method.SET, Property.RESET, b"\x00")
+    board.ask(PacketMethod.SET, PacketProperty.RESET, b"\x00")
     assert board.item(item) == default
 
 
@@ -187,13 +195,13 @@ def test_unknown_and_read_only_items_are_refused() -> None:
     assert board.set_item(Item.MALFORMED, 0) == "Setting is read only"
     assert board.set_item(10, 1) == "Unknown setting"
     assert board.set_item(255, 1) == "Unknown setting"
-    assert board.raw(Method.GET, 0xD, b"\x0a")[3:] == b"Unknown setting"
-    assert board.raw(Method.GET, 0xD, b"")[3:] == b"Invalid packet"
-    assert board.raw(Method.SET, 0xD, b"\x02\x01\x01")[3:] == b"Invalid packet"
+    assert board.raw(PacketMethod.GET, 0xD, b"\x0a")[3:] == b"Unknown setting"
+    assert board.raw(PacketMethod.GET, 0xD, b"")[3:] == b"Invalid packet"
+    assert board.raw(PacketMethod.SET, 0xD, b"\x02\x01\x01")[3:] == b"Invalid packet"
 
 
 def test_the_name_says_that_there_is_a_guard() -> None:
-    (reply,) = FirmwareBoard().ask(Method.GET, Property.INFO)
+    (reply,) = FirmwareBoard().ask(PacketMethod.GET, PacketProperty.INFO)
 
     assert reply.payload.endswith(b" +guard")
 
@@ -203,7 +211,7 @@ def test_every_boot_has_an_id_of_its_own() -> None:
     board = FirmwareBoard(noise=7)
     for kind in (b"\x00", b"\x01", b"\x00"):
         ids.append(board.item(Item.BOOT_ID))
-        board.ask(Method.SET, Property.RESET, kind)
+        board.ask(PacketMethod.SET, PacketProperty.RESET, kind)
     ids += [board.item(Item.BOOT_ID), FirmwareBoard(noise=8).item(Item.BOOT_ID)]
 
     assert len(set(ids)) == 5
@@ -214,7 +222,7 @@ def test_every_boot_has_an_id_of_its_own() -> None:
 def test_replies_that_the_port_does_not_take_are_counted_and_hurt_nobody() -> None:
     board = FirmwareBoard()
     board.fill_port(full=True)
-    assert board.ask(Method.GET, Property.VERSION) == []
+    assert board.ask(PacketMethod.GET, PacketProperty.VERSION) == []
     board.fill_port(full=False)
 
     assert board.item(Item.UNSENT) == 1
@@ -242,19 +250,19 @@ def test_the_crc_is_agreed_on_and_then_asked_of_every_packet() -> None:
     assert board.set_item(Item.CHECK, 2) == "Setting out of range"
     assert board.set_item(Item.CHECK, 1) is None
 
-    board.feed(with_crc(Packet(Method.GET, Property.BIAS, 5)))
-    assert answers_with_crc(board) == [Packet(Method.ACK, Property.BIAS, 5, b"\x00\x00")]
+    board.feed(with_crc(Packet(PacketMethod.GET, PacketProperty.BIAS, 5)))
+    assert answers_with_crc(board) == [Packet(PacketMethod.ACK, PacketProperty.BIAS, 5, b"\x00\x00")]
 
-    board.feed(encode_packet(Packet(Method.SET, Property.BIAS, 6, b"\x32\x73")))
+    board.feed(encode_packet(Packet(PacketMethod.SET, PacketProperty.BIAS, 6, b"\x32\x73")))
     assert board.take() == b""
-    board.feed(with_crc(Packet(Method.GET, Property.BIAS, 7)))
-    assert answers_with_crc(board) == [Packet(Method.ACK, Property.BIAS, 7, b"\x00\x00")]
+    board.feed(with_crc(Packet(PacketMethod.GET, PacketProperty.BIAS, 7)))
+    assert answers_with_crc(board) == [Packet(PacketMethod.ACK, PacketProperty.BIAS, 7, b"\x00\x00")]
 
 
 def test_two_flips_that_the_xor_does_not_see_are_seen_by_the_crc() -> None:
     board = FirmwareBoard()
     board.set_item(Item.CHECK, 1)
-    wire = bytearray(with_crc(Packet(Method.SET, Property.BIAS, 9, b"\x32\x73")))
+    wire = bytearray(with_crc(Packet(PacketMethod.SET, PacketProperty.BIAS, 9, b"\x32\x73")))
     wire[5] ^= 0x08
     wire[6] ^= 0x08
 
@@ -270,7 +278,7 @@ def test_a_host_that_knows_no_crc_finds_a_plain_controller() -> None:
     board.feed(bytes.fromhex("04 13 12 01 01 00"))
 
     assert board.take() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
-    assert board.ask(Method.GET, Property.ENABLE)[0].payload == b"\x00"
+    assert board.ask(PacketMethod.GET, PacketProperty.ENABLE)[0].payload == b"\x00"
 
 
 def test_boot_switches_everything_off_before_anything_else() -> None:

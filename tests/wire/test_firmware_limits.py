@@ -10,7 +10,7 @@ import pytest
 from foveacam_hardware.contract import MirrorVolts
 from foveacam_hardware.drivers.controller.volts import mirror_codes
 from foveacam_hardware.sim.mirror_drive import QuadDac
-from foveacam_hardware.wire.controller import Method, Packet, Property
+from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty
 from foveacam_hardware.wire.controller_payloads import (
     ActuateCommand,
     FrameRequest,
@@ -32,14 +32,14 @@ def stream(operation: int, number: int, left: MirrorCodes, right: MirrorCodes = 
 
 def refused(packets: list[Packet]) -> str | None:
     """Return the text of the REJ that ends a request; None when it was served."""
-    return packets[-1].payload.decode() if packets[-1].method is Method.REJ else None
+    return packets[-1].payload.decode() if packets[-1].method is PacketMethod.REJ else None
 
 
 @pytest.fixture
 def board() -> FirmwareBoard:
     board = FirmwareBoard()
     board.enable()
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(0, 0, BIAS))) is None
+    assert refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 0, BIAS))) is None
     return board
 
 
@@ -48,13 +48,13 @@ def limited(**items: int) -> FirmwareBoard:
     for name, value in items.items():
         assert board.set_item(Item[name.upper()], value) is None
     board.enable()
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(0, 0, BIAS))) is None
+    assert refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 0, BIAS))) is None
     return board
 
 
 def test_the_whole_swing_of_170_v_is_inside(board: FirmwareBoard) -> None:
     for codes in ((57_343, 1638, 1638, 57_343), (1638, 57_343, 57_343, 1638)):
-        assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, codes))) is None
+        assert refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, codes))) is None
         assert board.pins.codes == codes + BIAS
 
 
@@ -75,12 +75,12 @@ def test_a_move_outside_the_voltage_limits_is_refused_whole(
     inside = (30_000, 29_000, 29_490, 29_490)  # one mirror inside does not move either
     match request_of:
         case "stream":
-            replies = board.ask(Method.SET, Property.STREAM, stream(1, 0, inside, codes))
+            replies = board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, inside, codes))
         case "create":
-            replies = board.ask(Method.SET, Property.STREAM, stream(0, 9, inside, codes))
+            replies = board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 9, inside, codes))
         case _:
             order = ActuateCommand(left=codes, right=inside, settle_us=0)
-            replies = board.ask(Method.SET, Property.ACTUATE, order.pack())
+            replies = board.ask(PacketMethod.SET, PacketProperty.ACTUATE, order.pack())
 
     assert refused(replies) == VOLTAGE
     assert board.pins.codes == REST
@@ -89,44 +89,53 @@ def test_a_move_outside_the_voltage_limits_is_refused_whole(
 
 def test_a_silent_move_outside_is_refused_counted_and_told_once_a_second(board: FirmwareBoard) -> None:
     for _ in range(5):
-        board.post(Packet(Method.SET, Property.STREAM, 0, stream(1, 0, (65_535, 0, 0, 0))))
+        board.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, stream(1, 0, (65_535, 0, 0, 0))))
 
     (told,) = board.packets()
     assert told.payload == b"[WARN] A move outside the voltage limits was refused"
     assert board.pins.codes == REST
     assert board.item(Item.REFUSED_MOVES) == 5
     board.run_for(1_000_000)
-    board.post(Packet(Method.SET, Property.STREAM, 0, stream(1, 0, (65_535, 0, 0, 0))))
-    assert [packet.prop for packet in board.packets()] == [Property.LOG]
+    board.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, stream(1, 0, (65_535, 0, 0, 0))))
+    assert [packet.prop for packet in board.packets()] == [PacketProperty.LOG]
 
 
 def test_a_bias_beyond_the_channel_limit_is_refused_now_and_at_enable() -> None:
     board = FirmwareBoard()
-    assert refused(board.ask(Method.SET, Property.BIAS, pack_u16(57_344))) == VOLTAGE
-    board.ask(Method.SET, Property.BIAS, pack_u16(57_343))
+    assert refused(board.ask(PacketMethod.SET, PacketProperty.BIAS, pack_u16(57_344))) == VOLTAGE
+    board.ask(PacketMethod.SET, PacketProperty.BIAS, pack_u16(57_343))
     board.set_item(Item.CHANNEL_MAX, 30_000)
 
-    assert refused(board.ask(Method.SET, Property.ENABLE, b"\x01")) == VOLTAGE
+    assert refused(board.ask(PacketMethod.SET, PacketProperty.ENABLE, b"\x01")) == VOLTAGE
     assert not board.pins.rail_on
 
 
 def test_narrower_limits_hold() -> None:
     board = limited(channel_max=40_000, difference_max=1000)
 
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, (29_990, 28_990, 0, 0)))) is None
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, (29_990, 28_989, 0, 0)))) == VOLTAGE
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, (40_001, 40_000, 0, 0)))) == VOLTAGE
+    assert (
+        refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, (29_990, 28_990, 0, 0))))
+        is None
+    )
+    assert (
+        refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, (29_990, 28_989, 0, 0))))
+        == VOLTAGE
+    )
+    assert (
+        refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, (40_001, 40_000, 0, 0))))
+        == VOLTAGE
+    )
 
 
 def test_a_step_longer_than_allowed_is_refused_and_smaller_ones_lead_there() -> None:
     board = limited(step_max=500)
 
     far: MirrorCodes = (30_490, 28_490, 29_490, 29_490)
-    assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, far))) == SLEW
+    assert refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, far))) == SLEW
     assert board.pins.codes == REST
     for half in (500, 1000):
         step: MirrorCodes = (29_490 + half, 29_490 - half, 29_490, 29_490)
-        assert refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, step))) is None
+        assert refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, step))) is None
     assert board.pins.codes == far + BIAS
 
 
@@ -135,7 +144,7 @@ def test_steps_in_quick_succession_use_up_the_slew_and_time_refills_it() -> None
 
     def go(half: int) -> str | None:
         codes: MirrorCodes = (29_490 + half, 29_490 - half, 29_490, 29_490)
-        return refused(board.ask(Method.SET, Property.STREAM, stream(1, 0, codes)))
+        return refused(board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(1, 0, codes)))
 
     board.run_for(100_000)
     assert go(1000) is None
@@ -152,12 +161,12 @@ def test_steps_in_quick_succession_use_up_the_slew_and_time_refills_it() -> None
 
 def test_a_frame_too_far_away_is_refused_after_its_acknowledgement_and_the_next_one_served() -> None:
     board = limited(step_max=500)
-    board.ask(Method.SET, Property.STREAM, stream(0, 1, (31_000, 28_000, 29_490, 29_490)))
-    board.ask(Method.SET, Property.STREAM, stream(0, 2, (29_600, 29_400, 29_490, 29_490)))
+    board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 1, (31_000, 28_000, 29_490, 29_490)))
+    board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 2, (29_600, 29_400, 29_490, 29_490)))
     frames = [
         Packet(
-            Method.GET,
-            Property.FRAME,
+            PacketMethod.GET,
+            PacketProperty.FRAME,
             600 + number,
             FrameRequest(stream=number, cameras=0, pulse_us=4000, settle_us=10).pack(),
         )
@@ -169,12 +178,12 @@ def test_a_frame_too_far_away_is_refused_after_its_acknowledgement_and_the_next_
 
     ends = [(reply.sequence, reply.method) for reply in board.packets() if reply.sequence >= 600]
     assert sorted(ends) == [
-        (600, Method.ACK),
-        (600, Method.FIN),
-        (601, Method.ACK),
-        (601, Method.REJ),
-        (602, Method.ACK),
-        (602, Method.FIN),
+        (600, PacketMethod.ACK),
+        (600, PacketMethod.FIN),
+        (601, PacketMethod.ACK),
+        (601, PacketMethod.REJ),
+        (602, PacketMethod.ACK),
+        (602, PacketMethod.FIN),
     ]
     assert board.pins.codes == (29_600, 29_400, 29_490, 29_490, *BIAS)
 
@@ -196,7 +205,9 @@ def test_all_eight_channels_change_at_one_word_and_no_other(board: FirmwareBoard
     for _ in range(200):
         halves = [rng.randrange(-20_000, 20_000) for _ in range(4)]
         a, b, c, d, e, f, g, h = (29_490 + sign * half for half in halves for sign in (1, -1))
-        board.post(Packet(Method.SET, Property.STREAM, 0, stream(1, 0, (a, b, c, d), (e, f, g, h))))
+        board.post(
+            Packet(PacketMethod.SET, PacketProperty.STREAM, 0, stream(1, 0, (a, b, c, d), (e, f, g, h)))
+        )
         told.append((a, b, c, d, e, f, g, h))
     board.run_for(2_500_000)  # once a second the words are sent again, and then the watchdog parks
 
@@ -213,7 +224,7 @@ def test_all_eight_channels_change_at_one_word_and_no_other(board: FirmwareBoard
 
 
 def volts(board: FirmwareBoard, *values: float, number: int = 0) -> bytes:
-    return board.raw(Method.SET, VOLTS, struct.pack("<B4f", number, *values))
+    return board.raw(PacketMethod.SET, VOLTS, struct.pack("<B4f", number, *values))
 
 
 def test_volts_are_rounded_pair_by_pair_as_the_driver_does(board: FirmwareBoard) -> None:
@@ -227,7 +238,7 @@ def test_volts_are_rounded_pair_by_pair_as_the_driver_does(board: FirmwareBoard)
 
         reply = volts(board, *asked)
 
-        assert reply[0] == Method.ACK << 4 | VOLTS
+        assert reply[0] == PacketMethod.ACK << 4 | VOLTS
         assert struct.unpack("<8H", reply[4:]) == left + right == board.pins.codes
 
 
@@ -250,17 +261,17 @@ def test_volts_need_an_enabled_controller_and_a_stream_that_is_there(board: Firm
 def test_a_pair_about_a_low_bias_cannot_leave_the_dac() -> None:
     board = FirmwareBoard()
     board.enable(bias=100)
-    board.ask(Method.SET, Property.STREAM, stream(0, 0, (100,) * 4, (100,) * 4))
+    board.ask(PacketMethod.SET, PacketProperty.STREAM, stream(0, 0, (100,) * 4, (100,) * 4))
 
     assert volts(board, 0.7, 0, 0, 0)[3:] == VOLTAGE.encode()
-    assert volts(board, 0.6, 0, 0, 0)[0] == Method.ACK << 4 | VOLTS
+    assert volts(board, 0.6, 0, 0, 0)[0] == PacketMethod.ACK << 4 | VOLTS
 
 
 def test_an_actuated_target_survives_a_dac_that_forgot_its_settings() -> None:
     board = FirmwareBoard()
     board.enable()
     order = ActuateCommand(left=(30_000, 28_980, 29_490, 29_490), right=BIAS, settle_us=0)
-    board.ask(Method.SET, Property.ACTUATE, order.pack())
+    board.ask(PacketMethod.SET, PacketProperty.ACTUATE, order.pack())
     board.pins.left.write(0x280001)
 
     board.run_for(1_000_000)

@@ -3,7 +3,7 @@
 import pytest
 
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
-from foveacam_hardware.wire.controller import Method, Packet, Property
+from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty
 from foveacam_hardware.wire.controller_payloads import (
     FrameReport,
     FrameRequest,
@@ -32,20 +32,20 @@ def board() -> FirmwareBoard:
 
 def put(board: FirmwareBoard, number: int, left: MirrorCodes, *, operation: int = 1) -> None:
     command = StreamCommand(operation=operation, stream=number, left=left, right=BIAS)
-    board.post(Packet(Method.SET, Property.STREAM, 0, command.pack()))
+    board.post(Packet(PacketMethod.SET, PacketProperty.STREAM, 0, command.pack()))
 
 
 def shoot(board: FirmwareBoard, sequence: int, *, number: int = 1, pulse_us: int = 4000) -> None:
     order = FrameRequest(stream=number, cameras=0, pulse_us=pulse_us, settle_us=0)
-    board.post(Packet(Method.GET, Property.FRAME, sequence, order.pack()))
+    board.post(Packet(PacketMethod.GET, PacketProperty.FRAME, sequence, order.pack()))
 
 
-def ends(board: FirmwareBoard) -> list[tuple[int, Method, bytes]]:
+def ends(board: FirmwareBoard) -> list[tuple[int, PacketMethod, bytes]]:
     board.finish()
     return [
         (packet.sequence, packet.method, packet.payload)
         for packet in board.packets()
-        if packet.sequence and packet.method is not Method.ACK
+        if packet.sequence and packet.method is not PacketMethod.ACK
     ]
 
 
@@ -56,7 +56,7 @@ def test_a_pulse_longer_than_the_exposure_still_falls_and_the_next_frame_waits_f
     shoot(board, 1, pulse_us=7000)
     shoot(board, 2, number=2, pulse_us=7000)
 
-    assert [method for _, method, _ in ends(board)] == [Method.FIN, Method.FIN]
+    assert [method for _, method, _ in ends(board)] == [PacketMethod.FIN, PacketMethod.FIN]
     assert board.pins.triggers[-4:] == [
         (t_us, BOTH),
         (t_us + 7000, 0),
@@ -74,7 +74,7 @@ def test_a_strobe_missing_or_too_long_is_a_timeout_and_the_lines_are_low(
 
     shoot(board, 1)
     board.run_for(8999)
-    assert [packet.method for packet in board.packets() if packet.sequence] == [Method.ACK]
+    assert [packet.method for packet in board.packets() if packet.sequence] == [PacketMethod.ACK]
     board.run_for(1)
 
     assert [packet.payload for packet in board.packets()] == [b"Strobe timeout"]
@@ -84,14 +84,14 @@ def test_a_strobe_missing_or_too_long_is_a_timeout_and_the_lines_are_low(
 def test_disable_in_a_pulse_drops_the_lines(board: FirmwareBoard) -> None:
     shoot(board, 1, pulse_us=500_000)
     shoot(board, 2, number=2)
-    board.post(Packet(Method.SET, Property.TRIGGER, 3, pack_u32(800_000)))
+    board.post(Packet(PacketMethod.SET, PacketProperty.TRIGGER, 3, pack_u32(800_000)))
     assert board.pins.high == 7
     t_us = board.now_us
 
-    board.post(Packet(Method.SET, Property.ENABLE, 4, b"\x00"))
+    board.post(Packet(PacketMethod.SET, PacketProperty.ENABLE, 4, b"\x00"))
 
     assert board.pins.triggers[-1] == (t_us, 0)
-    told = {sequence: text for sequence, method, text in ends(board) if method is Method.REJ}
+    told = {sequence: text for sequence, method, text in ends(board) if method is PacketMethod.REJ}
     assert told == dict.fromkeys((1, 2, 3), b"System disabled")
 
 
@@ -101,7 +101,7 @@ def test_a_reset_in_a_pulse_drops_the_lines_and_switches_off(board: FirmwareBoar
     shoot(board, 1, number=0, pulse_us=500_000)
     t_us = board.now_us
 
-    board.ask(Method.SET, Property.RESET, kind)
+    board.ask(PacketMethod.SET, PacketProperty.RESET, kind)
 
     assert (t_us, 0) in board.pins.triggers
     assert board.pins.codes == BIAS + BIAS
@@ -113,7 +113,7 @@ def test_a_trigger_falls_while_disabled_too() -> None:
     board = FirmwareBoard()
     t_us = board.now_us
 
-    board.ask(Method.SET, Property.TRIGGER, pack_u32(3000))
+    board.ask(PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(3000))
 
     assert board.pins.triggers[-2:] == [(t_us, 7), (t_us + 3000, 0)]
 
@@ -122,9 +122,12 @@ def test_a_trigger_over_a_frame_lengthens_its_pulse_and_both_end(board: Firmware
     t_us = board.now_us
     shoot(board, 1)
     board.run_for(1000)
-    board.post(Packet(Method.SET, Property.TRIGGER, 2, pack_u32(6000)))
+    board.post(Packet(PacketMethod.SET, PacketProperty.TRIGGER, 2, pack_u32(6000)))
 
-    assert [(sequence, method) for sequence, method, _ in ends(board)] == [(1, Method.FIN), (2, Method.FIN)]
+    assert [(sequence, method) for sequence, method, _ in ends(board)] == [
+        (1, PacketMethod.FIN),
+        (2, PacketMethod.FIN),
+    ]
     assert board.pins.triggers[-3:] == [(t_us, BOTH), (t_us + 1000, 7), (t_us + 7000, 0)]
 
 
@@ -134,7 +137,7 @@ def test_strobes_late_and_uneven_are_latched_from_the_first_rise_to_the_last_fal
     board.strobe(1, 3000, delay_us=100)
     board.strobe(2, 4000, delay_us=300)
     put(board, 1, (29500, 29480, 29490, 29490))
-    board.ask(Method.SET, Property.TIMESTAMP, pack_u64(0))
+    board.ask(PacketMethod.SET, PacketProperty.TIMESTAMP, pack_u64(0))
     shoot(board, 1)
     board.run_for(2000)
     put(board, 1, (29503, 29477, 29490, 29490))
@@ -142,7 +145,7 @@ def test_strobes_late_and_uneven_are_latched_from_the_first_rise_to_the_last_fal
     ((_, method, payload),) = ends(board)
 
     report = FrameReport.unpack(payload)
-    assert method is Method.FIN
+    assert method is PacketMethod.FIN
     assert (report.t_trigger_us, report.t_exposure_start_us) == (0, 100)
     assert report.left == (29502, 29479, 29490, 29490)
 
@@ -168,5 +171,5 @@ def test_strobes_between_frames_change_nothing(board: FirmwareBoard) -> None:
     board.strobe(1, 5000)
     shoot(board, 2)
 
-    assert [method for _, method, _ in ends(board)] == [Method.FIN]
+    assert [method for _, method, _ in ends(board)] == [PacketMethod.FIN]
     assert board.item(Item.LOST_EDGES) == 0

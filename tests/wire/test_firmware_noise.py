@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_hardware.wire.controller import Method, Packet, Property, encode_packet
+from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty, encode_packet
 from foveacam_hardware.wire.controller_payloads import (
     ActuateCommand,
     FrameRequest,
@@ -29,36 +29,36 @@ TURNED = (31128, 27851, 27851, 31128)
 CHANNEL_MAX, DIFFERENCE_MAX = 57_343, 55_705
 
 DIALOGUE = [
-    Packet(Method.GET, Property.VERSION, 1),
-    Packet(Method.SET, Property.LPF, 2, pack_u16(120)),
-    Packet(Method.SET, Property.BIAS, 3, pack_u16(29490)),
-    Packet(Method.SET, Property.ENABLE, 4, b"\x01"),
+    Packet(PacketMethod.GET, PacketProperty.VERSION, 1),
+    Packet(PacketMethod.SET, PacketProperty.LPF, 2, pack_u16(120)),
+    Packet(PacketMethod.SET, PacketProperty.BIAS, 3, pack_u16(29490)),
+    Packet(PacketMethod.SET, PacketProperty.ENABLE, 4, b"\x01"),
     Packet(
-        Method.SET,
-        Property.STREAM,
+        PacketMethod.SET,
+        PacketProperty.STREAM,
         5,
         StreamCommand(operation=0, stream=0, left=BIAS, right=BIAS).pack(),
     ),
     Packet(
-        Method.SET,
-        Property.STREAM,
+        PacketMethod.SET,
+        PacketProperty.STREAM,
         0,
         StreamCommand(operation=1, stream=0, left=TURNED, right=BIAS).pack(),
     ),
     Packet(
-        Method.GET,
-        Property.FRAME,
+        PacketMethod.GET,
+        PacketProperty.FRAME,
         6,
         FrameRequest(stream=0, cameras=0, pulse_us=4000, settle_us=300).pack(),
     ),
-    Packet(Method.SET, Property.TRIGGER, 7, pack_u32(2000)),
+    Packet(PacketMethod.SET, PacketProperty.TRIGGER, 7, pack_u32(2000)),
     Packet(
-        Method.SET,
-        Property.ACTUATE,
+        PacketMethod.SET,
+        PacketProperty.ACTUATE,
         8,
         ActuateCommand(left=TURNED, right=TURNED, settle_us=2000).pack(),
     ),
-    Packet(Method.SET, Property.ENABLE, 9, b"\x00"),
+    Packet(PacketMethod.SET, PacketProperty.ENABLE, 9, b"\x00"),
 ]
 DELETIONS = [(at, byte) for at, packet in enumerate(DIALOGUE) for byte in range(len(encode_packet(packet)))]
 
@@ -81,7 +81,7 @@ def test_a_dialogue_with_any_one_byte_damaged_recovers_by_the_second_packet_behi
         board.feed(GET_VERSION)
         assert board.take() == VERSION, (at, byte)
         assert board.pins.high == 0
-        assert board.ask(Method.SET, Property.ENABLE, b"\x00")[-1].payload == b"\x00"
+        assert board.ask(PacketMethod.SET, PacketProperty.ENABLE, b"\x00")[-1].payload == b"\x00"
         assert not board.pins.rail_on
 
 
@@ -145,18 +145,18 @@ def kind(rng: random.Random) -> bytes:
 
 
 COMMANDS: list[tuple[int, int, Callable[[random.Random], bytes]]] = [
-    (2, Property.STREAM, lambda rng: kind(rng) + number(rng) + codes(rng)),
-    (2, Property.STREAM, lambda rng: b"\x01" + number(rng) + codes(rng)),
+    (2, PacketProperty.STREAM, lambda rng: kind(rng) + number(rng) + codes(rng)),
+    (2, PacketProperty.STREAM, lambda rng: b"\x01" + number(rng) + codes(rng)),
     (2, VOLTS, lambda rng: number(rng) + floats(rng)),
-    (2, Property.ACTUATE, lambda rng: codes(rng) + u32(rng)),
-    (1, Property.FRAME, lambda rng: number(rng) + kind(rng) + u32(rng) + u32(rng)),
-    (2, Property.TRIGGER, u32),
-    (2, Property.ENABLE, lambda rng: bytes((rng.random() < 0.7,))),
-    (2, Property.BIAS, lambda rng: rng.choice((29_490, 0, 57_343, 65_535)).to_bytes(2, "little")),
-    (2, Property.LPF, lambda rng: rng.randbytes(2)),
-    (2, Property.RESET, kind),
-    (2, Property.TIMESTAMP, lambda rng: rng.randbytes(8)),
-    (2, Property.LOG_LEVEL, lambda rng: rng.randbytes(1)),
+    (2, PacketProperty.ACTUATE, lambda rng: codes(rng) + u32(rng)),
+    (1, PacketProperty.FRAME, lambda rng: number(rng) + kind(rng) + u32(rng) + u32(rng)),
+    (2, PacketProperty.TRIGGER, u32),
+    (2, PacketProperty.ENABLE, lambda rng: bytes((rng.random() < 0.7,))),
+    (2, PacketProperty.BIAS, lambda rng: rng.choice((29_490, 0, 57_343, 65_535)).to_bytes(2, "little")),
+    (2, PacketProperty.LPF, lambda rng: rng.randbytes(2)),
+    (2, PacketProperty.RESET, kind),
+    (2, PacketProperty.TIMESTAMP, lambda rng: rng.randbytes(8)),
+    (2, PacketProperty.LOG_LEVEL, lambda rng: rng.randbytes(1)),
     (1, GUARD, lambda rng: rng.randbytes(1)),
 ]
 """Method, property and payload of what a mad host may send."""
@@ -180,7 +180,7 @@ def piece(rng: random.Random, *, settings: bool) -> bytes:
     method, prop, payload = setting(rng) if settings and rng.random() < 0.15 else command(rng)
     if not settings and (method, prop) == (2, GUARD):
         method = 1
-    if not settings and (method, prop) == (2, Property.RESET):
+    if not settings and (method, prop) == (2, PacketProperty.RESET):
         payload = b"\x02"  # the others bring the wide limits back
     head = bytes((method << 4 | prop,)) + rng.choice((0, rng.randrange(65_536))).to_bytes(2, "little")
     wire = bytearray(stuffed(head + payload))

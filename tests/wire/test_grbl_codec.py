@@ -3,16 +3,16 @@
 import pytest
 
 from foveacam_hardware.wire.grbl import (
-    Alarm,
-    BadLine,
+    BadGrblLine,
+    GrblAlarm,
+    GrblLineReader,
+    GrblMessage,
+    GrblOk,
+    GrblRefused,
+    GrblSetting,
+    GrblStatusReport,
+    GrblWelcome,
     Line,
-    LineReader,
-    Ok,
-    Refused,
-    Remark,
-    Report,
-    Setting,
-    Welcome,
     encode,
     jog,
     parse,
@@ -22,21 +22,27 @@ from foveacam_hardware.wire.grbl import (
 @pytest.mark.parametrize(
     ("text", "meaning"),
     [
-        ("ok", Ok()),
-        ("error:9", Refused(code=9)),
-        ("ALARM:1", Alarm(code=1)),
-        ("Grbl 1.1h ['$' for help]", Welcome(version="1.1h")),
-        ("GrblHAL 1.1f ['$' or '$HELP' for help]", Welcome(version="1.1f")),
-        ("$110=1500.000", Setting(number=110, value=1500.0)),
-        ("$23=3 (homing dir invert mask)", Setting(number=23, value=3.0)),
-        ("[MSG:'$H'|'$X' to unlock]", Remark(text="MSG:'$H'|'$X' to unlock")),
-        ("<Idle|MPos:1.000,-2.500,0.000|FS:0,0>", Report(state="Idle", machine=(1.0, -2.5, 0.0))),
+        ("ok", GrblOk()),
+        ("error:9", GrblRefused(code=9)),
+        ("ALARM:1", GrblAlarm(code=1)),
+        ("Grbl 1.1h ['$' for help]", GrblWelcome(version="1.1h")),
+        ("GrblHAL 1.1f ['$' or '$HELP' for help]", GrblWelcome(version="1.1f")),
+        ("$110=1500.000", GrblSetting(number=110, value=1500.0)),
+        ("$23=3 (homing dir invert mask)", GrblSetting(number=23, value=3.0)),
+        ("[MSG:'$H'|'$X' to unlock]", GrblMessage(text="MSG:'$H'|'$X' to unlock")),
+        ("<Idle|MPos:1.000,-2.500,0.000|FS:0,0>", GrblStatusReport(state="Idle", machine=(1.0, -2.5, 0.0))),
         (
             "<Jog|WPos:0.000,0.000,0.000|Bf:15,128|FS:500,8000|WCO:-72.000,-32.000,0.000>",
-            Report(state="Jog", work=(0.0, 0.0, 0.0), offset=(-72.0, -32.0, 0.0)),
+            GrblStatusReport(state="Jog", work=(0.0, 0.0, 0.0), offset=(-72.0, -32.0, 0.0)),
         ),
-        ("<Hold:0|MPos:5.000,0.000|FS:0,0|Pn:XY>", Report(state="Hold", substate=0, machine=(5.0, 0.0))),
-        ("<Alarm:11|MPos:0.000,0.000|FS:0,0|H:0>", Report(state="Alarm", substate=11, machine=(0.0, 0.0))),
+        (
+            "<Hold:0|MPos:5.000,0.000|FS:0,0|Pn:XY>",
+            GrblStatusReport(state="Hold", substate=0, machine=(5.0, 0.0)),
+        ),
+        (
+            "<Alarm:11|MPos:0.000,0.000|FS:0,0|H:0>",
+            GrblStatusReport(state="GrblAlarm", substate=11, machine=(0.0, 0.0)),
+        ),
     ],
 )
 def test_a_line_is_understood(text: str, meaning: Line) -> None:
@@ -50,7 +56,7 @@ def test_a_line_is_understood(text: str, meaning: Line) -> None:
      "<Jzg|MPos:0,0>", "<Idle|FS:0,0>"],
 )  # fmt: skip
 def test_noise_is_no_line(text: str) -> None:
-    with pytest.raises(BadLine):
+    with pytest.raises(BadGrblLine):
         parse(text)
 
 
@@ -67,15 +73,15 @@ def test_a_line_that_grbl_would_cut_is_not_sent() -> None:
 
 
 def test_refusals_and_alarms_speak_words() -> None:
-    assert "beyond its travel" in str(Refused(code=15))
-    assert "switch was hit" in str(Alarm(code=1))
-    assert "does not know" in str(Alarm(code=77))
+    assert "beyond its travel" in str(GrblRefused(code=15))
+    assert "switch was hit" in str(GrblAlarm(code=1))
+    assert "does not know" in str(GrblAlarm(code=77))
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 100])
 def test_lines_are_cut_wherever_the_bytes_break(size: int) -> None:
     stream = b"\r\nGrbl 1.1h ['$' for help]\r\nok\r\n<Idle|MPos:0.000,0.000,0.000>\r\n"
-    reader = LineReader()
+    reader = GrblLineReader()
 
     lines = [line for k in range(0, len(stream), size) for line in reader.feed(stream[k : k + size])]
 
@@ -83,7 +89,7 @@ def test_lines_are_cut_wherever_the_bytes_break(size: int) -> None:
 
 
 def test_a_flood_without_an_end_is_dropped_and_the_next_line_is_read() -> None:
-    reader = LineReader()
+    reader = GrblLineReader()
     assert reader.feed(b"\xaa" * 5000) == []
 
     assert reader.feed(b"ok\r\n") == ["ok"]

@@ -7,7 +7,7 @@ import pytest
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.far_ends.grbl_far_end import ANSWER_NS, GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import EEPROM_NS
-from foveacam_hardware.sim.pan_tilt import Turning
+from foveacam_hardware.sim.pan_tilt import TurnSegment
 
 START_NS = 1_000_000_000
 
@@ -16,9 +16,9 @@ class Shafts:
     """Remembers what the motors did."""
 
     def __init__(self) -> None:
-        self.turnings: list[Turning] = []
+        self.turnings: list[TurnSegment] = []
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         self.turnings.append(turning)
 
 

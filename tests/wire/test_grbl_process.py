@@ -10,8 +10,8 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_hardware.sim.far_ends.board_host import BoardProcess
 from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.pan_tilt import TurningHistory
-from foveacam_hardware.wire.grbl import LineReader
-from foveacam_hardware.wire.link import Link
+from foveacam_hardware.wire.grbl import GrblLineReader
+from foveacam_hardware.wire.link import ByteLink
 
 PATIENCE_S = 10.0
 BRISK = {24: 12_000.0, 25: 18_000.0, 110: 18_000.0, 111: 18_000.0, 120: 4000.0, 121: 4000.0}
@@ -29,9 +29,9 @@ def board(rig: TurningHistory) -> Iterator[BoardProcess]:
         yield process
 
 
-def wait_for(link: Link, wanted: str) -> list[str]:
+def wait_for(link: ByteLink, wanted: str) -> list[str]:
     """Read until a line begins as wanted."""
-    reader, lines, end_s = LineReader(), list[str](), time.monotonic() + PATIENCE_S
+    reader, lines, end_s = GrblLineReader(), list[str](), time.monotonic() + PATIENCE_S
     while not any(line.startswith(wanted) for line in lines):
         assert time.monotonic() < end_s, lines
         lines += reader.feed(link.read(0.1))
@@ -53,7 +53,7 @@ def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, rig: Tu
     assert rig.bearing_deg(time.monotonic_ns()) == (-8.0, 2.0)
 
 
-def wait_for_report(link: Link) -> list[str]:
+def wait_for_report(link: ByteLink) -> list[str]:
     link.write(b"?")
     return wait_for(link, "<")
 

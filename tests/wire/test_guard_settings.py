@@ -4,7 +4,7 @@ import threading
 import time
 
 from foveacam_hardware.contract import MirrorLimits, MonotonicClock
-from foveacam_hardware.drivers.controller.guard import WATCHDOG_MS, Care
+from foveacam_hardware.drivers.controller.guard import WATCHDOG_MS, LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.wire.link import SerialLink
 
@@ -33,7 +33,7 @@ def test_the_watchdog_and_the_rigs_limits_are_in_force_after_the_connect() -> No
 def test_a_host_that_says_nothing_keeps_its_mirrors_on_as_long_as_it_lives() -> None:
     with FirmwareProcess() as process:
         mirrors = ControllerMirrors(
-            lambda: SerialLink(process.port), MonotonicClock(), care=Care(answer_s=5.0)
+            lambda: SerialLink(process.port), MonotonicClock(), care=LinkSupervision(answer_s=5.0)
         )
         mirrors.connect()
         began_s, waiting = time.monotonic(), threading.Event()

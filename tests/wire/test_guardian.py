@@ -15,12 +15,12 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 from ..contract.controllers import Controllers, started  # noqa: TID252 - tests are no installed package
 
@@ -106,7 +106,7 @@ def test_a_host_that_is_killed_leaves_parked_mirrors_and_a_free_port(
     assert (off_ns - killed_ns) / 1e9 < 1.0
     assert cables.codes_at(off_ns) == REST
     assert controller.status().malformed == 0
-    second = ControllerMirrors(controller.open, MonotonicClock(), care=Care(answer_s=5.0))
+    second = ControllerMirrors(controller.open, MonotonicClock(), care=LinkSupervision(answer_s=5.0))
     second.connect()
     second.close()
 
@@ -143,7 +143,9 @@ def guardian() -> Iterator[Guardian]:
 def test_a_port_handed_over_is_free_again_after_each_close(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
+    mirrors = ControllerMirrors(
+        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+    )
     for _ in range(3):
         mirrors.connect()
         assert mirrors.state.guarded
@@ -154,7 +156,9 @@ def test_a_port_handed_over_is_free_again_after_each_close(
 def test_the_guardian_holds_the_port_of_a_reconnect(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
+    mirrors = ControllerMirrors(
+        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+    )
     mirrors.connect()
     before = guardian.pid
     controller.unplug()
@@ -171,7 +175,9 @@ def test_the_guardian_holds_the_port_of_a_reconnect(
 def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
-    mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(guardian=guardian, answer_s=5.0))
+    mirrors = ControllerMirrors(
+        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+    )
     mirrors.connect()
     first = guardian.pid
     assert first is not None
@@ -193,7 +199,7 @@ def test_a_byte_lost_while_the_guardian_parks_does_not_stop_it(
     controller = controllers.fresh(cables, strict=False)
     with hosting(controller, "wait") as host:
         # The last byte of the packets to rest: without it the first request to switch off is lost.
-        controller.damage_to_device(Damage(kind=DamageKind.DROP, skip=4 * 24 - 1))
+        controller.damage_to_device(LineDamage(kind=DamageKind.DROP, skip=4 * 24 - 1))
         host.process.kill()
         assert cables.off.wait(PATIENCE_S)
         host.await_guardians_end()

@@ -3,15 +3,15 @@
 import pytest
 
 from foveacam_hardware.wire.ptu import (
-    BadReply,
-    Banner,
-    Done,
-    LimitHit,
+    BadPtuReply,
     Line,
     PtuAxis,
+    PtuBanner,
+    PtuDone,
+    PtuLimitHit,
     PtuQuery,
-    Refused,
-    ReplyReader,
+    PtuRefused,
+    PtuReplyReader,
     encode,
     is_version,
     move,
@@ -28,23 +28,23 @@ MANUAL_VERSION = (
 @pytest.mark.parametrize(
     ("text", "meaning"),
     [
-        ("*", [Done()]),
-        ("* 22", [Done(text="22")]),
-        ("PP * 22", [Done(text="22", echo="PP")]),
-        ("ED *", [Done(echo="ED")]),
-        ("PP-500 *", [Done(echo="PP-500")]),
+        ("*", [PtuDone()]),
+        ("* 22", [PtuDone(text="22")]),
+        ("PP * 22", [PtuDone(text="22", echo="PP")]),
+        ("ED *", [PtuDone(echo="ED")]),
+        ("PP-500 *", [PtuDone(echo="PP-500")]),
         ("PR * 185.1428 seconds arc per Pan position",
-         [Done(text="185.1428 seconds arc per Pan position", echo="PR")]),
-        ("! Illegal command entered", [Refused(reason="Illegal command entered")]),
+         [PtuDone(text="185.1428 seconds arc per Pan position", echo="PR")]),
+        ("! Illegal command entered", [PtuRefused(reason="Illegal command entered")]),
         ("PP3200 ! Maximum allowable Pan position is 3090",
-         [Refused(reason="Maximum allowable Pan position is 3090", echo="PP3200")]),
+         [PtuRefused(reason="Maximum allowable Pan position is 3090", echo="PP3200")]),
         ("! Pan speed cannot exceed 2902 positions/sec",
-         [Refused(reason="Pan speed cannot exceed 2902 positions/sec")]),
-        ("!P", [LimitHit(axis=PtuAxis.PAN)]),
-        ("!T!P* 22", [LimitHit(axis=PtuAxis.TILT), LimitHit(axis=PtuAxis.PAN), Done(text="22")]),
-        ("!", [Refused(reason="it gave no reason")]),
-        ("### PAN-TILT CONTROLLER v2.09 ###", [Banner(text="PAN-TILT CONTROLLER v2.09")]),
-        ("*" + MANUAL_VERSION, [Done(text=MANUAL_VERSION)]),
+         [PtuRefused(reason="Pan speed cannot exceed 2902 positions/sec")]),
+        ("!P", [PtuLimitHit(axis=PtuAxis.PAN)]),
+        ("!T!P* 22", [PtuLimitHit(axis=PtuAxis.TILT), PtuLimitHit(axis=PtuAxis.PAN), PtuDone(text="22")]),
+        ("!", [PtuRefused(reason="it gave no reason")]),
+        ("### PAN-TILT CONTROLLER v2.09 ###", [PtuBanner(text="PAN-TILT CONTROLLER v2.09")]),
+        ("*" + MANUAL_VERSION, [PtuDone(text=MANUAL_VERSION)]),
     ],
 )  # fmt: skip
 def test_a_line_is_understood(text: str, meaning: list[Line]) -> None:
@@ -53,7 +53,7 @@ def test_a_line_is_understood(text: str, meaning: list[Line]) -> None:
 
 @pytest.mark.parametrize("text", ["22", "OK", "ERROR", "\x00\xff", "<Idle|MPos:0,0>", "NO CARRIER", "12 * 3"])
 def test_noise_is_no_reply(text: str) -> None:
-    with pytest.raises(BadReply):
+    with pytest.raises(BadPtuReply):
         parse(text)
 
 
@@ -68,13 +68,13 @@ def test_noise_is_no_reply(text: str) -> None:
     ],
 )
 def test_a_number_is_found_in_terse_and_in_verbose_answers(text: str, number: float) -> None:
-    assert Done(text=text).number == number
+    assert PtuDone(text=text).number == number
 
 
 @pytest.mark.parametrize("text", ["", "nothing", "1 2", "12x", "1.2.3"])
 def test_an_answer_without_one_number_is_refused(text: str) -> None:
-    with pytest.raises(BadReply):
-        _ = Done(text=text).number
+    with pytest.raises(BadPtuReply):
+        _ = PtuDone(text=text).number
 
 
 def test_commands_are_words_that_end_with_a_space() -> None:
@@ -97,7 +97,7 @@ def test_the_version_resembles_no_other_answer() -> None:
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 100])
 def test_lines_are_cut_wherever_the_bytes_break(size: int) -> None:
     stream = b"\r\n* 22\r\n!P\r\n* Current Pan position is 0\r\n"
-    reader = ReplyReader()
+    reader = PtuReplyReader()
 
     lines = [line for k in range(0, len(stream), size) for line in reader.feed(stream[k : k + size])]
 
@@ -105,7 +105,7 @@ def test_lines_are_cut_wherever_the_bytes_break(size: int) -> None:
 
 
 def test_a_flood_without_an_end_is_dropped_and_the_next_line_is_read() -> None:
-    reader = ReplyReader()
+    reader = PtuReplyReader()
     assert reader.feed(b"\xaa" * 5000) == []
 
     assert reader.feed(b"*\r\n") == ["*"]

@@ -6,16 +6,22 @@ from collections.abc import Callable
 import pytest
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, MonotonicClock, NotConnected, Timeout
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 from foveacam_hardware.wire.cobs import cobs_decode
-from foveacam_hardware.wire.controller import Method, Packet, Property, decode_packet, encode_packet
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
 from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
-QUICK = Care(answer_s=0.02, probe_s=0.02)
+QUICK = LinkSupervision(answer_s=0.02, probe_s=0.02)
 MODEM = PortIdentity(name="/dev/ttyUSB2", usb_id=(0x12D1, 0x1001), product="HUAWEI Mobile")
 TEENSY = PortIdentity(name="/dev/ttyACM0", usb_id=(0x16C0, 0x0483), serial="1234")
 
@@ -103,8 +109,8 @@ def test_a_silent_port_of_the_right_make_may_be_a_controller_that_has_stopped() 
 def versioned(*version: int) -> Callable[[bytes], bytes]:
     def answer(data: bytes) -> bytes:
         request = decode_packet(cobs_decode(data.rstrip(b"\x00")))
-        payload = bytes(version) if request.prop is Property.VERSION else b""
-        return encode_packet(Packet(Method.ACK, request.prop, request.sequence, payload))
+        payload = bytes(version) if request.prop is PacketProperty.VERSION else b""
+        return encode_packet(Packet(PacketMethod.ACK, request.prop, request.sequence, payload))
 
     return answer
 

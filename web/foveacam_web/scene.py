@@ -20,12 +20,12 @@ import viser
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_field import FieldNode, overlook
-from foveacam_web.scene_fixation import FixationNode, Shown
+from foveacam_web.scene_fixation import FixationNode, FixationParts
 from foveacam_web.scene_limits import LimitsNode
 from foveacam_web.scene_measure import MeasurementNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
-from foveacam_web.scene_surroundings import Surroundings
+from foveacam_web.scene_surroundings import SurroundingsNode
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
 from foveacam_web.viser_server import PrivateViser
 
@@ -52,9 +52,9 @@ class ViewerScene:
         self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._measurements: dict[str, MeasurementNode] = {}
         self._field: FieldNode | None = None
-        self._surroundings = Surroundings()
+        self._surroundings = SurroundingsNode()
         self._selected: str | None = None
-        self._shown = Shown()
+        self._shown = FixationParts()
         self._hand_over: tuple[OnSelect, asyncio.AbstractEventLoop] | None = None
 
     def __enter__(self) -> "ViewerScene":
@@ -281,7 +281,7 @@ class ViewerScene:
             oldest = next(name for name in self._fixations if name != self._selected)
             self._drop(oldest)
 
-    def _show(self, shown: Shown) -> None:
+    def _show(self, shown: FixationParts) -> None:
         with self._lock:
             self._shown = shown
             for node in self._fixations.values():

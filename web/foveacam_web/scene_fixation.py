@@ -24,7 +24,7 @@ Clicked: TypeAlias = Callable[[str], Awaitable[None]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shown:
+class FixationParts:
     """Which parts of fixations the operator wants to see."""
 
     surface: bool = True
@@ -45,7 +45,7 @@ class FixationNode:
     """The handles of one fixation; created drawn, gone after `remove`."""
 
     def __init__(
-        self, scene: viser.SceneApi, fixation_id: str, drawing: FixationDrawing, *, shown: Shown
+        self, scene: viser.SceneApi, fixation_id: str, drawing: FixationDrawing, *, shown: FixationParts
     ) -> None:
         self.drawing = drawing
         self._id = fixation_id
@@ -82,7 +82,7 @@ class FixationNode:
         if self._surface is not None:
             self._surface.on_click(on_click)
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: FixationParts) -> None:
         """Show and hide parts."""
         if self._surface is not None:
             self._surface.visible = shown.surface

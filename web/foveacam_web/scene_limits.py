@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from foveacam_web.scene_fixation import Clicked, Shown
+from foveacam_web.scene_fixation import Clicked, FixationParts
 from foveacam_web.scene_values import LIMITS_COLOR, SELECTED_COLOR, LimitsDrawing
 
 _MARKER_PER_DISTANCE = 0.004
@@ -13,7 +13,7 @@ class LimitsNode:
     """The handles of one such fixation; created drawn, gone after `remove`."""
 
     def __init__(
-        self, scene: viser.SceneApi, fixation_id: str, drawing: LimitsDrawing, *, shown: Shown
+        self, scene: viser.SceneApi, fixation_id: str, drawing: LimitsDrawing, *, shown: FixationParts
     ) -> None:
         self._id = fixation_id
         self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
@@ -60,7 +60,7 @@ class LimitsNode:
         for marker in self._markers:
             marker.on_click(on_click)
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: FixationParts) -> None:
         """Show and hide the label; the line stays, it is all there is."""
         self._label.visible = shown.labels
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import viser
 
-from foveacam_web.scene_fixation import Shown
+from foveacam_web.scene_fixation import FixationParts
 
 VIEW_PANEL_WIDTH_PX = 440
 _VIEW_FRAME = (
@@ -26,7 +26,7 @@ Point: TypeAlias = tuple[float, float, float]
 class ScenePanel:
     """The GUI; its changes reach the scene by the three callbacks of `on_change`."""
 
-    def __init__(self, server: viser.ViserServer, *, view_url: str | None, shown: Shown) -> None:
+    def __init__(self, server: viser.ViserServer, *, view_url: str | None, shown: FixationParts) -> None:
         self._shown = shown
         gui = server.gui
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
@@ -50,14 +50,14 @@ class ScenePanel:
     def on_change(
         self,
         *,
-        shown: Callable[[Shown], None],
+        shown: Callable[[FixationParts], None],
         rays: Callable[[bool], None],
         selected_point: Callable[[], Point | None],
     ) -> None:
         """Connect the panel to the scene. The callbacks run on viser's loop and only set properties."""
 
         async def changed(_event: object) -> None:
-            self._shown = Shown(
+            self._shown = FixationParts(
                 surface=self._surface.value, cloud=self._cloud.value, labels=self._labels.value
             )
             shown(self._shown)
@@ -80,7 +80,7 @@ class ScenePanel:
         """Whether viewers are brought to what was seen last."""
         return self._follow.value
 
-    def show_clouds(self) -> Shown:
+    def show_clouds(self) -> FixationParts:
         """Switch the point clouds on; return what is shown then."""
         if not self._cloud.value:
             self._cloud.value = True  # type: ignore[misc]  # viser's setter, which mypy does not see

@@ -15,7 +15,7 @@ _STAND = (0.22, -0.16, 0.3)
 """Where viewers stand to see it: to the right, up (y down) and forward, as parts of the nearest depth."""
 
 
-class Surroundings:
+class SurroundingsNode:
     """Shows one surface at a time; callable from any thread, harmless while closed."""
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Surroundings:
         with self._lock:
             self._server = server
             with folder:
-                self._switch = server.gui.add_checkbox("Surroundings", initial_value=True)
+                self._switch = server.gui.add_checkbox("SurroundingsNode", initial_value=True)
 
         async def changed(_event: object) -> None:
             self._apply()

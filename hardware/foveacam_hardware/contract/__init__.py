@@ -9,8 +9,8 @@ from foveacam_hardware.contract.camera_values import (
     CameraRanges,
     CameraSettings,
     PixelFormat,
-    Span,
     TriggerSource,
+    ValueRange,
 )
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
 from foveacam_hardware.contract.devices import (
@@ -104,7 +104,6 @@ __all__ = [
     "RailState",
     "Role",
     "Sighting",
-    "Span",
     "Station",
     "StationTarget",
     "StereoVolts",
@@ -115,6 +114,7 @@ __all__ = [
     "TriggerBudget",
     "TriggerHead",
     "TriggerSource",
+    "ValueRange",
     "VirtualClock",
     "install_command",
     "same_exposure",

@@ -61,7 +61,7 @@ class CameraSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class ValueRange:
     """What a camera accepts for one setting, both ends included; `low == high`: it cannot be set."""
 
     low: float
@@ -72,10 +72,10 @@ class Span:
 class CameraRanges:
     """What a camera accepts; asking for more is refused."""
 
-    exposure_ns: Span
-    gain_db: Span
-    frame_rate_hz: Span
-    black_level: Span
+    exposure_ns: ValueRange
+    gain_db: ValueRange
+    frame_rate_hz: ValueRange
+    black_level: ValueRange
     pixel_formats: tuple[PixelFormat, ...]
     exposure_autos: tuple[AutoMode, ...] = (AutoMode.OFF,)
     """The modes that it has."""

@@ -8,7 +8,7 @@ Action: TypeAlias = Callable[[int], None]
 """Called with the time it was due, ns."""
 
 
-class Entry:
+class PlannedAction:
     """One planned action; `cancel` strikes it out."""
 
     __slots__ = ("action", "order", "t_ns")
@@ -18,7 +18,7 @@ class Entry:
         self.order = order
         self.action: Action | None = action
 
-    def __lt__(self, other: "Entry") -> bool:
+    def __lt__(self, other: "PlannedAction") -> bool:
         return (self.t_ns, self.order) < (other.t_ns, other.order)
 
     def cancel(self) -> None:
@@ -30,13 +30,13 @@ class Agenda:
     """Actions in the order of their times; of equal times, in the order of their entry."""
 
     def __init__(self) -> None:
-        self._entries: list[Entry] = []
+        self._entries: list[PlannedAction] = []
         self._count = 0
 
-    def add(self, t_ns: int, action: Action) -> Entry:
+    def add(self, t_ns: int, action: Action) -> PlannedAction:
         """Do `action` at `t_ns`."""
         self._count += 1
-        entry = Entry(t_ns, self._count, action)
+        entry = PlannedAction(t_ns, self._count, action)
         heapq.heappush(self._entries, entry)
         return entry
 

@@ -28,7 +28,7 @@ LIMITS_NS = (30_000, 100_000_000)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Aim:
+class ExposureStep:
     """What one picture says: the exposure for the next, and whether this one was as good as it gets."""
 
     exposure_ns: int
@@ -50,12 +50,12 @@ def too_bright_log2(image: Image, *, bits: int, black_level: float) -> float:
     return max(stops, -CLIPPED_STEP_LOG2) if bright >= CLIPPED * white else stops
 
 
-def aim(exposure_ns: int, stops: float, *, longest_ns: int) -> Aim:
+def aim(exposure_ns: int, stops: float, *, longest_ns: int) -> ExposureStep:
     """Return the next exposure after a picture that was `stops` too bright; `longest_ns`: of its rate."""
     low_ns, high_ns = LIMITS_NS[0], min(LIMITS_NS[1], longest_ns)
     if abs(stops) <= GOOD_LOG2:
-        return Aim(exposure_ns=exposure_ns, settled=True)
+        return ExposureStep(exposure_ns=exposure_ns, settled=True)
     step = min(max(-stops, STEP_LOG2[0]), STEP_LOG2[1])
     next_ns = round(min(max(exposure_ns * 2.0**step, low_ns), high_ns))
     at_end = abs(next_ns - exposure_ns) < GOOD_LOG2 * exposure_ns and next_ns in (low_ns, high_ns)
-    return Aim(exposure_ns=next_ns, settled=at_end)
+    return ExposureStep(exposure_ns=next_ns, settled=at_end)

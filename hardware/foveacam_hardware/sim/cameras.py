@@ -27,7 +27,12 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.sim.auto_exposure import aim, too_bright_log2
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
-from foveacam_hardware.sim.exposures import Exposure, FreeRun, Schedule, Triggered
+from foveacam_hardware.sim.exposures import (
+    CameraExposure,
+    ExposureSchedule,
+    FreeRunningSchedule,
+    TriggeredSchedule,
+)
 from foveacam_hardware.sim.sensor import develop
 from foveacam_hardware.sim.sensor_limits import RANGES, longest_exposure_ns, take_settings
 from foveacam_hardware.sim.world import World
@@ -59,7 +64,7 @@ class SimCamera:
         self._lock = threading.RLock()
         self._connected = False
         self._settings = take_settings(role, default_settings(role))
-        self._schedule: Schedule | None = None
+        self._schedule: ExposureSchedule | None = None
         self._seq = 0
         self._epoch = 0
         self._delivered = 0
@@ -188,7 +193,9 @@ class SimCamera:
         """Expose once, from now."""
         self._require_connected("expose")
         schedule = self._schedule
-        if self._settings.trigger_source is not TriggerSource.SOFTWARE or not isinstance(schedule, Triggered):
+        if self._settings.trigger_source is not TriggerSource.SOFTWARE or not isinstance(
+            schedule, TriggeredSchedule
+        ):
             raise InvalidInput(
                 f"camera {self._role}: asked to expose by software, but it runs freely, waits for its line "
                 "or is stopped; configure it as triggered by software and start it"
@@ -198,12 +205,12 @@ class SimCamera:
     def trigger(self, t_ns: int) -> None:
         """Take a rising edge of the trigger line; a camera that does not wait for one ignores it."""
         schedule = self._schedule
-        if isinstance(schedule, Triggered) and self._waits_for_line:
+        if isinstance(schedule, TriggeredSchedule) and self._waits_for_line:
             schedule.edge(t_ns + TRIGGER_TO_EXPOSURE_US * 1000)
 
     def strobe_us(self) -> int | None:
         """Return the exposure that a trigger now would start, microseconds."""
-        waiting = isinstance(self._schedule, Triggered) and self._waits_for_line
+        waiting = isinstance(self._schedule, TriggeredSchedule) and self._waits_for_line
         return self._settings.exposure_ns // 1000 if waiting else None
 
     @property
@@ -214,11 +221,11 @@ class SimCamera:
         seq = self._seq if self._schedule is None else self._schedule.next_seq
         self._missed += 0 if self._schedule is None else self._schedule.missed
         if self._settings.triggered:
-            self._schedule = Triggered(self._settings, first_seq=seq)
+            self._schedule = TriggeredSchedule(self._settings, first_seq=seq)
         else:
-            self._schedule = FreeRun(self._settings, start_ns=self._clock.now_ns(), first_seq=seq)
+            self._schedule = FreeRunningSchedule(self._settings, start_ns=self._clock.now_ns(), first_seq=seq)
 
-    def _await_first(self, deadline_ns: int) -> Exposure:
+    def _await_first(self, deadline_ns: int) -> CameraExposure:
         """Wait until the next frame can be read."""
         while True:
             now_ns = self._clock.now_ns()
@@ -230,7 +237,7 @@ class SimCamera:
                 raise Timeout(self._silence())
             self._clock.sleep_until_ns(min(wake_ns, deadline_ns))
 
-    def _deliver(self, exposure: Exposure) -> Frame:
+    def _deliver(self, exposure: CameraExposure) -> Frame:
         schedule = self._running()
         self._skipped += schedule.take(exposure)
         settings = exposure.settings
@@ -248,7 +255,7 @@ class SimCamera:
             self._expose_itself(frame, schedule)
         return frame
 
-    def _expose_itself(self, frame: Frame, schedule: Schedule) -> None:
+    def _expose_itself(self, frame: Frame, schedule: ExposureSchedule) -> None:
         """Learn from a frame of the exposure in force; the next that has not begun is exposed otherwise."""
         now = self._settings
         stops = too_bright_log2(frame.image, bits=frame.bits, black_level=now.black_level)
@@ -261,7 +268,7 @@ class SimCamera:
             self._settings = taken
             schedule.adjust(taken, now_ns=self._clock.now_ns())
 
-    def _image(self, exposure: Exposure) -> Image:
+    def _image(self, exposure: CameraExposure) -> Image:
         if self._role in self._world.faults.frozen and self._last is not None:
             return self._last.image
         channels = 3 if exposure.settings.pixel_format is PixelFormat.RGB8 else 1
@@ -269,7 +276,7 @@ class SimCamera:
         key = (self._world.seed, CAMERA_NUMBER[self._role], exposure.seq)
         return develop(radiance, self._role, exposure.settings, key=key)
 
-    def _running(self) -> Schedule:
+    def _running(self) -> ExposureSchedule:
         self._require_connected("read")
         if self._schedule is None:
             raise InvalidInput(f"camera {self._role}: asked for a frame, but it is stopped; start it first")

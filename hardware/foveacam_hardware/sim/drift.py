@@ -9,7 +9,7 @@ PERIODS_S = (1380.0, 421.0)  # deduced: a room's heating cycle, and the electron
 SHARES = (0.7, 0.3)
 
 
-class MountDrift:
+class ThermalMountDrift:
     """Turn of each eye's mount about the rig's x and y; zero when the world begins."""
 
     def __init__(self, *, seed: int, amplitude_rad: float = float(np.deg2rad(0.002))) -> None:

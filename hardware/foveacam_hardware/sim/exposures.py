@@ -10,17 +10,17 @@ from typing import Protocol
 
 from foveacam_hardware.contract import CameraSettings
 from foveacam_hardware.sim.sensor_limits import readout_ns
-from foveacam_hardware.sim.world import Interval
+from foveacam_hardware.sim.world import ExposureInterval
 
 QUEUE_FRAMES = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Exposure:
+class CameraExposure:
     """One exposure, begun or still to come, with the settings of its moment."""
 
     seq: int
-    interval: Interval
+    interval: ExposureInterval
     settings: CameraSettings
 
     @property
@@ -29,21 +29,21 @@ class Exposure:
         return self.interval.end_ns + readout_ns(self.settings.pixel_format)
 
 
-class Schedule(Protocol):
+class ExposureSchedule(Protocol):
     """The exposures of a camera, in order; one reader takes them."""
 
     missed: int
     """Edges that came while the sensor was busy: they exposed nothing."""
 
-    def first(self, now_ns: int) -> Exposure | None:
+    def first(self, now_ns: int) -> CameraExposure | None:
         """Return the oldest exposure not taken (it may still be running); None when none is known."""
         ...
 
-    def newest(self, now_ns: int) -> Exposure | None:
+    def newest(self, now_ns: int) -> CameraExposure | None:
         """Return the newest exposure that can be read and was not taken."""
         ...
 
-    def take(self, exposure: Exposure) -> int:
+    def take(self, exposure: CameraExposure) -> int:
         """Consume the queue up to `exposure`; return how many others were lost with it or before it."""
         ...
 
@@ -58,7 +58,7 @@ class Schedule(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
+class SlotRange:
     """Slots of one rate and exposure, from `first_slot` at `start_ns` on."""
 
     first_slot: int
@@ -83,11 +83,11 @@ class Stretch:
         return self.begun(now_ns - self.settings.exposure_ns - readout_ns(self.settings.pixel_format))
 
 
-class FreeRun:
+class FreeRunningSchedule:
     """Exposures at a fixed rate from `start_ns` on; at another one after each `adjust`."""
 
     def __init__(self, settings: CameraSettings, *, start_ns: int, first_seq: int) -> None:
-        self._stretches = [Stretch(first_slot=0, start_ns=start_ns, settings=settings)]
+        self._stretches = [SlotRange(first_slot=0, start_ns=start_ns, settings=settings)]
         self._first_seq = first_seq
         self._untaken = 0  # slot
         self.missed = 0
@@ -97,16 +97,16 @@ class FreeRun:
         """The number that follows everything taken."""
         return self._first_seq + self._untaken
 
-    def first(self, now_ns: int) -> Exposure | None:
+    def first(self, now_ns: int) -> CameraExposure | None:
         """Return the oldest slot still kept."""
         return self._exposure(max(self._untaken, self._newest_slot(now_ns) - QUEUE_FRAMES + 1))
 
-    def newest(self, now_ns: int) -> Exposure | None:
+    def newest(self, now_ns: int) -> CameraExposure | None:
         """Return the newest slot that can be read."""
         slot = self._newest_slot(now_ns)
         return self._exposure(slot) if slot >= self._untaken else None
 
-    def take(self, exposure: Exposure) -> int:
+    def take(self, exposure: CameraExposure) -> int:
         """Go on behind the slot of `exposure`."""
         slot = exposure.seq - self._first_seq
         lost, self._untaken = slot - self._untaken, slot + 1
@@ -118,7 +118,7 @@ class FreeRun:
         """Begin a stretch with the first slot that has not begun; none begins before its turn."""
         last = self._stretches[-1]
         slot = max(last.first_slot, last.begun(now_ns) + 1)
-        stretch = Stretch(first_slot=slot, start_ns=last.start_of_ns(slot), settings=settings)
+        stretch = SlotRange(first_slot=slot, start_ns=last.start_of_ns(slot), settings=settings)
         if slot == last.first_slot:
             self._stretches[-1] = stretch
         else:
@@ -133,21 +133,21 @@ class FreeRun:
             end = stretch.first_slot - 1
         return self._stretches[0].readable(now_ns)
 
-    def _exposure(self, slot: int) -> Exposure:
+    def _exposure(self, slot: int) -> CameraExposure:
         stretch = next(
             (found for found in reversed(self._stretches) if found.first_slot <= slot), self._stretches[0]
         )
         settings = stretch.settings
-        interval = Interval(start_ns=stretch.start_of_ns(slot), length_ns=settings.exposure_ns)
-        return Exposure(seq=self._first_seq + slot, interval=interval, settings=settings)
+        interval = ExposureInterval(start_ns=stretch.start_of_ns(slot), length_ns=settings.exposure_ns)
+        return CameraExposure(seq=self._first_seq + slot, interval=interval, settings=settings)
 
 
-class Triggered:
+class TriggeredSchedule:
     """One exposure a trigger edge; `edge` is called from the controller's side, the rest by the reader."""
 
     def __init__(self, settings: CameraSettings, *, first_seq: int) -> None:
         self._settings = settings
-        self._queue: deque[Exposure] = deque()
+        self._queue: deque[CameraExposure] = deque()
         self._lock = threading.Lock()
         self._next_edge_seq = first_seq
         self._free_ns = 0
@@ -165,8 +165,10 @@ class Triggered:
             if t_ns < self._free_ns:
                 self.missed += 1
                 return
-            interval = Interval(start_ns=t_ns, length_ns=self._settings.exposure_ns)
-            self._queue.append(Exposure(seq=self._next_edge_seq, interval=interval, settings=self._settings))
+            interval = ExposureInterval(start_ns=t_ns, length_ns=self._settings.exposure_ns)
+            self._queue.append(
+                CameraExposure(seq=self._next_edge_seq, interval=interval, settings=self._settings)
+            )
             self._next_edge_seq += 1
             self._free_ns = t_ns + max(interval.length_ns, readout_ns(self._settings.pixel_format))
             if len(self._queue) > QUEUE_FRAMES:
@@ -178,17 +180,17 @@ class Triggered:
         with self._lock:
             self._settings = settings
 
-    def first(self, now_ns: int) -> Exposure | None:
+    def first(self, now_ns: int) -> CameraExposure | None:
         """Return the oldest edge's exposure; `now_ns` does not matter."""
         with self._lock:
             return self._queue[0] if self._queue else None
 
-    def newest(self, now_ns: int) -> Exposure | None:
+    def newest(self, now_ns: int) -> CameraExposure | None:
         """Return the newest exposure that can be read."""
         with self._lock:
             return next((held for held in reversed(self._queue) if held.ready_ns <= now_ns), None)
 
-    def take(self, exposure: Exposure) -> int:
+    def take(self, exposure: CameraExposure) -> int:
         """Remove the queue's head up to `exposure`."""
         with self._lock:
             lost, self._lost = self._lost, 0

@@ -8,8 +8,8 @@ from foveacam_hardware.simulated_faults import (
     CAMERA_NAMES,
     EYE_NAMES,
     MIRROR_AXES,
-    Knock,
     MirrorAxis,
+    MountKnock,
     SimulatedFaults,
 )
 
@@ -53,18 +53,20 @@ class WorldFaults:
         self.no_strobe = {Role(name) for name in faults.no_strobe}
         self.dead_axes = set(faults.dead_axes)
         knocks = {Role.LEFT: faults.knocked_left, Role.RIGHT: faults.knocked_right}
-        self.drift_step_rad = {role: _turn_rad(knock) for role, knock in knocks.items() if knock != Knock()}
+        self.drift_step_rad = {
+            role: _turn_rad(knock) for role, knock in knocks.items() if knock != MountKnock()
+        }
 
-    def _knock(self, role: Role) -> Knock:
+    def _knock(self, role: Role) -> MountKnock:
         x_rad, y_rad, roll_rad = self.drift_step_rad.get(role, (0.0, 0.0, 0.0))
-        return Knock(
+        return MountKnock(
             shift_x_deg=_deg(y_rad),
             shift_y_deg=_deg(-x_rad),
             rotation_deg=_deg(roll_rad),
         )
 
 
-def _turn_rad(knock: Knock) -> tuple[float, float, float]:
+def _turn_rad(knock: MountKnock) -> tuple[float, float, float]:
     """Return the turn about +x, +y and +z: about +x (right) is upwards, about +y (down) to the right."""
     shift_x_rad, shift_y_rad = math.radians(knock.shift_x_deg), math.radians(knock.shift_y_deg)
     return -shift_y_rad, shift_x_rad, math.radians(knock.rotation_deg)

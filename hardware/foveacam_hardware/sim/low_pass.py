@@ -22,7 +22,7 @@ FILTER_ORDER = 5  # MAX7413, a switched-capacitor Bessel filter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mode:
+class ResonantMode:
     """A resonance of the mirror in its springs; its gain at rest is 1."""
 
     frequency_hz: float
@@ -64,7 +64,7 @@ def bessel_polynomial(order: int) -> NDArray[np.float64]:
 
 
 @cache
-def _system(cutoff_hz: int, mode: Mode) -> _System:
+def _system(cutoff_hz: int, mode: ResonantMode) -> _System:
     denominator = bessel_polynomial(FILTER_ORDER)
     # Scaling A and b together keeps the states at rest independent of the cut-off: a change of filter clock
     # in mid-flight leaves what the capacitors hold.
@@ -107,7 +107,7 @@ class _Segment:
 class DriveHistory:
     """What the mode of each axis follows, for every moment of the last seconds; not thread safe."""
 
-    def __init__(self, *, axes: int, mode: Mode, cutoff_hz: int, t_ns: int) -> None:
+    def __init__(self, *, axes: int, mode: ResonantMode, cutoff_hz: int, t_ns: int) -> None:
         self._mode = mode
         self._cutoff_hz = cutoff_hz
         system = _system(cutoff_hz, mode)

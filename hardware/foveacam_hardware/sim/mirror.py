@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.low_pass import DriveHistory, Mode
+from foveacam_hardware.sim.low_pass import DriveHistory, ResonantMode
 from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis
 
 FULL_SCALE_V = 200.0
@@ -86,7 +86,7 @@ def built_law(role: Role, *, seed: int) -> MirrorLaw:
 class MirrorPair:
     """Both mirrors behind one amplifier; not thread safe (the world's lock guards it)."""
 
-    def __init__(self, *, mode: Mode, cutoff_hz: int, t_ns: int, seed: int) -> None:
+    def __init__(self, *, mode: ResonantMode, cutoff_hz: int, t_ns: int, seed: int) -> None:
         self.laws = {role: built_law(role, seed=seed) for role in (Role.LEFT, Role.RIGHT)}
         self.dead_axes: Set[MirrorAxis] = set()
         """Axes that stay where they are, whatever the drive does."""

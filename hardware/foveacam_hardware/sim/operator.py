@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, PanTiltPose
 from foveacam_hardware.operator_config import OperatorConfig
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, Turning, TurningHistory
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, TurningHistory, TurnSegment
 
 RAMP_S = 0.3
 """To get going, and to stop."""
@@ -47,7 +47,7 @@ class Operator:
         pan, tilt = (way_deg / length_deg).tolist()
         for pull, spent_s in ((pull_deg_s2, RAMP_S), (0.0, steady_s), (-pull_deg_s2, RAMP_S)):
             speed = math.hypot(*self._hands.speed_deg_s(t_ns))
-            turning = Turning(
+            turning = TurnSegment(
                 t_ns=t_ns,
                 place_deg=self._hands.bearing_deg(t_ns),
                 speed_deg_s=(pan * speed, tilt * speed),
@@ -58,4 +58,4 @@ class Operator:
         self._rest(t_ns)
 
     def _rest(self, t_ns: int) -> None:
-        self._hands.turn(Turning(t_ns=t_ns, place_deg=self._hands.bearing_deg(t_ns)))
+        self._hands.turn(TurnSegment(t_ns=t_ns, place_deg=self._hands.bearing_deg(t_ns)))

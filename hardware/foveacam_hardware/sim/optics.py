@@ -29,7 +29,7 @@ READOUT_FLIP: Matrix = np.diag([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Assembly:
+class EyeAssembly:
     """How one eye is put together: where each part really sits, against the drawing.
 
     `pivot_m`: centre of the mirror, rig frame. `camera_turn_rad`: error of the camera's axis about its own
@@ -45,7 +45,7 @@ class Assembly:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class View:
+class EyeProjection:
     """A pinhole as the renderer takes it: pixel ~ matrix @ (X - centre), X in the rig frame, metres."""
 
     matrix: Matrix
@@ -80,12 +80,12 @@ def reflection(normal: Vector) -> Matrix:
     return np.asarray(np.eye(3) - 2.0 * np.outer(normal, normal), dtype=np.float64)
 
 
-def nominal_assembly(role: Role) -> Assembly:
+def nominal_assembly(role: Role) -> EyeAssembly:
     """Return the eye as drawn, without any error."""
-    return Assembly(role=role, pivot_m=(_side(role) * HALF_BASELINE_M, 0.0, 0.0))
+    return EyeAssembly(role=role, pivot_m=(_side(role) * HALF_BASELINE_M, 0.0, 0.0))
 
 
-def built_assembly(role: Role, *, seed: int) -> Assembly:
+def built_assembly(role: Role, *, seed: int) -> EyeAssembly:
     """Return the eye as a workshop builds it: good to tenths of a degree and of a millimetre."""
     rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0xF01D])
     errors_m = rng.uniform(-0.2e-3, 0.2e-3, 3)
@@ -95,7 +95,7 @@ def built_assembly(role: Role, *, seed: int) -> Assembly:
     drawn = np.array(nominal_assembly(role).pivot_m)
     px, py, pz = (drawn + errors_m).tolist()
     cx, cy, cz = turn_rad.tolist()
-    return Assembly(
+    return EyeAssembly(
         role=role,
         pivot_m=(px, py, pz),
         camera_turn_rad=(cx, cy, cz),
@@ -107,7 +107,7 @@ def built_assembly(role: Role, *, seed: int) -> Assembly:
 class FoldedEye:
     """One telephoto camera and its mirror; `view` answers for any tilt of the mirror."""
 
-    def __init__(self, assembly: Assembly) -> None:
+    def __init__(self, assembly: EyeAssembly) -> None:
         self.assembly = assembly
         self.pivot_m: Vector = np.array(assembly.pivot_m)
         # The left camera looks left, the right one right, each at a mirror that folds its axis forward.
@@ -137,7 +137,9 @@ class FoldedEye:
         inner = self._normal * np.cos(tilt_y_rad) + self._outer * np.sin(tilt_y_rad)
         return np.asarray(rotation(self._outer * tilt_x_rad) @ inner, dtype=np.float64)
 
-    def view(self, tilt_x_rad: float, tilt_y_rad: float, *, mount_turn_rad: Vector | None = None) -> View:
+    def view(
+        self, tilt_x_rad: float, tilt_y_rad: float, *, mount_turn_rad: Vector | None = None
+    ) -> EyeProjection:
         """Return the camera as the world sees it: K R0 (I - 2 n n^T), its pupil reflected too.
 
         `mount_turn_rad`: (3,) turn of camera and mirror together about the pivot (thermal drift), rig axes.
@@ -146,10 +148,10 @@ class FoldedEye:
         mount = np.eye(3) if mount_turn_rad is None else rotation(mount_turn_rad)
         matrix = self._k @ READOUT_FLIP @ self._camera_from_rig @ mirror @ mount.T
         centre_m = self.pivot_m + mount @ mirror @ (self._pupil_m - self.pivot_m)
-        return View(matrix=matrix, centre_m=centre_m)
+        return EyeProjection(matrix=matrix, centre_m=centre_m)
 
 
-def gaze(view: View) -> Vector:
+def gaze(view: EyeProjection) -> Vector:
     """Return the unit ray of the fovea's image centre, rig frame."""
     return view.direction((FOVEA_WIDTH - 1) / 2, (FOVEA_HEIGHT - 1) / 2)
 

@@ -30,7 +30,7 @@ NS_PER_S = 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turning:
+class TurnSegment:
     """Even acceleration of the motors from `t_ns` on: (pan, tilt) in degrees, as the motors count.
 
     Pan > 0 turns the rig to the right, tilt > 0 down. `slide_mm`: place, speed and acceleration (millimetres,
@@ -78,7 +78,7 @@ class Turning:
 class PanTiltCables(Protocol):
     """The shafts between the pan-tilt's motors and the rig; calls come in the order of their times."""
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         """Take what the motors do from `turning.t_ns` on."""
         ...
 
@@ -91,9 +91,9 @@ class TurningHistory:
 
     def __init__(self, start: Place = SET_UP) -> None:
         self._lock = threading.Lock()
-        self._turnings = [Turning(t_ns=0, place_deg=start[:2], slide_mm=(start[2], 0.0, 0.0))]
+        self._turnings = [TurnSegment(t_ns=0, place_deg=start[:2], slide_mm=(start[2], 0.0, 0.0))]
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         """Go on with `turning`; what was planned after its beginning is void."""
         with self._lock:
             keep = bisect_right(self._turnings, turning.t_ns, key=_t_ns)
@@ -120,12 +120,12 @@ class TurningHistory:
         """Return where all motors are at a moment."""
         return (*self.bearing_deg(t_ns), self.slide_mm(t_ns)[0])
 
-    def _at(self, t_ns: int) -> Turning:
+    def _at(self, t_ns: int) -> TurnSegment:
         with self._lock:
             return self._turnings[max(0, bisect_right(self._turnings, t_ns, key=_t_ns) - 1)]
 
 
-def _t_ns(turning: Turning) -> int:
+def _t_ns(turning: TurnSegment) -> int:
     return turning.t_ns
 
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.sim.low_pass import Mode
+from foveacam_hardware.sim.low_pass import ResonantMode
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Preset:
+class RigPreset:
     """A mirror, the filter that its driver asks for, and how long to wait after a move.
 
     `settle_us` brings the largest move (about 20 degrees) within one fovea pixel of rest.
@@ -16,7 +16,7 @@ class Preset:
     name: str
     low_pass_hz: int
     settle_us: int
-    mode: Mode
+    mode: ResonantMode
 
     def rig_id(self, seed: int) -> str:
         """Return the name of the rig that has this preset; another seed is another rig to calibrate."""
@@ -24,14 +24,18 @@ class Preset:
 
 
 # The published rig runs its filters at 120 Hz (rig configuration): 5.7 ms to 1 %, 13 ms to a pixel.
-RIG120 = Preset(name="rig120", low_pass_hz=120, settle_us=14_000, mode=Mode(frequency_hz=900.0, quality=15.0))
+RIG120 = RigPreset(
+    name="rig120", low_pass_hz=120, settle_us=14_000, mode=ResonantMode(frequency_hz=900.0, quality=15.0)
+)
 # "Less than 2 ms" (Sec. 3.1) takes a wider filter and a mirror damped enough to bear it (deduced).
-PAPER = Preset(name="paper", low_pass_hz=620, settle_us=2_700, mode=Mode(frequency_hz=2000.0, quality=2.0))
+PAPER = RigPreset(
+    name="paper", low_pass_hz=620, settle_us=2_700, mode=ResonantMode(frequency_hz=2000.0, quality=2.0)
+)
 
 PRESETS = {preset.name: preset for preset in (RIG120, PAPER)}
 
 
-def find_preset(name: str) -> Preset:
+def find_preset(name: str) -> RigPreset:
     """Return a preset by name."""
     if name not in PRESETS:
         raise InvalidInput(f"preset {name!r}: no such preset; use one of {', '.join(sorted(PRESETS))}")

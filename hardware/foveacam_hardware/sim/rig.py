@@ -12,7 +12,7 @@ from foveacam_hardware.contract import (
     Role,
     VirtualClock,
 )
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
@@ -23,6 +23,7 @@ from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import SimCamera
 from foveacam_hardware.sim.far_ends.board_host import BoardProcess
 from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
@@ -35,7 +36,6 @@ from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 from foveacam_hardware.sim.operator import Operator
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
 from foveacam_hardware.sim.presets import find_preset
-from foveacam_hardware.sim.stage import Stage
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World
 from foveacam_hardware.wire.link import PortLinkFactory
@@ -53,7 +53,7 @@ PAN_TILT_MOUNTING = GrblMounting(
 RAIL_LIMITS = RailLimits(min_m=-0.305, max_m=0.305)
 RAIL_MOUNTING = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.1)
 PULSE_US = 4_000
-PATIENT = Care(answer_s=1.0, probe_s=0.5)
+PATIENT = LinkSupervision(answer_s=1.0, probe_s=0.5)
 """The far end shares this machine's cores with the renderer, which may keep it waiting."""
 """Half of the default exposure; the head shortens it with the exposure."""
 VIRTUAL_START_NS = 1_000_000_000
@@ -83,7 +83,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
     preset = find_preset(config.preset)
     if clock is None:
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
-    stage = Stage(config.scene)
+    stage = AnimatedScene(config.scene)
     world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
     world.faults.put(config.faults)
     with ExitStack() as undo:  # whatever stops a far end's process: leave no thread behind

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import CameraSettings, Image, PixelFormat, Role
-from foveacam_hardware.sim.render.sensor import Exposure, expose
+from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 
 REFERENCE_S = 0.0076
 """White fills the well in this time: lamps and stops are set for 8 ms, one period of mains flicker."""
@@ -16,7 +16,7 @@ def develop(
     radiance: NDArray[np.float32], role: Role, settings: CameraSettings, *, key: tuple[int, int, int]
 ) -> Image:
     """Return the image of mean radiance (h, w[, 3]); `key` (seed, camera, frame) alone decides the noise."""
-    exposure = Exposure(
+    exposure = SensorExposure(
         exposure_s=settings.exposure_ns * 1e-9,
         reference_s=REFERENCE_S,
         gain=10.0 ** (settings.gain_db / 20.0),

@@ -9,8 +9,8 @@ from foveacam_hardware.contract import (
     OutOfRange,
     PixelFormat,
     Role,
-    Span,
     TriggerSource,
+    ValueRange,
 )
 
 LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
@@ -24,10 +24,10 @@ FRAME_RATE_HZ = (0.1, 228.0)
 BLACK_LEVEL = (0.0, 32.0)
 PIXEL_FORMATS = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.RGB8)
 RANGES = CameraRanges(
-    exposure_ns=Span(low=EXPOSURE_NS[0], high=EXPOSURE_NS[1]),
-    gain_db=Span(low=GAIN_DB[0], high=GAIN_DB[1]),
-    frame_rate_hz=Span(low=FRAME_RATE_HZ[0], high=FRAME_RATE_HZ[1]),
-    black_level=Span(low=BLACK_LEVEL[0], high=BLACK_LEVEL[1]),
+    exposure_ns=ValueRange(low=EXPOSURE_NS[0], high=EXPOSURE_NS[1]),
+    gain_db=ValueRange(low=GAIN_DB[0], high=GAIN_DB[1]),
+    frame_rate_hz=ValueRange(low=FRAME_RATE_HZ[0], high=FRAME_RATE_HZ[1]),
+    black_level=ValueRange(low=BLACK_LEVEL[0], high=BLACK_LEVEL[1]),
     pixel_formats=PIXEL_FORMATS,
     exposure_autos=tuple(AutoMode),
     frame_rate_auto=True,

@@ -11,7 +11,7 @@ from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
-from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, View
+from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, EyeProjection
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance
 from foveacam_hardware.sim.world import World
@@ -22,7 +22,7 @@ PROBE_FOCAL_PX = 1e5  # 0.01 mm at a metre: the probe's middle pixel sees a poin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Seen:
+class TrueSurfacePoint:
     """What a wide pixel shows. `range_m` is the distance from the wide camera's centre along the ray."""
 
     range_m: float
@@ -35,7 +35,7 @@ class Seen:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Surroundings:
+class TrueSurroundings:
     """What lies about a wide pixel: how much of it has texture, and from where to where it reaches."""
 
     textured_fraction: float
@@ -59,7 +59,7 @@ class Truth:
         self.controller = controller
         """The controller's far end, whose faults are attributes (in this process) or methods (in its own)."""
 
-    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return a fovea's projection, its mirror at rest under `volts`, with the drift of `t_ns` or none."""
         return self.world.static_view(role, volts, t_ns=t_ns)
 
@@ -86,7 +86,7 @@ class Truth:
         straight = self.world.projection(Role.WIDE, 0).project(points_rig_m)
         return self.world.lens.distorted_px(straight)
 
-    def depth_at(self, x_px: float, y_px: float, t_ns: int) -> Seen | None:
+    def depth_at(self, x_px: float, y_px: float, t_ns: int) -> TrueSurfacePoint | None:
         """Return what a raw wide pixel, fractions and all, shows at a moment; None for the background."""
         ray = self.wide_rays(np.array([[x_px, y_px]]))[0]
         drawn, probe = self._probe(ray, t_ns, focal_px=PROBE_FOCAL_PX, side_px=PROBE_PX)
@@ -97,7 +97,7 @@ class Truth:
         depth_m = float(drawn.depth_m[middle, middle])
         point = probe.points(np.array([[middle, middle]]), np.array([depth_m]))[0]
         x_m, y_m, z_m = point.tolist()
-        return Seen(
+        return TrueSurfacePoint(
             range_m=float(np.linalg.norm(point)),
             point_rig_m=(x_m, y_m, z_m),
             name=self.world.stage.scene.names[number],
@@ -105,7 +105,7 @@ class Truth:
             contrast=self._contrast(ray, t_ns),
         )
 
-    def surroundings(self, x_px: float, y_px: float, t_ns: int, *, half_px: int) -> Surroundings:
+    def surroundings(self, x_px: float, y_px: float, t_ns: int, *, half_px: int) -> TrueSurroundings:
         """Return what lies within `half_px` of a wide pixel at a moment (the background is at infinity)."""
         wide = self.world.projection(Role.WIDE, t_ns)
         x0, y0 = max(0, round(x_px) - half_px), max(0, round(y_px) - half_px)
@@ -119,7 +119,7 @@ class Truth:
         y, x = np.nonzero(hit)
         ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), drawn.depth_m[hit])
         names = self.world.stage.scene.names
-        return Surroundings(
+        return TrueSurroundings(
             textured_fraction=textured / drawn.ids.size,
             nearest_m=float(ranges_m.min()) if len(ranges_m) else np.inf,
             farthest_m=float(ranges_m.max()) if hit.all() else np.inf,

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, MirrorVolts, Role
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes
-from foveacam_hardware.sim.drift import MountDrift
+from foveacam_hardware.sim.drift import ThermalMountDrift
 from foveacam_hardware.sim.faults import WorldFaults
 from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
 from foveacam_hardware.sim.mirror import MirrorPair
@@ -22,14 +23,13 @@ from foveacam_hardware.sim.optics import (
     FOVEA_FOCAL_PX,
     FOVEA_HEIGHT,
     FOVEA_WIDTH,
+    EyeProjection,
     FoldedEye,
-    View,
     built_assembly,
 )
-from foveacam_hardware.sim.pan_tilt import Pedestal, Turning, TurningHistory
-from foveacam_hardware.sim.presets import Preset
+from foveacam_hardware.sim.pan_tilt import Pedestal, TurningHistory, TurnSegment
+from foveacam_hardware.sim.presets import RigPreset
 from foveacam_hardware.sim.render.projection import Projection
-from foveacam_hardware.sim.stage import Stage
 
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
@@ -45,7 +45,7 @@ STEPS_MAX = 6
 MOTION_SAMPLES = 9
 
 
-class Shutter(Protocol):
+class ShutterPort(Protocol):
     """What a camera's trigger input and strobe output look like to the world."""
 
     def trigger(self, t_ns: int) -> None:
@@ -58,7 +58,7 @@ class Shutter(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
+class ExposureInterval:
     """One exposure's span of time on the rig's clock."""
 
     start_ns: int
@@ -82,12 +82,12 @@ class Interval:
 class World:
     """Mirrors, optics, scene and faults under one roof; every method may be called from any thread."""
 
-    def __init__(self, *, stage: Stage, preset: Preset, seed: int, clock: Clock) -> None:
+    def __init__(self, *, stage: AnimatedScene, preset: RigPreset, seed: int, clock: Clock) -> None:
         self.stage = stage
         self.preset = preset
         self.seed = seed
         self.faults = WorldFaults()
-        self.drift = MountDrift(seed=seed)
+        self.drift = ThermalMountDrift(seed=seed)
         self.lens = WideLens()
         self.t0_ns = clock.now_ns()
         self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
@@ -99,7 +99,7 @@ class World:
         self.motors_run_to: Callable[[int], None] = _by_themselves
         """Lets the pan-tilt's motors do what they had to do by a moment, where nobody else does."""
         stage.bearing = self._bearing
-        self._shutters: dict[Role, Shutter] = {}
+        self._shutters: dict[Role, ShutterPort] = {}
         self._mirror_lock = threading.Lock()
         self._wide = Projection(
             M=self.lens.matrix(),
@@ -139,11 +139,11 @@ class World:
         shutter = self._shutters.get(role)
         return None if shutter is None or role in broken else shutter.strobe_us()
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         """Take what the pan-tilt's motors do from `turning.t_ns` on."""
         self._turnings.turn(turning)
 
-    def wire(self, role: Role, shutter: Shutter) -> None:
+    def wire(self, role: Role, shutter: ShutterPort) -> None:
         """Plug a camera's trigger and strobe cables in."""
         self._shutters[role] = shutter
 
@@ -155,7 +155,7 @@ class World:
             return self._wide
         return project(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
 
-    def radiance(self, role: Role, interval: Interval, *, channels: int) -> NDArray[np.float32]:
+    def radiance(self, role: Role, interval: ExposureInterval, *, channels: int) -> NDArray[np.float32]:
         """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1.
 
         One render at the middle, unless the mirror or an object moves noticeably meanwhile.
@@ -174,7 +174,7 @@ class World:
         """Return the time of the scene's motions, seconds since the world began."""
         return (t_ns - self.t0_ns) * 1e-9
 
-    def static_view(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_view(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye as it sees when its mirror is at rest, with the drift of a moment or none (truth)."""
         tilt_rad = self.mirrors.rest_tilt_rad(role, volts)
         return self.eyes[role].view(*tilt_rad) if t_ns is None else self._eye_view(role, tilt_rad, t_ns)
@@ -207,13 +207,13 @@ class World:
             tilt_x_rad, tilt_y_rad = self.mirrors.tilt_rad(role, t_ns)
         return _told(tilt_x_rad), _told(tilt_y_rad)
 
-    def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> View:
+    def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> EyeProjection:
         turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
         turn_rad[:2] += self.drift.turn_rad(role, self.scene_s(t_ns))
         mount_rad = np.round(turn_rad / MOUNT_STEP_RAD) * MOUNT_STEP_RAD
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
 
-    def _steps(self, role: Role, interval: Interval) -> int:
+    def _steps(self, role: Role, interval: ExposureInterval) -> int:
         moved_px = self.stage.motion_px(
             self.projection(role, interval.middle_ns),
             self.scene_s(interval.start_ns),
@@ -225,7 +225,7 @@ class World:
             steps = max(steps, 1 + int(np.ceil(swing_px / MIRROR_STEP_PX)))
         return min(STEPS_MAX, steps)
 
-    def _swing_px(self, role: Role, interval: Interval) -> float:
+    def _swing_px(self, role: Role, interval: ExposureInterval) -> float:
         tilts = np.array([self._tilt_rad(role, t_ns) for t_ns in interval.middles_ns(MOTION_SAMPLES)])
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
 
@@ -234,7 +234,7 @@ def _by_themselves(t_ns: int) -> None:
     """Do nothing: the motors' own process tells of them in time."""
 
 
-def project(view: View) -> Projection:
+def project(view: EyeProjection) -> Projection:
     """Return an eye's view as the renderer takes it."""
     return Projection(M=view.matrix, C=view.centre_m, width=FOVEA_WIDTH, height=FOVEA_HEIGHT, rays=None)
 

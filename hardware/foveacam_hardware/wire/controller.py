@@ -25,7 +25,7 @@ _CRC_BYTES = 2
 _CRC_START = 0xFFFF
 
 
-class Method(IntEnum):
+class PacketMethod(IntEnum):
     """What a packet does."""
 
     NOP = 0x0
@@ -37,7 +37,7 @@ class Method(IntEnum):
     SYN = 0xF
 
 
-class Property(IntEnum):
+class PacketProperty(IntEnum):
     """What a packet is about."""
 
     NONE = 0x0
@@ -58,9 +58,9 @@ class Property(IntEnum):
     LOG = 0xF
 
 
-GUARDED_ONLY = frozenset({Property.GUARD, Property.VOLTS})
+GUARDED_ONLY = frozenset({PacketProperty.GUARD, PacketProperty.VOLTS})
 """Properties that only a firmware with a guard knows; to any other they are noise."""
-TWO_PHASE = frozenset({Property.ACTUATE, Property.TRIGGER, Property.FRAME})
+TWO_PHASE = frozenset({PacketProperty.ACTUATE, PacketProperty.TRIGGER, PacketProperty.FRAME})
 """Properties whose request is acknowledged first and finished later."""
 
 
@@ -80,8 +80,8 @@ class BadCrc(BadPacket):
 class Packet:
     """One message, either way."""
 
-    method: Method
-    prop: Property
+    method: PacketMethod
+    prop: PacketProperty
     sequence: int
     payload: bytes = b""
 
@@ -113,7 +113,7 @@ def decode_packet(frame: bytes | None, *, crc: bool = False) -> Packet:
     if crc:
         frame = _without_crc(frame)
     try:
-        method, prop = Method(frame[1] >> 4), Property(frame[1] & 0xF)
+        method, prop = PacketMethod(frame[1] >> 4), PacketProperty(frame[1] & 0xF)
     except ValueError as unknown:
         raise BadPacket(f"unknown method or property 0x{frame[1]:02x}") from unknown
     return Packet(method, prop, int.from_bytes(frame[2:4], "little"), frame[4:])

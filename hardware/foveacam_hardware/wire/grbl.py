@@ -27,7 +27,7 @@ UNLOCK = "$X"
 SETTINGS = "$$"
 BUILD_INFO = "$I"
 
-STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
+STATES = frozenset({"Idle", "Run", "Hold", "Jog", "GrblAlarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
 """Characters that a line may have (80 in the firmware, less what it adds)."""
 NOISE_LIMIT = 4096
@@ -59,17 +59,17 @@ ALARMS = {
 }
 
 
-class BadLine(Exception):
+class BadGrblLine(Exception):
     """What came is no line of Grbl's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ok:
+class GrblOk:
     """A line was taken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refused:
+class GrblRefused:
     """A line was refused, and nothing moved."""
 
     code: int
@@ -79,7 +79,7 @@ class Refused:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Alarm:
+class GrblAlarm:
     """Something went wrong, and it has locked itself."""
 
     code: int
@@ -89,14 +89,14 @@ class Alarm:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Welcome:
+class GrblWelcome:
     """It has started, or restarted."""
 
     version: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class GrblSetting:
     """One of its numbered settings."""
 
     number: int
@@ -104,14 +104,14 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Remark:
+class GrblMessage:
     """A message in brackets."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
+class GrblStatusReport:
     """A status report. Either `machine` or `work` is given, in the machine's units."""
 
     state: str
@@ -122,7 +122,9 @@ class Report:
     """Work offset, told now and then: machine = work + offset."""
 
 
-Line: TypeAlias = Ok | Refused | Alarm | Welcome | Setting | Remark | Report
+Line: TypeAlias = (
+    GrblOk | GrblRefused | GrblAlarm | GrblWelcome | GrblSetting | GrblMessage | GrblStatusReport
+)
 
 _NUMBERED = re.compile(r"(error|ALARM):(\d+)")
 _SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
@@ -146,32 +148,32 @@ def encode(line: str) -> bytes:
 
 
 def parse(line: str) -> Line:
-    """Return what a line says; raise `BadLine` for noise."""
+    """Return what a line says; raise `BadGrblLine` for noise."""
     if line == "ok":
-        return Ok()
+        return GrblOk()
     if found := _NUMBERED.fullmatch(line):
         code = int(found[2])
-        return Refused(code=code) if found[1] == "error" else Alarm(code=code)
+        return GrblRefused(code=code) if found[1] == "error" else GrblAlarm(code=code)
     if line.startswith("<") and line.endswith(">"):
         return _report(line[1:-1])
     if line.startswith("[") and line.endswith("]"):
-        return Remark(text=line[1:-1])
+        return GrblMessage(text=line[1:-1])
     if found := _SETTING.match(line):
-        return Setting(number=int(found[1]), value=float(found[2]))
+        return GrblSetting(number=int(found[1]), value=float(found[2]))
     if found := _WELCOME.match(line):
-        return Welcome(version=found[1])
-    raise BadLine(line)
+        return GrblWelcome(version=found[1])
+    raise BadGrblLine(line)
 
 
-def _report(body: str) -> Report:
+def _report(body: str) -> GrblStatusReport:
     head, *fields = body.split("|")
     state, _, substate = head.partition(":")
     if state not in STATES or not (substate.isdigit() or not substate):
-        raise BadLine(body)
+        raise BadGrblLine(body)
     values = dict(field.partition(":")[::2] for field in fields)
     if "MPos" not in values and "WPos" not in values:
-        raise BadLine(body)
-    return Report(
+        raise BadGrblLine(body)
+    return GrblStatusReport(
         state=state,
         substate=int(substate) if substate else None,
         machine=_numbers(values.get("MPos")),
@@ -186,13 +188,13 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError as error:
-        raise BadLine(text) from error
+        raise BadGrblLine(text) from error
     if len(numbers) < 2 or not all(math.isfinite(number) for number in numbers):
-        raise BadLine(text)
+        raise BadGrblLine(text)
     return numbers
 
 
-class LineReader:
+class GrblLineReader:
     """Cuts a stream of bytes into lines; empty ones are dropped."""
 
     def __init__(self) -> None:

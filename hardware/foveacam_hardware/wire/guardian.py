@@ -28,7 +28,7 @@ class ParkingPlan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Guarded:
+class GuardRequest:
     """Keep this port open, and park by this plan when the host is gone."""
 
     file: int
@@ -36,7 +36,7 @@ class Guarded:
 
 
 @dataclass(frozen=True, slots=True)
-class Released:
+class ReleaseRequest:
     """Close the port: the host has parked by itself."""
 
 
@@ -44,7 +44,7 @@ class HostGone(Exception):
     """Nobody will ever say anything again."""
 
 
-def send_guarded(connection: socket.socket, order: Guarded) -> None:
+def send_guarded(connection: socket.socket, order: GuardRequest) -> None:
     """Hand a port over; it stays open here too."""
     plan = order.plan
     message = {"port": plan.port, "rest": plan.rest.hex(), "settle_ms": plan.settle_ms}
@@ -56,7 +56,7 @@ def send_released(connection: socket.socket) -> None:
     connection.send(b"release")
 
 
-def receive(connection: socket.socket) -> Guarded | Released:
+def receive(connection: socket.socket) -> GuardRequest | ReleaseRequest:
     """Return the next message, waiting for it; raise `HostGone` when there will be none."""
     size = socket.CMSG_SPACE(array.array("i").itemsize)
     try:
@@ -70,12 +70,12 @@ def receive(connection: socket.socket) -> Guarded | Released:
         if (level, kind) == (socket.SOL_SOCKET, socket.SCM_RIGHTS):
             files.frombytes(content[: len(content) - len(content) % files.itemsize])
     if data == b"release" or not files:
-        return Released()
+        return ReleaseRequest()
     message = json.loads(data)
     plan = ParkingPlan(
         port=message["port"], rest=bytes.fromhex(message["rest"]), settle_ms=message["settle_ms"]
     )
-    return Guarded(file=files[0], plan=plan)
+    return GuardRequest(file=files[0], plan=plan)
 
 
 def answer(connection: socket.socket) -> None:

@@ -38,7 +38,7 @@ class Backlog:
 NO_BACKLOG = Backlog()
 
 
-class Link(Protocol):
+class ByteLink(Protocol):
     """A full-duplex byte stream. One thread reads; any thread writes, one whole packet a call."""
 
     def write(self, data: bytes) -> None:
@@ -57,7 +57,7 @@ class Link(Protocol):
         ...
 
 
-class PortLink(Link, Protocol):
+class PortLink(ByteLink, Protocol):
     """A link that knows its port."""
 
     @property
@@ -80,7 +80,7 @@ class PortLink(Link, Protocol):
         ...
 
 
-LinkFactory: TypeAlias = Callable[[], Link]
+LinkFactory: TypeAlias = Callable[[], ByteLink]
 """Opens a fresh link, or raises `NotConnected`."""
 PortLinkFactory: TypeAlias = Callable[[], PortLink]
 """Opens a fresh link to a port, or raises `NotConnected`."""

@@ -48,12 +48,12 @@ class PtuQuery(StrEnum):
     """Steps a second."""
 
 
-class BadReply(Exception):
+class BadPtuReply(Exception):
     """What came is no line of such a unit's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Done:
+class PtuDone:
     """A command was carried out, or a question answered with `text`; `echo`: what it repeated before."""
 
     text: str = ""
@@ -61,15 +61,15 @@ class Done:
 
     @property
     def number(self) -> float:
-        """The number that the answer holds; raise `BadReply` when it holds none or several."""
+        """The number that the answer holds; raise `BadPtuReply` when it holds none or several."""
         found = _NUMBER.findall(self.text)
         if len(found) != 1:
-            raise BadReply(self.text)
+            raise BadPtuReply(self.text)
         return float(found[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refused:
+class PtuRefused:
     """A command was not carried out, and why."""
 
     reason: str
@@ -77,20 +77,20 @@ class Refused:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LimitHit:
+class PtuLimitHit:
     """An axis ran into a limit, and has lost count of its steps."""
 
     axis: PtuAxis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Banner:
+class PtuBanner:
     """What it says by itself when it starts."""
 
     text: str
 
 
-Line: TypeAlias = Done | Refused | LimitHit | Banner
+Line: TypeAlias = PtuDone | PtuRefused | PtuLimitHit | PtuBanner
 
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.])")
 _REPLY = re.compile(
@@ -122,21 +122,21 @@ def encode(command: str) -> bytes:
 
 
 def parse(text: str) -> list[Line]:
-    """Return what a line says: limits that were hit may stand before a reply. Raise `BadReply` for noise."""
+    """Return what a line says: limits hit may stand before a reply. Raise `BadPtuReply` for noise."""
     lines: list[Line] = []
     while found := _LIMIT.match(text):
-        lines.append(LimitHit(axis=PtuAxis(found[1])))
+        lines.append(PtuLimitHit(axis=PtuAxis(found[1])))
         text = text[found.end() :].lstrip()
     if not text:
         return lines
     if text.startswith("#"):
-        return [*lines, Banner(text=text.strip("# "))]
+        return [*lines, PtuBanner(text=text.strip("# "))]
     if not (reply := _REPLY.fullmatch(text)):
-        raise BadReply(text)
+        raise BadPtuReply(text)
     echo, rest = reply["echo"] or "", reply["rest"].strip()
     if reply["mark"] == "*":
-        return [*lines, Done(text=rest, echo=echo)]
-    return [*lines, Refused(reason=rest or "it gave no reason", echo=echo)]
+        return [*lines, PtuDone(text=rest, echo=echo)]
+    return [*lines, PtuRefused(reason=rest or "it gave no reason", echo=echo)]
 
 
 def is_version(text: str) -> bool:
@@ -144,7 +144,7 @@ def is_version(text: str) -> bool:
     return "pan-tilt" in text.lower() and re.search(r"v\d", text.lower()) is not None
 
 
-class ReplyReader:
+class PtuReplyReader:
     """Cuts a stream of bytes into lines; empty ones are dropped."""
 
     def __init__(self) -> None:

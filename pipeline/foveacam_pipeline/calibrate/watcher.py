@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Cancelled
 
 
-class Watcher(Protocol):
+class ProcedureWatcher(Protocol):
     """The operator's side of a long procedure; every method may be called from the procedure's thread."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
@@ -24,7 +24,7 @@ class Watcher(Protocol):
         ...
 
 
-class Nobody:
+class SilentWatcher:
     """A watcher who does not watch."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
@@ -38,7 +38,7 @@ class Nobody:
         """Look away."""
 
 
-def check(watch: Watcher, *, doing: str) -> None:
+def check(watch: ProcedureWatcher, *, doing: str) -> None:
     """Raise `Cancelled` when the watcher has had enough."""
     if watch.cancelled():
         raise Cancelled(f"{doing} was cancelled; what was measured is kept, and it can be resumed")

@@ -17,7 +17,7 @@ LEAST_APART_M = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
+class RailStop:
     """A scan's place on the rail; `along_m`: from the judged scan's, as the rail said."""
 
     scan: int
@@ -26,16 +26,16 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Footing:
+class ReferenceBasis:
     """What a reference stands on. `judged`: which stop's depth, by its number; `pairs`: how many it has."""
 
     calibration: Calibration
-    stops: tuple[Stop, ...]
+    stops: tuple[RailStop, ...]
     judged: int
     pairs: int
 
 
-def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -> Footing:
+def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -> ReferenceBasis:
     """Return what a reference can stand on; `scan` None: the one nearest to the middle.
 
     Raise NotCalibrated or InvalidInput where none can be made.
@@ -49,7 +49,7 @@ def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -
             f"{dataset.folder}, scan {chosen} has no pair of bracket {bracket} with the volts of its mirrors;"
             " choose another scan or bracket"
         )
-    return Footing(calibration=calibration, stops=stops, judged=judged, pairs=pairs)
+    return ReferenceBasis(calibration=calibration, stops=stops, judged=judged, pairs=pairs)
 
 
 def calibration_of(dataset: Dataset) -> Calibration:
@@ -73,7 +73,7 @@ def rail_places_m(dataset: Dataset) -> dict[int, float]:
     return {number: rail_m for number, rail_m in places.items() if rail_m is not None}
 
 
-def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[Stop, ...], int]:
+def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[RailStop, ...], int]:
     """Return the stops and which of them is judged; refuse a dataset of one place."""
     known = rail_places_m(dataset)
     spread_m = max(known.values(), default=0.0) - min(known.values(), default=0.0)
@@ -94,7 +94,8 @@ def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[Stop, ...
             f"{dataset.folder} has no scan {chosen} on the rail; its scans are {sorted(known)}"
         )
     stops = tuple(
-        Stop(scan=number, rail_m=rail_m, along_m=rail_m - known[chosen]) for number, rail_m in known.items()
+        RailStop(scan=number, rail_m=rail_m, along_m=rail_m - known[chosen])
+        for number, rail_m in known.items()
     )
     return stops, list(known).index(chosen)
 

@@ -18,7 +18,7 @@ ARRAYS = ("inverse_z_per_m", "sigma_per_m", "measured_s", "source", "tangents")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ContextOf:
+class ContextIdentity:
     """What a stored context belongs to; it is of no use to any other rig, calibration or pose.
 
     `pose`: place and direction of the rig as text, "" for a rig that does not move.
@@ -29,7 +29,7 @@ class ContextOf:
     pose: str
 
 
-def save_context(context: WideContext, path: Path, *, of: ContextOf) -> None:
+def save_context(context: WideContext, path: Path, *, of: ContextIdentity) -> None:
     """Write the context. Raise `OSError`."""
     stored, reference = context.snapshot(aged=False), context.reference()
     content = io.BytesIO()
@@ -52,7 +52,7 @@ def save_context(context: WideContext, path: Path, *, of: ContextOf) -> None:
     write_file(path, content.getvalue())
 
 
-def load_context(context: WideContext, path: Path, *, of: ContextOf) -> bool:
+def load_context(context: WideContext, path: Path, *, of: ContextIdentity) -> bool:
     """Restore what `save_context` wrote; return whether the file belongs to `of` and this grid.
 
     Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
@@ -67,7 +67,7 @@ def load_context(context: WideContext, path: Path, *, of: ContextOf) -> bool:
         raise wrong
     if (str(content["format"]), int(content["version"])) != (FORMAT, VERSION):
         raise wrong
-    found = ContextOf(
+    found = ContextIdentity(
         rig_id=str(content["rig_id"]),
         calibration_id=str(content["calibration_id"]),
         pose=str(content["pose"]),

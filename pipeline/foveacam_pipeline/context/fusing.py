@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.context.surfaces import EDGE_RELATIVE
-from foveacam_pipeline.context.values import Ageing, CellSurfaces, ContextMap, Source
+from foveacam_pipeline.context.values import AgeingModel, CellSurfaces, ContextMap, DepthSource
 
 SAME_SIGMAS = 3.0
 """Two depths are of one surface when they differ by less than so many standard errors, or by half of what
 parts two surfaces of a cell."""
 TRUSTED_RATIO = 10.0
 """A measurement with an error so many times that of the known one does not take its place."""
-DENSE = (Source.DENSE_DEPTH, Source.MOSAIC)
+DENSE = (DepthSource.DENSE_DEPTH, DepthSource.MOSAIC)
 """Sources that see all surfaces of a cell: what they do not see is not there."""
 
 
 def fuse_surfaces(
-    known: ContextMap, new: CellSurfaces, *, source: Source, now_s: float, ageing: Ageing
+    known: ContextMap, new: CellSurfaces, *, source: DepthSource, now_s: float, ageing: AgeingModel
 ) -> None:
     """Change `known` by what was measured now.
 
@@ -38,9 +38,9 @@ def fuse_surfaces(
 class _Measuring:
     """How one round of surfaces was measured; `replaces`: contradicting surfaces are dropped."""
 
-    source: Source
+    source: DepthSource
     now_s: float
-    ageing: Ageing
+    ageing: AgeingModel
     replaces: bool
 
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, matched, triangulated
-from foveacam_pipeline.context.values import Source
+from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import BLOCK_PX, contradicted, wide_matches
 from foveacam_pipeline.models.calibration import Calibration
@@ -47,12 +47,12 @@ def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration
     """
     wide = gray(to_uint8(sighting.wide))
     coarse = wide_matches(sighting, calibration)
-    context.fuse(coarse, source=Source.WIDE_MATCH, gray=wide)
+    context.fuse(coarse, source=DepthSource.WIDE_MATCH, gray=wide)
     q_ref = 1.0 / crossing_z_m(calibration, sighting.volts)
     dense = overlap_samples(sighting, calibration)
     overlapping = overlap_share(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
     mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
-    context.fuse(dense.only(overlapping & ~mismatched), source=Source.DENSE_DEPTH, gray=wide)
+    context.fuse(dense.only(overlapping & ~mismatched), source=DepthSource.DENSE_DEPTH, gray=wide)
     return coarse
 
 
@@ -70,7 +70,7 @@ def fuse_fixation(context: WideContext, fixation: Fixation, calibration: Calibra
         inverse_z_per_m=np.array([1.0 / z_m]),
         sigma_per_m=np.array([sigma_m / distance_m / z_m]),
     )
-    context.fuse(sample, source=Source.FIXATION, gray=gray(to_uint8(fixation.sighting.wide)))
+    context.fuse(sample, source=DepthSource.FIXATION, gray=gray(to_uint8(fixation.sighting.wide)))
 
 
 def overlap_share(apart_per_m: NDArray[np.float64], calibration: Calibration) -> NDArray[np.float64]:

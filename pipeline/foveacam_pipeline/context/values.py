@@ -11,7 +11,7 @@ SURFACES = 2
 """Surfaces that one cell may hold: at an edge, the one measured last and the other."""
 
 
-class Source(IntEnum):
+class DepthSource(IntEnum):
     """What a depth was measured by; the number is what files hold."""
 
     FIXATION = 1
@@ -21,7 +21,7 @@ class Source(IntEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ageing:
+class AgeingModel:
     """How the standard error of 1/Z grows with age.
 
     `drift_per_m_per_hour`: change of the mirrors' pointing, as inverse depth: 0.01 degree an hour over the
@@ -74,7 +74,7 @@ class ContextMap:
     """The state of the context: (2, rows, columns) arrays, one layer a surface, the primary one first.
 
     `inverse_z_per_m` is NaN where nothing is known. `sigma_per_m` is as measured, without ageing.
-    `measured_s`: seconds since 1970. `source`: uint8, a `Source` or 0. `tangents`: (2, rows, columns, 2).
+    `measured_s`: seconds since 1970. `source`: uint8 `DepthSource` or 0. `tangents`: (2, rows, columns, 2).
     """
 
     cell_px: int

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.context.changes import BLOCKS, block_means, changed_cells, noise_per_level
 from foveacam_pipeline.context.fusing import fuse_surfaces
 from foveacam_pipeline.context.surfaces import cell_surfaces
-from foveacam_pipeline.context.values import Ageing, ContextMap, Source
+from foveacam_pipeline.context.values import AgeingModel, ContextMap, DepthSource
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 
@@ -39,12 +39,12 @@ class WideContext:
         *,
         cell_px: int = CELL_PX,
         now_s: Callable[[], float] = time.time,
-        ageing: Ageing | None = None,
+        ageing: AgeingModel | None = None,
     ) -> None:
         """`now_s` returns seconds since 1970: ages count through a restart."""
         self.wide = wide
         self.rows, self.columns = -(-wide.height // cell_px), -(-wide.width // cell_px)
-        self.ageing = ageing or Ageing()
+        self.ageing = ageing or AgeingModel()
         self._now_s = now_s
         self._lock = threading.Lock()
         self._map = ContextMap.empty(rows=self.rows, columns=self.columns, cell_px=cell_px)
@@ -65,7 +65,9 @@ class WideContext:
         with self._lock:
             return self._revision
 
-    def fuse(self, samples: DepthSamples, *, source: Source, gray: NDArray[np.uint8] | None = None) -> int:
+    def fuse(
+        self, samples: DepthSamples, *, source: DepthSource, gray: NDArray[np.uint8] | None = None
+    ) -> int:
         """Take measured points; return how many cells they reached.
 
         `gray`: the wide image of the moment of the measurement, (h, w) uint8; with it, a later change of the

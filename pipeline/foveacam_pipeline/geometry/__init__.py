@@ -8,7 +8,7 @@ from foveacam_pipeline.geometry.angles import (
     tan_from_angles,
 )
 from foveacam_pipeline.geometry.pinhole import (
-    Window,
+    PinholeWindow,
     angles_from_plane,
     homography_apply,
     plane_from_angles,
@@ -21,7 +21,7 @@ from foveacam_pipeline.geometry.polynomial import (
     monomials,
 )
 from foveacam_pipeline.geometry.triangulate import (
-    Meeting,
+    RayIntersection,
     closest_approach,
     depth_from_disparity_m,
     depth_sigma_m,
@@ -39,9 +39,9 @@ from foveacam_pipeline.geometry.verging import (
 
 __all__ = [
     "BivariatePolynomial",
-    "Meeting",
+    "PinholeWindow",
     "PolynomialFit",
-    "Window",
+    "RayIntersection",
     "angles_from_plane",
     "angles_from_rays",
     "angles_from_tan",

@@ -24,7 +24,7 @@ def angles_from_plane(plane_px: ArrayLike, *, f_px: float) -> NDArray[np.float64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class PinholeWindow:
     """A window of a virtual pinhole plane: where its first pixel lies, its size, and the focal length, px."""
 
     u0_px: float
@@ -43,9 +43,9 @@ class Window:
         rows = as_rows(plane_px, columns=2, name="plane_px")
         return np.column_stack([rows[:, 0] - self.u0_px, rows[:, 1] - self.v0_px])
 
-    def scaled(self, scale: float) -> "Window":
+    def scaled(self, scale: float) -> "PinholeWindow":
         """Return the window of the same field at `scale` times the resolution (pixel edges kept)."""
-        return Window(
+        return PinholeWindow(
             u0_px=scale * (self.u0_px - 0.5) + 0.5,
             v0_px=scale * (self.v0_px - 0.5) + 0.5,
             width=round(self.width * scale),

@@ -79,7 +79,7 @@ def range_sigma_m(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Meeting:
+class RayIntersection:
     """Where two rays come nearest to each other.
 
     `point_m`: (3,) middle of the shortest segment. `gap_m`: (3,) from the first ray to the second.
@@ -95,8 +95,8 @@ class Meeting:
 
 def closest_approach(
     origin_a_m: ArrayLike, ray_a: ArrayLike, origin_b_m: ArrayLike, ray_b: ArrayLike
-) -> Meeting:
-    """Return the Meeting of two rays; origins (3,) m, rays (3,) of any length, one common frame."""
+) -> RayIntersection:
+    """Return the `RayIntersection` of two rays; origins (3,) m, rays (3,) of any length, one common frame."""
     origins = as_rows(np.array([origin_a_m, origin_b_m]), columns=3, name="origins")
     rays = as_rows(np.array([ray_a, ray_b]), columns=3, name="rays")
     rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
@@ -105,14 +105,14 @@ def closest_approach(
     sine_squared = float(np.sum(np.cross(rays[0], rays[1]) ** 2))
     if sine_squared < 1e-18:  # a billionth of a radian: parallel as far as doubles can tell
         far = np.full(3, np.inf)
-        return Meeting(point_m=far, gap_m=between, vertical_rad=0.0, in_front=False)
+        return RayIntersection(point_m=far, gap_m=between, vertical_rad=0.0, in_front=False)
     along = np.array([between @ rays[0], between @ rays[1]])
     reach_a = (along[0] - cosine * along[1]) / sine_squared
     reach_b = (cosine * along[0] - along[1]) / sine_squared
     a, b = origins[0] + reach_a * rays[0], origins[1] + reach_b * rays[1]
     gap = b - a
     mean_reach = 0.5 * (abs(reach_a) + abs(reach_b))
-    return Meeting(
+    return RayIntersection(
         point_m=0.5 * (a + b),
         gap_m=gap,
         vertical_rad=float(np.arctan2(gap[1], mean_reach)),

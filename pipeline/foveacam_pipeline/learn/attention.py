@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from foveacam_hardware.contract import InvalidInput, install_command
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.tokens import STREAMS, SplitTime, TokenTimes, split_tokens
 
 Run = Callable[[int], None]
@@ -50,10 +50,10 @@ FULL = Timing()
 QUICK = Timing(tokens=(512, 1024, 2048), split_total=2048)
 
 
-def measure(timing: Timing = FULL, *, watch: MakingWatch = SILENT) -> TokenTimes:
+def measure(timing: Timing = FULL, *, watch: ProgressWatcher = SILENT) -> TokenTimes:
     """Return what this machine took. Raise InvalidInput without torch, Cancelled when the watcher asks."""
     torch = _torch()
-    steps = Steps(
+    steps = ProgressSteps(
         watch,
         2 * timing.repeats * (len(timing.tokens) + len(timing.streams) + 1),
         ended="timing of attention was cancelled; nothing was kept, start it again",
@@ -78,12 +78,12 @@ def measure(timing: Timing = FULL, *, watch: MakingWatch = SILENT) -> TokenTimes
     )
 
 
-def _series(run: Run, timing: Timing, steps: Steps) -> tuple[float, ...]:
+def _series(run: Run, timing: Timing, steps: ProgressSteps) -> tuple[float, ...]:
     """Return the least time for each count of tokens."""
     return _least(run, [(count,) for count in timing.tokens], timing, steps)
 
 
-def _ratios(run: Run, timing: Timing, steps: Steps) -> tuple[float, ...]:
+def _ratios(run: Run, timing: Timing, steps: ProgressSteps) -> tuple[float, ...]:
     """Return what backdrop and streams took over what all tokens at once took, for each count of streams."""
     cuts: list[tuple[int, ...]] = [(timing.split_total,)]
     for streams in timing.streams:
@@ -93,7 +93,9 @@ def _ratios(run: Run, timing: Timing, steps: Steps) -> tuple[float, ...]:
     return tuple(each_s / whole_s for each_s in split_s)
 
 
-def _least(run: Run, cuts: Sequence[tuple[int, ...]], timing: Timing, steps: Steps) -> tuple[float, ...]:
+def _least(
+    run: Run, cuts: Sequence[tuple[int, ...]], timing: Timing, steps: ProgressSteps
+) -> tuple[float, ...]:
     """Return the least processor time of each cut; cuts take turns, so that a busy spell meets them all."""
     least_s = [float("inf")] * len(cuts)
     run(min(min(cut) for cut in cuts))  # the first call of all makes what later ones reuse

@@ -34,7 +34,7 @@ def doubled(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placement:
+class WindowPlacement:
     """Where a window lies: (x, y) of its middle from the picture's middle, px, and its four slopes.
 
     `xx`, `xy`: how much further right a place is per px to the right and per px down; `yx`, `yy`: how much
@@ -49,18 +49,18 @@ class Placement:
     yy: float = 0.0
 
 
-CENTRED = Placement()
+CENTRED = WindowPlacement()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture:
+class InterpolatedPicture:
     """The surroundings of a point, (h, w) float32 with odd sides, the point in the middle; and its double."""
 
     image: NDArray[np.float32]
     double: NDArray[np.float32]
 
     @classmethod
-    def of(cls, image: NDArray[np.float32]) -> "Picture":
+    def of(cls, image: NDArray[np.float32]) -> "InterpolatedPicture":
         """Double an image."""
         return cls(image=image, double=doubled(image))
 
@@ -70,7 +70,7 @@ class Picture:
         height, width = self.image.shape
         return (width - 1) // 2, (height - 1) // 2
 
-    def cut(self, half_px: tuple[int, int], place: Placement = CENTRED) -> NDArray[np.float32]:
+    def cut(self, half_px: tuple[int, int], place: WindowPlacement = CENTRED) -> NDArray[np.float32]:
         """Return the window of half sides (x, y) at a placement, (2 hy + 1, 2 hx + 1) float32."""
         size = (2 * half_px[0] + 1, 2 * half_px[1] + 1)
         middle = self.half_px

@@ -2,7 +2,7 @@
 
 The steps correlate slopes of one picture with the other's brightness, whose noises are independent: noise
 does not pull the place towards whole pixels. Pixels weigh by their nearness to the point, so that they answer
-for the point and not for its surroundings. What is known beforehand, as that rows match, enters as `Prior`.
+for the point and not for its surroundings. What is known beforehand (rows match) enters as `PlacePrior`.
 """
 
 import math
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.picture import Picture, Placement
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.spread import equation_variance, place_covariance
-from foveacam_pipeline.matching.windows import Bell, Image, Window, bell
+from foveacam_pipeline.matching.windows import Image, MatchWindow, WindowWeights, bell
 
 STOP_PX = 1.0 / 256.0
 """A round that moves the place by less is the last one (Sec. 4.1)."""
@@ -32,7 +32,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Prior:
+class PlacePrior:
     """What is expected of the place, as standard deviations; infinite where nothing is known.
 
     `y_px`: the row expected. `slopes`: how many are fitted: 0, 2 (of x: a surface before two eyes whose rows
@@ -44,7 +44,7 @@ class Prior:
     slope_sigma: float = 0.5
     slopes: int = 2
 
-    def weights(self, difference: Image, lens: Bell) -> Vector:
+    def weights(self, difference: Image, lens: WindowWeights) -> Vector:
         """Return (2 + slopes,) what is known weighs against the equations of two windows that differ so."""
         known = np.array([math.inf, self.y_sigma_px, *[self.slope_sigma] * self.slopes])
         variance = equation_variance(lens.mean(difference * difference), lens.samples)
@@ -59,7 +59,7 @@ class PointMatch:
     correlation, -1 to 1.
     """
 
-    place: Placement
+    place: WindowPlacement
     covariance: NDArray[np.float64]
     score: float
 
@@ -76,7 +76,12 @@ class PointMatch:
 
 
 def match_point(
-    first: Picture, second: Picture, start: Placement, *, window: Window, prior: Prior
+    first: InterpolatedPicture,
+    second: InterpolatedPicture,
+    start: WindowPlacement,
+    *,
+    window: MatchWindow,
+    prior: PlacePrior,
 ) -> PointMatch | None:
     """Refine `start`, which must be right to a pixel or two; None where a window shows nothing."""
     lens = bell(window)
@@ -94,8 +99,8 @@ def match_point(
 
 
 def _refined(
-    steps: "_Steps", reference: Image, second: Picture, start: tuple[Placement, Image]
-) -> tuple[Placement, Image, bool]:
+    steps: "_Steps", reference: Image, second: InterpolatedPicture, start: tuple[WindowPlacement, Image]
+) -> tuple[WindowPlacement, Image, bool]:
     """Return the place after the last round, the window there, and whether the two may be of one thing."""
     lens, (place, moved) = steps.lens, start
     first_score = lens.mean(reference * moved)
@@ -123,11 +128,11 @@ class _Steps:
 
     weighted: Image
     normal: NDArray[np.float64]
-    lens: Bell
-    prior: Prior
+    lens: WindowWeights
+    prior: PlacePrior
 
     @classmethod
-    def of(cls, reference: Image, lens: Bell, prior: Prior) -> "_Steps":
+    def of(cls, reference: Image, lens: WindowWeights, prior: PlacePrior) -> "_Steps":
         """Take the slopes of the first window."""
         columns = lens.slopes(reference, prior.slopes)
         weighted = columns * lens.weights.ravel()
@@ -135,7 +140,7 @@ class _Steps:
             weighted=weighted, normal=(weighted @ columns.T).astype(np.float64), lens=lens, prior=prior
         )
 
-    def after(self, place: Placement, difference: Image, *, level: bool) -> Placement:
+    def after(self, place: WindowPlacement, difference: Image, *, level: bool) -> WindowPlacement:
         """Return where one step leads; the slopes stay when `level`. The step is in the window's own px."""
         weights = self.prior.weights(difference, self.lens)
         scale = 1.0 + place.xx
@@ -153,9 +158,9 @@ class _Steps:
         return _moved(place, step)
 
 
-def _moved(place: Placement, step: Vector) -> Placement:
+def _moved(place: WindowPlacement, step: Vector) -> WindowPlacement:
     """Return the placement of the window after its own places were moved by a step."""
     slopes = np.array([[1.0 + place.xx, place.xy], [place.yx, 1.0 + place.yy]])
     x_px, y_px = (np.array([place.x_px, place.y_px]) + slopes @ step[:2]).tolist()
     (xx, xy), (yx, yy) = (slopes @ (np.eye(2) + step[2:].reshape(2, 2)) - np.eye(2)).tolist()
-    return Placement(x_px=x_px, y_px=y_px, xx=xx, xy=xy, yx=yx, yy=yy)
+    return WindowPlacement(x_px=x_px, y_px=y_px, xx=xx, xy=xy, yx=yx, yy=yy)

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.picture import Picture, Placement
-from foveacam_pipeline.matching.point import Prior, match_point
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
+from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.windows import MatchWindow
 
 GUARD_PX = 3
 """Places so near to the best one are the best one."""
@@ -29,7 +29,7 @@ within it do not show. Their errors are so many times larger, and never below th
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reach:
+class SearchReach:
     """How far a point is looked for, px: `low_px` to `high_px` along x, `rows_px` either way along y."""
 
     low_px: int
@@ -60,9 +60,9 @@ def find_point(
     second: NDArray[np.float32],
     at_px: tuple[int, int],
     *,
-    reach: Reach,
-    window: Window,
-    prior: Prior,
+    reach: SearchReach,
+    window: MatchWindow,
+    prior: PlacePrior,
 ) -> FoundPoint | None:
     """Return where the point `at_px` (x, y) of the first picture is in the second, both (h, w) float32.
 
@@ -85,13 +85,15 @@ def find_point(
     one, two = _part(first, x, y, spare, half), _part(second, x + dx, y + dy, spare, spare)
     if one is None or two is None:
         return None
-    told = Prior(
+    told = PlacePrior(
         y_px=prior.y_px - dy,
         y_sigma_px=prior.y_sigma_px,
         slope_sigma=prior.slope_sigma,
         slopes=prior.slopes,
     )
-    found = match_point(Picture.of(one), Picture.of(two), Placement(), window=window, prior=told)
+    found = match_point(
+        InterpolatedPicture.of(one), InterpolatedPicture.of(two), WindowPlacement(), window=window, prior=told
+    )
     if found is None or not math.isfinite(found.sigma_px[0]):
         return None
     return FoundPoint(

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.windows import Bell, Image
+from foveacam_pipeline.matching.windows import Image, WindowWeights
 
 LEAST_BLOCK_PX = 6
 """Blurred noise is correlated over about 2 px."""
@@ -22,7 +22,7 @@ CORRELATION = 3.0
 
 
 def place_covariance(
-    reference: Image, moved: Image, lens: Bell, prior: NDArray[np.float64], *, slopes: int
+    reference: Image, moved: Image, lens: WindowWeights, prior: NDArray[np.float64], *, slopes: int
 ) -> NDArray[np.float64]:
     """Return the (2, 2) covariance of the place, px²; infinite along what the windows do not tell.
 
@@ -47,7 +47,7 @@ def equation_variance(misfit: float, samples: float) -> float:
     return max(misfit, 0.0) / (2.0 * samples) * CORRELATION**2
 
 
-def _pulls(columns: Image, lens: Bell) -> NDArray[np.float64]:
+def _pulls(columns: Image, lens: WindowWeights) -> NDArray[np.float64]:
     """Return (k, blocks): how hard each block of pixels pulls at each unknown.
 
     As the unknowns were fitted to them, the blocks pull less than they would without: this is made up for.

@@ -12,7 +12,7 @@ LEAST_DEVIATION = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class MatchWindow:
     """Half side of the window, px, and the standard deviation of its bell of weights."""
 
     half_px: int
@@ -20,7 +20,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Bell:
+class WindowWeights:
     """The weights of a window, (n, n) float32 of sum 1, and the sum before they were normalised."""
 
     weights: Image
@@ -56,10 +56,10 @@ class Bell:
 
 
 @lru_cache(maxsize=16)
-def bell(window: Window) -> Bell:
+def bell(window: MatchWindow) -> WindowWeights:
     """Return the weights of a window."""
     axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
     side = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
     samples = float(side.sum()) ** 2
     weights = (np.outer(side, side) / samples).astype(np.float32)
-    return Bell(weights=weights, axis=axis.astype(np.float32), samples=samples)
+    return WindowWeights(weights=weights, axis=axis.astype(np.float32), samples=samples)

@@ -10,7 +10,7 @@ from foveacam_pipeline.measure.point import MeasuredPoint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Length:
+class MeasuredLength:
     """Length and components of the way from one point to another, m, rig frame, with standard errors."""
 
     length_m: float
@@ -20,7 +20,7 @@ class Length:
     same_look: bool
 
 
-def length_between(first: MeasuredPoint, second: MeasuredPoint) -> Length:
+def length_between(first: MeasuredPoint, second: MeasuredPoint) -> MeasuredLength:
     """Return the length from `first` to `second`.
 
     Points of one look share its pose errors: a sideways shift cancels, an error of depth scales the length.
@@ -32,7 +32,7 @@ def length_between(first: MeasuredPoint, second: MeasuredPoint) -> Length:
     length_m = float(np.linalg.norm(way))
     x_m, y_m, z_m = way.tolist()
     sx_m, sy_m, sz_m = np.sqrt(np.diag(cov)).tolist()
-    return Length(
+    return MeasuredLength(
         length_m=length_m,
         length_sigma_m=_length_sigma_m(way, cov),
         delta_rig_m=(x_m, y_m, z_m),

@@ -32,7 +32,7 @@ LEAST_AREA_PX2 = 25.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plane:
+class MeasuredPlane:
     """A fitted plane, rig frame.
 
     `normal`: unit vector towards the rig; `normal_sigma_rad`: rms angle between it and the true one.
@@ -78,7 +78,9 @@ class _Fit:
     inlier: NDArray[np.bool_]
 
 
-def fit_plane(look: LookDepth, region: NDArray[np.bool_], *, outline_px: NDArray[np.float64]) -> Plane:
+def fit_plane(
+    look: LookDepth, region: NDArray[np.bool_], *, outline_px: NDArray[np.float64]
+) -> MeasuredPlane:
     """Fit the known pixels of `region`, (h, w) bool of the left window.
 
     `outline_px`: (n, 2) window pixels whose places on the plane become `corners_rig_m`.
@@ -172,7 +174,7 @@ def _weighted(
     return np.asarray(found, dtype=np.float64)
 
 
-def _plane(look: LookDepth, samples: _Samples, fit: _Fit, outline_px: NDArray[np.float64]) -> Plane:
+def _plane(look: LookDepth, samples: _Samples, fit: _Fit, outline_px: NDArray[np.float64]) -> MeasuredPlane:
     a, b, _ = fit.abc.tolist()
     left, right, both = look.pose_sigma_px
     pose_variance = ((1.0 - a) * left) ** 2 + right**2 + (b * both) ** 2
@@ -187,7 +189,7 @@ def _plane(look: LookDepth, samples: _Samples, fit: _Fit, outline_px: NDArray[np
     across_per_px = z_m * z_m / (look.f_px * look.baseline_m) * (rays @ values[:3])
     expected = np.sqrt(np.mean((across_per_px * samples.sigma_px[inlier]) ** 2))
     low, high = np.percentile(across_m[inlier], (2.5, 97.5))
-    return Plane(
+    return MeasuredPlane(
         normal=_triple(values[:3]),
         normal_sigma_rad=float(np.linalg.norm(spread[:3])),
         pan_rad=float(values[3]),

@@ -15,7 +15,7 @@ SHORTEST_PX = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sample:
+class ProfileSample:
     """One place of the line: window pixel, way along, depth and its matching error; None where unknown."""
 
     x_px: float
@@ -26,19 +26,21 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Profile:
+class DepthProfile:
     """Depth along a line.
 
     `along_m` of the samples counts on a surface that faces the rig at the profile's median depth.
     `pose_sigma_m`: standard error of Z that all samples share, m.
     """
 
-    samples: tuple[Sample, ...]
+    samples: tuple[ProfileSample, ...]
     median_z_m: float
     pose_sigma_m: float
 
 
-def profile_along(look: LookDepth, start_px: tuple[float, float], end_px: tuple[float, float]) -> Profile:
+def profile_along(
+    look: LookDepth, start_px: tuple[float, float], end_px: tuple[float, float]
+) -> DepthProfile:
     """Return depth from one window pixel to another, about one sample a pixel, at most `MOST`."""
     start, end = np.array(start_px), np.array(end_px)
     long_px = float(np.linalg.norm(end - start))
@@ -70,7 +72,7 @@ def profile_along(look: LookDepth, start_px: tuple[float, float], end_px: tuple[
     along_m = np.linspace(0.0, 1.0, count) * long_px * median_z_m / look.f_px
     sigma_m = z_m**2 / (look.f_px * look.baseline_m) * sigma_px
     samples = tuple(
-        Sample(
+        ProfileSample(
             x_px=x,
             y_px=y,
             along_m=along,
@@ -81,4 +83,4 @@ def profile_along(look: LookDepth, start_px: tuple[float, float], end_px: tuple[
             places.tolist(), along_m.tolist(), z_m.tolist(), sigma_m.tolist(), strict=True
         )
     )
-    return Profile(samples=samples, median_z_m=median_z_m, pose_sigma_m=middle.sigma_m[2])
+    return DepthProfile(samples=samples, median_z_m=median_z_m, pose_sigma_m=middle.sigma_m[2])

@@ -20,7 +20,7 @@ TIE_PX = 0.75
 """Of pixels of the right window as near as this to each other the one nearer to the rig hides the other."""
 
 
-class View(StrEnum):
+class MeasuredView(StrEnum):
     """A picture in which pixels are measured."""
 
     WIDE = "wide"
@@ -31,7 +31,7 @@ class View(StrEnum):
     DEPTH = "depth"
 
 
-WINDOWS = frozenset({View.ANAGLYPH, View.DIFFERENCE, View.DEPTH})
+WINDOWS = frozenset({MeasuredView.ANAGLYPH, MeasuredView.DIFFERENCE, MeasuredView.DEPTH})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,23 +41,23 @@ class ViewMap:
     look: LookDepth
     wide: Intrinsics
 
-    def size_px(self, view: View) -> tuple[int, int]:
+    def size_px(self, view: MeasuredView) -> tuple[int, int]:
         """Return width and height of a view's picture, without a scale beside it."""
-        if view is View.WIDE:
+        if view is MeasuredView.WIDE:
             return self.wide.width, self.wide.height
         width, height = self.look.size_px
         if view in WINDOWS:
             return width, height
         return round(width / self.look.scale), round(height / self.look.scale)
 
-    def to_window(self, view: View, pixel: Pixel, *, z_m: float) -> Pixel:
+    def to_window(self, view: MeasuredView, pixel: Pixel, *, z_m: float) -> Pixel:
         """Return the place in the left window of what a view shows at `pixel`, which is at depth `z_m`."""
         look = self.look
         if view in WINDOWS:
             return pixel
-        if view is View.LEFT:
+        if view is MeasuredView.LEFT:
             return _mapped(look.window_from_left, pixel)
-        if view is View.RIGHT:
+        if view is MeasuredView.RIGHT:
             x, y = self.to_right_window(pixel)
             return x + look.residual_px(z_m), y
         direction = ray(*self.wide.angles_rad([pixel])[0].tolist())
@@ -69,14 +69,14 @@ class ViewMap:
         """Return the place in the right window of a pixel of the raw right fovea."""
         return _mapped(self.look.window_from_right, pixel)
 
-    def from_window(self, view: View, window_px: Pixel, *, z_m: float) -> Pixel:
+    def from_window(self, view: MeasuredView, window_px: Pixel, *, z_m: float) -> Pixel:
         """Return the pixel of a view that shows the place in the left window, which is at depth `z_m`."""
         look = self.look
         if view in WINDOWS:
             return window_px
-        if view is View.LEFT:
+        if view is MeasuredView.LEFT:
             return _mapped_back(look.window_from_left, window_px)
-        if view is View.RIGHT:
+        if view is MeasuredView.RIGHT:
             right_px = (window_px[0] - look.residual_px(z_m), window_px[1])
             return _mapped_back(look.window_from_right, right_px)
         x_m = (window_px[0] + look.u0_left_px) * z_m / look.f_px - look.baseline_m / 2.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, NotCalibrated, Role, StereoVolts
 from foveacam_pipeline.geometry.angles import ray
-from foveacam_pipeline.geometry.triangulate import Meeting, closest_approach
+from foveacam_pipeline.geometry.triangulate import RayIntersection, closest_approach
 from foveacam_pipeline.geometry.verging import vergence_angles
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.homography import HomographyField
@@ -119,7 +119,7 @@ class Calibration:
         )
         return StereoVolts(left=self.left.mirror.volts(*left), right=self.right.mirror.volts(*right))
 
-    def meeting(self, volts: StereoVolts) -> Meeting:
+    def meeting(self, volts: StereoVolts) -> RayIntersection:
         """Return where the two gazes meet under `volts`."""
         left, right = self.gaze_rad(volts)
         return closest_approach(

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
-from foveacam_pipeline.study.findings import Study
+from foveacam_pipeline.study.findings import StudyResult
 
 FORMAT, VERSION = "foveacam-study", 2
 _KEY_DIGITS = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kept:
+class CachedStudy:
     """A study as it was computed, how long that took, and when it ended (ISO 8601, UTC)."""
 
-    study: Study
+    study: StudyResult
     took_s: float
     made_utc: str
 
@@ -55,7 +55,7 @@ class StudyCache:
         """Return where a study is kept, or would be."""
         return self.folder / f"{name}-{key}.json"
 
-    def find(self, name: str, key: str) -> Kept | None:
+    def find(self, name: str, key: str) -> CachedStudy | None:
         """Return what is kept under a key; None when nothing is. Raise DamagedFile."""
         path = self.path(name, key)
         try:
@@ -65,7 +65,7 @@ class StudyCache:
         except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
             raise DamagedFile(f"{path}: it is not as it was written ({error})") from error
 
-    def keep(self, key: str, kept: Kept) -> Path:
+    def keep(self, key: str, kept: CachedStudy) -> Path:
         """Write a study over an older one. Raise as `disk_errors`."""
         path = self.path(kept.study.name, key)
         inside = {"took_s": kept.took_s, "made_utc": kept.made_utc, "study": kept.study.document()}
@@ -77,7 +77,7 @@ class StudyCache:
         return path
 
 
-def _opened(content: bytes, key: str) -> Kept:
+def _opened(content: bytes, key: str) -> CachedStudy:
     head, _, body = content.partition(b"\n")
     document, text = json.loads(head), body.removesuffix(b"\n")
     expected = {"format": FORMAT, "version": VERSION, "key": key, "sha256": _digest(text)}
@@ -85,8 +85,10 @@ def _opened(content: bytes, key: str) -> Kept:
         wrong = [name for name, value in expected.items() if document.get(name) != value]
         raise ValueError(f"its {', '.join(wrong)} do not fit")
     inside = json.loads(text)
-    return Kept(
-        study=Study.of(inside["study"]), took_s=float(inside["took_s"]), made_utc=str(inside["made_utc"])
+    return CachedStudy(
+        study=StudyResult.of(inside["study"]),
+        took_s=float(inside["took_s"]),
+        made_utc=str(inside["made_utc"]),
     )
 
 

@@ -17,7 +17,7 @@ CLEARANCE_M = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coverage:
+class LoopCoverage:
     """R_cov of one loop (Eq. 14), the mean over its length of the number N of targets observed.
 
     `multi`: N counts every target in sight and range at once. `single_any`: N is 1 where at least one is, the
@@ -63,7 +63,7 @@ def closed_path(
 
 def coverage(
     path: LinearRing, regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None
-) -> Coverage:
+) -> LoopCoverage:
     """Return R_cov along a path by the lengths of it in each target's region, exactly (Eq. 14).
 
     Time is the normalised length of the path. `union` of the regions when it is known already.
@@ -73,7 +73,7 @@ def coverage(
     together = shapely.union_all(list(regions)) if union is None else union
     line = shapely.LineString(path)  # a ring's intersection with a region is one of lines all the same
     shares = [line.intersection(region).length / line.length for region in regions]
-    return Coverage(
+    return LoopCoverage(
         multi=float(sum(shares)),
         single_any=float(line.intersection(together).length / line.length),
         single_fixed=float(sum(shares) / len(shares)),

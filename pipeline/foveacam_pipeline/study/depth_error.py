@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m
-from foveacam_pipeline.study.findings import Picture, Row, Study, Value, drawing_of
+from foveacam_pipeline.study.findings import PaperComparison, StudyFigure, StudyResult, Value, drawing_of
 
 WIDE_PX_PER_DEG = 55.0  # Table 2
 FOVEA_PX_PER_DEG = 502.0  # Table 2
@@ -63,13 +63,13 @@ def measured_error(key: str, error_px: float, *, whose: str, source: str) -> Mat
     return MatchingError(key=key, label=f"{error_px:.3g} px ({whose})", error_px=error_px, source=source)
 
 
-def depth_error_study(measured: Sequence[MatchingError] = ()) -> Study:
+def depth_error_study(measured: Sequence[MatchingError] = ()) -> StudyResult:
     """Return the findings of Sec. 4.1, for assumed errors of matching and for those that were measured.
 
     Raise InvalidInput for errors that are not `told_apart`.
     """
     errors = (*ASSUMED, *told_apart(measured))
-    return Study(
+    return StudyResult(
         name="depth",
         section="4.1",
         title="Disparity advantage in triangulation",
@@ -129,16 +129,16 @@ def _values(errors: Sequence[MatchingError]) -> dict[str, Value]:
     return found
 
 
-def _rows(errors: Sequence[MatchingError]) -> tuple[Row, ...]:
+def _rows(errors: Sequence[MatchingError]) -> tuple[PaperComparison, ...]:
     ratio = FOVEA_PX_PER_DEG / WIDE_PX_PER_DEG
     rows = [
-        Row(
+        PaperComparison(
             quantity="resolution of fovea over wide, hence wide error over fovea error",
             paper="~9×",
             ours=f"{ratio:.2f}× at {_list(RAIL_M, 'm')}",
             note="the same at every distance: Z² and B cancel",
         ),
-        Row(
+        PaperComparison(
             quantity=f"disparity at {_list(RAIL_M, 'm')}",
             paper="wide compresses towards quantised values at 10 m, reaches the noise floor at 15 m",
             ours=f"wide {_disparities(WIDE_PX_PER_DEG)}, fovea {_disparities(FOVEA_PX_PER_DEG)}",
@@ -148,7 +148,7 @@ def _rows(errors: Sequence[MatchingError]) -> tuple[Row, ...]:
     ]
     for each in errors:
         rows.append(
-            Row(
+            PaperComparison(
                 quantity=f"depth error at {_list(RAIL_M, 'm')} for |dd| = {each.label}",
                 paper="Fig. 4(c), curves only",
                 ours=f"wide {_errors(WIDE_PX_PER_DEG, each)}, fovea {_errors(FOVEA_PX_PER_DEG, each)}",
@@ -189,8 +189,8 @@ def _errors(px_per_deg: float, matching: MatchingError) -> str:
     return _list(errors_mm, "mm", ".3g")
 
 
-def _picture(errors: Sequence[MatchingError]) -> Picture:
-    return Picture(
+def _picture(errors: Sequence[MatchingError]) -> StudyFigure:
+    return StudyFigure(
         name="depth-error",
         title="Depth error of wide and fovea stereo",
         caption="The law of Sec. 4.1 with Table 2's values: at every distance the fovea errs "

@@ -19,7 +19,7 @@ DELTA1 = 1.25
 """delta_1 counts pixels whose depth is off by less than this factor, either way."""
 
 
-class Metric(StrEnum):
+class DepthMetric(StrEnum):
     """What is compared; only the last is better when it is higher."""
 
     ABSREL = "absrel"
@@ -35,13 +35,17 @@ class BinScores:
     rmse: Floats
     delta1: Floats
 
-    def of(self, metric: Metric) -> Floats:
+    def of(self, metric: DepthMetric) -> Floats:
         """Return the scores by one metric."""
-        return {Metric.ABSREL: self.absrel, Metric.RMSE: self.rmse, Metric.DELTA1: self.delta1}[metric]
+        return {
+            DepthMetric.ABSREL: self.absrel,
+            DepthMetric.RMSE: self.rmse,
+            DepthMetric.DELTA1: self.delta1,
+        }[metric]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tradeoff:
+class TradeoffRatio:
     """The near-far trade-off ratio T in both readings; infinite where no bin is degraded, 0 where none gains.
 
     `mean`: mean gain of the improved bins over mean loss of the degraded ones. `total`: sum over sum.
@@ -83,16 +87,16 @@ def bin_means(values: Floats, bin_of: NDArray[np.intp], *, bins: int = BINS) -> 
     return np.asarray(np.divide(sums, counts, out=np.full(bins, np.nan), where=counts > 0))
 
 
-def gains(fov: BinScores, mr: BinScores, metric: Metric) -> Floats:
+def gains(fov: BinScores, mr: BinScores, metric: DepthMetric) -> Floats:
     """Return (bins,) FOV - MR, flipped where lower is better: above 0 is an improvement (Sec. 4.2)."""
     difference = fov.of(metric) - mr.of(metric)
-    return difference if metric is Metric.DELTA1 else -difference
+    return difference if metric is DepthMetric.DELTA1 else -difference
 
 
-def tradeoff(gain: Floats) -> Tradeoff:
+def tradeoff(gain: Floats) -> TradeoffRatio:
     """Return T of the gains (bins,) of one metric; bins that are NaN or unchanged count for neither side."""
     mean, total = tradeoffs(gain[None, :])
-    return Tradeoff(mean=float(mean[0]), total=float(total[0]))
+    return TradeoffRatio(mean=float(mean[0]), total=float(total[0]))
 
 
 def tradeoffs(gain: Floats) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
 """What a study found: drawings, the paper's numbers beside ours, definitions, seeds, deviations.
 
-A study is computed by functions, and told by a `Study`: a frozen value that becomes JSON and comes back.
+Functions compute a study and return a `StudyResult`: a frozen value that becomes JSON and comes back.
 """
 
 import io
@@ -17,7 +17,7 @@ PNG_DPI = 150
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class PaperComparison:
     """One number of the paper beside ours; `note` says what differs and why, or how it was measured."""
 
     quantity: str
@@ -40,7 +40,7 @@ class Drawing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
+class StudyFigure:
     """One figure: `name` is its file's, `figure` which of the paper's it stands beside, if any."""
 
     name: str
@@ -51,7 +51,7 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Study:
+class StudyResult:
     """The findings of one section.
 
     `values`: the figures for programs, as `foveacam study NAME --json` prints them; keys carry units.
@@ -62,8 +62,8 @@ class Study:
     section: str
     title: str
     values: Mapping[str, Value]
-    rows: tuple[Row, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    rows: tuple[PaperComparison, ...] = ()
+    pictures: tuple[StudyFigure, ...] = ()
     definitions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
     seeds: Mapping[str, int] = field(default_factory=dict)
@@ -73,12 +73,13 @@ class Study:
         return asdict(self)
 
     @classmethod
-    def of(cls, document: Mapping[str, object]) -> "Study":
+    def of(cls, document: Mapping[str, object]) -> "StudyResult":
         """Return the study that `document()` gave, after JSON or before it."""
         plain = json.loads(json.dumps(document))
-        rows = tuple(Row(**row) for row in plain.pop("rows"))
+        rows = tuple(PaperComparison(**row) for row in plain.pop("rows"))
         pictures = tuple(
-            Picture(drawing=Drawing(**picture.pop("drawing")), **picture) for picture in plain.pop("pictures")
+            StudyFigure(drawing=Drawing(**picture.pop("drawing")), **picture)
+            for picture in plain.pop("pictures")
         )
         definitions, deviations = tuple(plain.pop("definitions")), tuple(plain.pop("deviations"))
         return cls(rows=rows, pictures=pictures, definitions=definitions, deviations=deviations, **plain)

@@ -24,7 +24,7 @@ SKY_LEVEL = 205.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pinhole:
+class PinholeCamera:
     """A camera without distortion; pixel (x, y) looks along ((x - cx) / f, (y - cy) / f, 1)."""
 
     f_px: float
@@ -35,7 +35,7 @@ class Pinhole:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Face:
+class RectangleFace:
     """A rectangle across `axis` (0: x, 1: y, 2: z), between the corners `low_m` and `high_m`, (x, y, z) m.
 
     The corners agree along `axis`. `level`: its mean brightness, grey levels; `color`: RGB shares of it.
@@ -49,7 +49,7 @@ class Face:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Render:
+class RenderedView:
     """`image`: (h, w, 3) float32 grey levels before noise. `z_m`: (h, w) float64, infinite in the sky."""
 
     image: NDArray[np.float32]
@@ -57,7 +57,7 @@ class Render:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Points:
+class RayHits:
     """What rays hit: `xyz_m` and the width of a pixel there, (n,) each."""
 
     x_m: Floats
@@ -66,7 +66,9 @@ class Points:
     pixel_m: Floats
 
 
-def cast(faces: Sequence[Face], camera: Pinhole, *, eye_x_m: float, lattice: Floats) -> Render:
+def cast(
+    faces: Sequence[RectangleFace], camera: PinholeCamera, *, eye_x_m: float, lattice: Floats
+) -> RenderedView:
     """Return what a camera at (eye_x_m, 0, 0) sees. `lattice`: (256, 256), -1 to 1, noise of the textures."""
     along_x: Floats = np.asarray((np.arange(camera.width) - camera.cx_px) / camera.f_px, dtype=np.float64)
     along_y: Floats = np.asarray((np.arange(camera.height) - camera.cy_px) / camera.f_px, dtype=np.float64)
@@ -82,7 +84,7 @@ def cast(faces: Sequence[Face], camera: Pinhole, *, eye_x_m: float, lattice: Flo
     for index, face in enumerate(faces):
         rows, columns = np.nonzero(seen == index)
         depth_m = z_m[rows, columns]
-        hit = Points(
+        hit = RayHits(
             x_m=eye_x_m + along_x[columns] * depth_m,
             y_m=along_y[rows] * depth_m,
             z_m=depth_m,
@@ -90,10 +92,10 @@ def cast(faces: Sequence[Face], camera: Pinhole, *, eye_x_m: float, lattice: Flo
         )
         grey = face.level + GREY_LEVELS * _texture(hit, face, lattice, number=index)
         image[rows, columns] = grey[:, None] * np.asarray(face.color)
-    return Render(image=image, z_m=z_m)
+    return RenderedView(image=image, z_m=z_m)
 
 
-def _window(face: Face, along_x: Floats, along_y: Floats, eye_x_m: float) -> tuple[slice, slice]:
+def _window(face: RectangleFace, along_x: Floats, along_y: Floats, eye_x_m: float) -> tuple[slice, slice]:
     """Return the rows and columns in which the face can be seen."""
     spans = []
     for axis, along, eye_m in ((1, along_y, 0.0), (0, along_x, eye_x_m)):
@@ -107,7 +109,7 @@ def _window(face: Face, along_x: Floats, along_y: Floats, eye_x_m: float) -> tup
     return spans[0], spans[1]
 
 
-def _depth_m(face: Face, along_x: Floats, along_y: Floats, eye_x_m: float) -> Floats:
+def _depth_m(face: RectangleFace, along_x: Floats, along_y: Floats, eye_x_m: float) -> Floats:
     """Return (rows, columns) depth at which rays hit the face, infinite where they miss."""
     shape = (len(along_y), len(along_x))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -128,7 +130,7 @@ def _depth_m(face: Face, along_x: Floats, along_y: Floats, eye_x_m: float) -> Fl
     return np.where(hits, depth_m, np.inf)
 
 
-def _texture(hit: Points, face: Face, lattice: Floats, *, number: int) -> Floats:
+def _texture(hit: RayHits, face: RectangleFace, lattice: Floats, *, number: int) -> Floats:
     """Return (n,) texture at the points, octaves of smooth noise, each of amplitude 1.
 
     Along z the logarithm of the depth takes the depth's place: a wave then keeps its width in pixels,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.near_far_rays import LATTICE, Face, Floats, Pinhole, cast
+from foveacam_pipeline.study.near_far_rays import LATTICE, Floats, PinholeCamera, RectangleFace, cast
 
-CAMERA = Pinhole(f_px=725.0087, cx_px=620.5, cy_px=187.0, width=1242, height=375)  # Virtual KITTI 2
+CAMERA = PinholeCamera(f_px=725.0087, cx_px=620.5, cy_px=187.0, width=1242, height=375)  # Virtual KITTI 2
 BASELINE_M = 0.532725  # Virtual KITTI 2
 FARTHEST_M = 120.0
 NEAREST_M = 4.0
@@ -51,7 +51,7 @@ class StereoScene:
             raise InvalidInput(f"{self.name}: its mask is of shape {self.seen.shape}, not {(height, width)}")
 
 
-def street(seed: int, *, camera: Pinhole = CAMERA, baseline_m: float = BASELINE_M) -> StereoScene:
+def street(seed: int, *, camera: PinholeCamera = CAMERA, baseline_m: float = BASELINE_M) -> StereoScene:
     """Return the street of that seed, the same whenever it is asked for."""
     rng = np.random.default_rng([seed, 42])
     faces = street_faces(rng)
@@ -92,12 +92,12 @@ def _photograph(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray
     return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
 
 
-def street_faces(rng: np.random.Generator) -> list[Face]:
+def street_faces(rng: np.random.Generator) -> list[RectangleFace]:
     """Return the faces of a street drawn by lot, each of the size of what it stands for."""
     ground_m = rng.uniform(1.5, 1.9)
     half_m = rng.uniform(7.0, 12.0)
     faces = [
-        Face(axis=1, low_m=(-300.0, ground_m, 2.0), high_m=(300.0, ground_m, 400.0), level=105.0),
+        RectangleFace(axis=1, low_m=(-300.0, ground_m, 2.0), high_m=(300.0, ground_m, 400.0), level=105.0),
     ]
     for side in (-1.0, 1.0):
         faces += _houses(rng, side * half_m, ground_m)
@@ -123,7 +123,7 @@ def _place(rng: np.random.Generator, half_m: float) -> tuple[float, float]:
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(nearest_m, half_m - 1.2)), z_m
 
 
-def _houses(rng: np.random.Generator, wall_x_m: float, ground_m: float) -> list[Face]:
+def _houses(rng: np.random.Generator, wall_x_m: float, ground_m: float) -> list[RectangleFace]:
     """Return the houses of one side, with gaps, from beside the camera to the end of the street."""
     faces, z_m = [], rng.uniform(4.0, 12.0)
     while z_m < FARTHEST_M:
@@ -139,7 +139,7 @@ def _houses(rng: np.random.Generator, wall_x_m: float, ground_m: float) -> list[
     return faces
 
 
-def _box(rng: np.random.Generator, x_m: Interval, y_m: Interval, z_m: Interval) -> list[Face]:
+def _box(rng: np.random.Generator, x_m: Interval, y_m: Interval, z_m: Interval) -> list[RectangleFace]:
     """Return the front of a box, both its sides and its top, each in a shade of the same colour."""
     color = tuple(float(share) for share in rng.uniform(0.75, 1.15, 3))
     level = float(rng.uniform(70.0, 150.0))
@@ -150,6 +150,8 @@ def _box(rng: np.random.Generator, x_m: Interval, y_m: Interval, z_m: Interval) 
         (1, (x_m[0], y_m[0], z_m[0]), (x_m[1], y_m[0], z_m[1]), 1.15),
     ]
     return [
-        Face(axis=axis, low_m=low, high_m=high, level=level * shade, color=(color[0], color[1], color[2]))
+        RectangleFace(
+            axis=axis, low_m=low, high_m=high, level=level * shade, color=(color[0], color[1], color[2])
+        )
         for axis, low, high, shade in corners
     ]

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Head, InvalidInput, OutOfRange, Role, Sighting
-from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
-from foveacam_pipeline.study.toy_scene import STAND_HALF_M, Place
+from foveacam_pipeline.study.toy_scene import STAND_HALF_M, AgentPose
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation, FixationState
 
@@ -38,7 +38,7 @@ AROUND_M = 0.06
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Print:
+class CheckeredLabel:
     """A chequered label: `pair_m` is the height of a light and a dark row, the feature S_t of Eq. 6."""
 
     pair_m: float = 1e-3
@@ -52,10 +52,10 @@ class Print:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Observation:
+class PlaceObservation:
     """What the rig found at one place; distances are to the middle of the target's stand."""
 
-    place: Place
+    place: AgentPose
     state: str
     distance_m: float | None
     contrast: float
@@ -72,7 +72,7 @@ class Observer:
     head: Head
     calibration: Calibration
     clock: Clock
-    stand: Callable[[Place], None]
+    stand: Callable[[AgentPose], None]
 
 
 def rayleigh_rad(*, wavelength_m: float = WAVELENGTH_M, aperture_m: float = APERTURE_M) -> float:
@@ -86,28 +86,28 @@ def rayleigh_transfer() -> float:
     return 2.0 / math.pi * (math.acos(share) - share * math.sqrt(1.0 - share**2))
 
 
-def least_contrast(label: Print) -> float:
+def least_contrast(label: CheckeredLabel) -> float:
     """Return the contrast from which on the rows count as resolved."""
     return rayleigh_transfer() * label.row_contrast
 
 
-def facing(x_m: float, y_m: float, target_m: tuple[float, float]) -> Place:
+def facing(x_m: float, y_m: float, target_m: tuple[float, float]) -> AgentPose:
     """Return the place with the heading, in whole steps, that is nearest to the target's bearing."""
     bearing_rad = math.atan2(target_m[0] - x_m, target_m[1] - y_m)
-    return Place(x_m=x_m, y_m=y_m, heading_rad=HEADING_STEP_RAD * round(bearing_rad / HEADING_STEP_RAD))
+    return AgentPose(x_m=x_m, y_m=y_m, heading_rad=HEADING_STEP_RAD * round(bearing_rad / HEADING_STEP_RAD))
 
 
 def observe(
     observer: Observer,
-    places: Sequence[Place],
+    places: Sequence[AgentPose],
     *,
     target_m: tuple[float, float],
     d_min_m: float,
-    label: Print,
-    watch: MakingWatch,
-) -> tuple[Observation, ...]:
+    label: CheckeredLabel,
+    watch: ProgressWatcher,
+) -> tuple[PlaceObservation, ...]:
     """Stand at each place in turn and look. Raise Cancelled when the watcher has had enough."""
-    steps = Steps(watch, len(places), ended="the places were not all visited; run it again")
+    steps = ProgressSteps(watch, len(places), ended="the places were not all visited; run it again")
     found = []
     for place in places:
         found.append(_observed(observer, place, target_m=target_m, d_min_m=d_min_m, label=label))
@@ -123,7 +123,7 @@ def row_contrast(sighting: Sighting, role: Role, calibration: Calibration, *, pa
     """
     image = gray(to_uint8(sighting.left if role is Role.LEFT else sighting.right)).astype(np.float32)
     height, width = image.shape
-    half = round(AROUND_M * pair_px / Print().pair_m)
+    half = round(AROUND_M * pair_px / CheckeredLabel().pair_m)
     rows = slice(max(0, height // 2 - half), min(height, height // 2 + half))
     columns = slice(max(0, width // 2 - half), min(width, width // 2 + half))
     H = plane_from_raw(calibration, role, sighting.volts, depth_m=math.inf)
@@ -145,7 +145,7 @@ def _averaged(image: NDArray[np.float32], window: int) -> NDArray[np.float32]:
     return np.asarray(cv2.blur(once, (window, window)), dtype=np.float32)
 
 
-def look(observer: Observer, place: Place, *, target_m: tuple[float, float]) -> Fixation | None:
+def look(observer: Observer, place: AgentPose, *, target_m: tuple[float, float]) -> Fixation | None:
     """Stand at a place, look where the target is on the plan, and verge; None where that is out of view.
 
     Raise InvalidInput for a place that does not face the target.
@@ -168,12 +168,12 @@ def look(observer: Observer, place: Place, *, target_m: tuple[float, float]) -> 
 
 def _observed(
     observer: Observer,
-    place: Place,
+    place: AgentPose,
     *,
     target_m: tuple[float, float],
     d_min_m: float,
-    label: Print,
-) -> Observation:
+    label: CheckeredLabel,
+) -> PlaceObservation:
     fixation = look(observer, place, target_m=target_m)
     if fixation is None:
         return _unseen(place, FixationState.OUT_OF_RANGE)
@@ -182,7 +182,7 @@ def _observed(
     contrast = _poorer_contrast(fixation, observer.calibration, label)
     distance_m = math.hypot(fixation.point_rig_m[0], fixation.point_rig_m[2]) + STAND_HALF_M
     resolved = contrast >= least_contrast(label)
-    return Observation(
+    return PlaceObservation(
         place=place,
         state=fixation.state.value,
         distance_m=distance_m,
@@ -192,7 +192,7 @@ def _observed(
     )
 
 
-def _poorer_contrast(fixation: Fixation, calibration: Calibration, label: Print) -> float:
+def _poorer_contrast(fixation: Fixation, calibration: Calibration, label: CheckeredLabel) -> float:
     if fixation.point_rig_m is None or fixation.sighting is None:
         return 0.0
     pair_px = label.pair_m * calibration.fovea_f_px / fixation.point_rig_m[2]
@@ -200,7 +200,7 @@ def _poorer_contrast(fixation: Fixation, calibration: Calibration, label: Print)
     return min(row_contrast(sighting, role, calibration, pair_px=pair_px) for role in (Role.LEFT, Role.RIGHT))
 
 
-def _unseen(place: Place, state: FixationState) -> Observation:
-    return Observation(
+def _unseen(place: AgentPose, state: FixationState) -> PlaceObservation:
+    return PlaceObservation(
         place=place, state=state.value, distance_m=None, contrast=0.0, resolved=False, success=False
     )

@@ -14,10 +14,10 @@ from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import Sighting
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.study.findings import Picture, drawing_of
-from foveacam_pipeline.study.observed import Observation
-from foveacam_pipeline.study.standoff import Ring
-from foveacam_pipeline.study.toy_scene import TARGET_M, TILE_M, TILES, Place, toy_map
+from foveacam_pipeline.study.findings import StudyFigure, drawing_of
+from foveacam_pipeline.study.observed import PlaceObservation
+from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.toy_scene import TARGET_M, TILE_M, TILES, AgentPose, toy_map
 
 SCENE_DPI = 130
 SEEN, UNSEEN, MARK = "#0072B2", "#8a8a8a", "#D55E00"
@@ -25,10 +25,10 @@ REGION, OBSTACLE, TILE = "#009E73", "#5d4a3a", "#f1ede4"
 
 
 def plan_picture(
-    found: Sequence[Observation], predicted: Sequence[bool], region: BaseGeometry, ring: Ring
-) -> Picture:
+    found: Sequence[PlaceObservation], predicted: Sequence[bool], region: BaseGeometry, ring: StandoffRing
+) -> StudyFigure:
     """Return the plan of Fig. 8 as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="plan",
         title="Where the target is observed: predicted and seen",
         caption="Plan of the simulated hall. Shaded: the region that the plan predicts. Dots: corners of "
@@ -41,10 +41,10 @@ def plan_picture(
 
 
 def contrast_picture(
-    found: Sequence[Observation], in_sight: Sequence[bool], *, d_max_m: float, least: float
-) -> Picture:
+    found: Sequence[PlaceObservation], in_sight: Sequence[bool], *, d_max_m: float, least: float
+) -> StudyFigure:
     """Return the contrast that decided, against distance, as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="contrast",
         title="What decides: contrast of the label's rows",
         caption="A place's contrast is that of the poorer eye. Rows count as resolved above the dashed line: "
@@ -53,9 +53,9 @@ def contrast_picture(
     )
 
 
-def scene_picture(sighting: Sighting, place: Place) -> Picture:
+def scene_picture(sighting: Sighting, place: AgentPose) -> StudyFigure:
     """Return what the rig saw at a place as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="scene",
         title="The scene as the rig sees it",
         caption=f"Simulated rig at ({place.x_m:g}, {place.y_m:g}) m: the wide camera's picture, and the left "
@@ -79,7 +79,7 @@ def scene_drawing(sighting: Sighting) -> Figure:
 
 
 def plan_drawing(
-    found: Sequence[Observation], predicted: Sequence[bool], region: BaseGeometry, ring: Ring
+    found: Sequence[PlaceObservation], predicted: Sequence[bool], region: BaseGeometry, ring: StandoffRing
 ) -> Figure:
     """Draw tiles, obstacles, the predicted region, and a dot for each place."""
     figure = Figure(figsize=(7.6, 8.2), layout="constrained")
@@ -106,7 +106,7 @@ def plan_drawing(
 
 
 def contrast_drawing(
-    found: Sequence[Observation], in_sight: Sequence[bool], *, d_max_m: float, least: float
+    found: Sequence[PlaceObservation], in_sight: Sequence[bool], *, d_max_m: float, least: float
 ) -> Figure:
     """Draw contrast against the distance to the target, places in sight of it and places behind obstacles."""
     figure = Figure(figsize=(7.6, 4.2), layout="constrained")

@@ -10,16 +10,16 @@ from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.making import SILENT, MakingWatch
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressWatcher
 from foveacam_pipeline.study.depth_error import BASELINE_M
-from foveacam_pipeline.study.findings import Picture, Row, Study, Value
+from foveacam_pipeline.study.findings import PaperComparison, StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.observed import (
     APERTURE_M,
     HEADING_STEP_RAD,
     WAVELENGTH_M,
-    Observation,
+    CheckeredLabel,
     Observer,
-    Print,
+    PlaceObservation,
     facing,
     least_contrast,
     look,
@@ -29,7 +29,7 @@ from foveacam_pipeline.study.observed import (
 )
 from foveacam_pipeline.study.observed_pictures import contrast_picture, plan_picture, scene_picture
 from foveacam_pipeline.study.regions import annulus, feasible_region, free_space, shadows
-from foveacam_pipeline.study.standoff import NearBound, Ring, resolving_range_m, ring
+from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolving_range_m, ring
 from foveacam_pipeline.study.toy_scene import (
     AGENT_RADIUS_M,
     D_MIN_M,
@@ -83,13 +83,13 @@ def confusion(predicted: Sequence[bool], seen: Sequence[bool]) -> Confusion:
     )
 
 
-def observed_ring(label: Print) -> Ring:
+def observed_ring(label: CheckeredLabel) -> StandoffRing:
     """Return the bounds about the middle of the target's stand: D_min, and D_max by Eq. 6 to its label."""
     d_max_m = resolving_range_m(label.pair_m, rayleigh_rad()) + STAND_HALF_M
     return ring(D_MIN_M, d_max_m, bound=NearBound.PLAIN)
 
 
-def predicted_region(label: Print) -> BaseGeometry:
+def predicted_region(label: CheckeredLabel) -> BaseGeometry:
     """Return where both eyes have a free line of sight: shadows are wider by half the baseline on each side.
 
     An edge of a shadow points to the target, and the eyes stand across the line to it.
@@ -100,17 +100,19 @@ def predicted_region(label: Print) -> BaseGeometry:
     return around.difference(hidden)
 
 
-def one_line_region(label: Print) -> BaseGeometry:
+def one_line_region(label: CheckeredLabel) -> BaseGeometry:
     """Return the feasible region of Fig. 7: one line of sight, from the rig's middle."""
     return feasible_region(toy_map(), 0, observed_ring(label), agent_radius_m=AGENT_RADIUS_M)
 
 
-def observed_study(observer: Observer, *, quick: bool = False, watch: MakingWatch = SILENT) -> Study:
+def observed_study(
+    observer: Observer, *, quick: bool = False, watch: ProgressWatcher = SILENT
+) -> StudyResult:
     """Return the findings of Fig. 8, with the rig standing at the corners of the floor's tiles.
 
     Raise Cancelled when the watcher asks.
     """
-    label = Print()
+    label = CheckeredLabel()
     corners = corners_m(every=QUICK_EVERY if quick else 1)
     free = room_to_stand(corners)
     places = [facing(x_m, y_m, TARGET_M) for x_m, y_m in corners[free].tolist()]
@@ -123,9 +125,9 @@ def observed_study(observer: Observer, *, quick: bool = False, watch: MakingWatc
     return replace(study, pictures=(scene_picture(fixation.sighting, shown), *study.pictures))
 
 
-def findings(found: Sequence[Observation], *, corners: int, quick: bool) -> Study:
+def findings(found: Sequence[PlaceObservation], *, corners: int, quick: bool) -> StudyResult:
     """Return what observations at some of the `corners` tell."""
-    label = Print()
+    label = CheckeredLabel()
     bounds, region = observed_ring(label), predicted_region(label)
     points = [Point(one.place.x_m, one.place.y_m) for one in found]
     seen = [one.success for one in found]
@@ -137,7 +139,7 @@ def findings(found: Sequence[Observation], *, corners: int, quick: bool) -> Stud
         edge_m=np.array([region.boundary.distance(point) for point in points]),
         differs=np.not_equal(predicted, seen),
     )
-    return Study(
+    return StudyResult(
         name=NAME,
         section="4.4.3",
         title="Prediction against the rig's own eyes",
@@ -159,7 +161,9 @@ class _Compared:
     differs: NDArray[np.bool_]
 
 
-def _values(compared: _Compared, bounds: Ring, label: Print, *, corners: int) -> dict[str, Value]:
+def _values(
+    compared: _Compared, bounds: StandoffRing, label: CheckeredLabel, *, corners: int
+) -> dict[str, Value]:
     counts, differs = compared.counts, compared.differs
     off = compared.edge_m >= TILE_M / 2.0
     return {
@@ -181,30 +185,30 @@ def _values(compared: _Compared, bounds: Ring, label: Print, *, corners: int) ->
     }
 
 
-def _agreement_rows(compared: _Compared) -> tuple[Row, ...]:
+def _agreement_rows(compared: _Compared) -> tuple[PaperComparison, ...]:
     counts, one_line, differs = compared.counts, compared.one_line, compared.differs
     note = "none differs"
     if differs.any():
         note = f"differing places are within {compared.edge_m[differs].max():.2f} m of an edge"
     return (
-        Row(
+        PaperComparison(
             quantity="places whose verdict is as predicted",
             paper="“agree”, no number",
             ours=f"{counts.agreement:.1%} of {counts.places}",
             note=note,
         ),
-        Row(
+        PaperComparison(
             quantity="the same for one line of sight, from the rig's middle",
             paper="not told",
             ours=f"{one_line.agreement:.1%}",
             note=f"{one_line.predicted_only} predicted, not observed; {one_line.seen_only} the other way",
         ),
-        Row(
+        PaperComparison(
             quantity="predicted: seen / not seen",
             paper="not told",
             ours=f"{counts.both} / {counts.predicted_only}",
         ),
-        Row(
+        PaperComparison(
             quantity="not predicted: seen / not seen",
             paper="not told",
             ours=f"{counts.seen_only} / {counts.neither}",
@@ -212,7 +216,7 @@ def _agreement_rows(compared: _Compared) -> tuple[Row, ...]:
     )
 
 
-def _distance_rows(bounds: Ring, found: Sequence[Observation]) -> tuple[Row, ...]:
+def _distance_rows(bounds: StandoffRing, found: Sequence[PlaceObservation]) -> tuple[PaperComparison, ...]:
     errors_m = [
         abs(one.distance_m - math.hypot(one.place.x_m - TARGET_M[0], one.place.y_m - TARGET_M[1]))
         for one in found
@@ -222,13 +226,13 @@ def _distance_rows(bounds: Ring, found: Sequence[Observation]) -> tuple[Row, ...
     if errors_m:
         error = f"median {1e3 * float(np.median(errors_m)):.1f} mm, largest {1e3 * max(errors_m):.1f} mm"
     return (
-        Row(
+        PaperComparison(
             quantity="Dₘᵢₙ, Dₘₐₓ",
             paper="not told",
             ours=f"{bounds.inner_m:.2f} m, {bounds.outer_m:.2f} m",
             note="to the middle of the target's stand; its labels hang 0.10 m before it",
         ),
-        Row(
+        PaperComparison(
             quantity="the rig's own distance against the plan's, where resolved",
             paper="not told",
             ours=error,
@@ -238,8 +242,8 @@ def _distance_rows(bounds: Ring, found: Sequence[Observation]) -> tuple[Row, ...
 
 
 def _pictures(
-    found: Sequence[Observation], predicted: Sequence[bool], region: BaseGeometry, bounds: Ring
-) -> tuple[Picture, ...]:
+    found: Sequence[PlaceObservation], predicted: Sequence[bool], region: BaseGeometry, bounds: StandoffRing
+) -> tuple[StudyFigure, ...]:
     obstacles = toy_map().obstacles
     sight = [
         not any(LineString([(one.place.x_m, one.place.y_m), TARGET_M]).intersects(each) for each in obstacles)
@@ -247,11 +251,11 @@ def _pictures(
     ]
     return (
         plan_picture(found, predicted, region, bounds),
-        contrast_picture(found, sight, d_max_m=bounds.outer_m, least=least_contrast(Print())),
+        contrast_picture(found, sight, d_max_m=bounds.outer_m, least=least_contrast(CheckeredLabel())),
     )
 
 
-def _definitions(bounds: Ring, label: Print) -> tuple[str, ...]:
+def _definitions(bounds: StandoffRing, label: CheckeredLabel) -> tuple[str, ...]:
     return (
         f"Place: a corner of the tiles of {TILE_M:g} m, off the walls, where the rig's base, a disc of "
         f"{2.0 * AGENT_RADIUS_M:g} m, has room. It turns in steps of {math.degrees(HEADING_STEP_RAD):.0f}°, "

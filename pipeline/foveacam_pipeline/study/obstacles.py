@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Clutter:
+class RandomObstacles:
     """Random obstacles: `occupancy` p per square metre, each of radius `radius_m`."""
 
     occupancy: float
@@ -35,7 +35,7 @@ class Clutter:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class SampledProbability:
     """A probability found by lot, with its standard error."""
 
     value: float
@@ -48,12 +48,12 @@ def corridor_m2(distance_m: ArrayLike, radius_m: float) -> NDArray[np.float64]:
     return np.asarray(2.0 * radius_m * np.asarray(distance_m) + math.pi * radius_m**2, dtype=np.float64)
 
 
-def clear_probability(distance_m: ArrayLike, clutter: Clutter) -> NDArray[np.float64]:
+def clear_probability(distance_m: ArrayLike, clutter: RandomObstacles) -> NDArray[np.float64]:
     """Return the probability that nothing stands in a line of that length (Eq. 11)."""
     return np.asarray((1.0 - clutter.occupancy) ** corridor_m2(distance_m, clutter.radius_m))
 
 
-def success_probability(ring: Ring, clutter: Clutter, *, domain_m2: float) -> float:
+def success_probability(ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float) -> float:
     """Return the probability that an observer anywhere in the domain sees the target unnoticed (Eq. 12).
 
     In closed form: the integral of x exp(-a x) is the incomplete gamma function of 2. The target's whole ring
@@ -76,7 +76,7 @@ def success_probability(ring: Ring, clutter: Clutter, *, domain_m2: float) -> fl
     return float(2.0 * math.pi / domain_m2 * nearest * integral)
 
 
-def success_by_quadrature(ring: Ring, clutter: Clutter, *, domain_m2: float) -> float:
+def success_by_quadrature(ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float) -> float:
     """Return the same by adaptive quadrature of Eq. 12."""
     from scipy.integrate import quad  # loads for a while
 
@@ -93,14 +93,14 @@ def success_by_quadrature(ring: Ring, clutter: Clutter, *, domain_m2: float) -> 
     return 2.0 * math.pi / domain_m2 * float(found[0])
 
 
-def success_slope_per_m(d_max_m: float, clutter: Clutter, *, domain_m2: float) -> float:
+def success_slope_per_m(d_max_m: float, clutter: RandomObstacles, *, domain_m2: float) -> float:
     """Return what a metre of D_max adds to the probability of success, never negative (Eq. 13)."""
     return 2.0 * math.pi * d_max_m / domain_m2 * float(clear_probability(d_max_m, clutter))
 
 
 def success_by_lot(
-    ring: Ring, clutter: Clutter, *, domain_m2: float, trials: int, rng: np.random.Generator
-) -> Estimate:
+    ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float, trials: int, rng: np.random.Generator
+) -> SampledProbability:
     """Return the share of random observers in a disc of the domain's area that see the target unnoticed.
 
     Every observer has obstacles of its own, drawn wherever one could block its line, in a rectangle about it:
@@ -119,7 +119,9 @@ def success_by_lot(
     return _estimate(seen, trials)
 
 
-def corridor_by_lot(distance_m: float, radius_m: float, *, trials: int, rng: np.random.Generator) -> Estimate:
+def corridor_by_lot(
+    distance_m: float, radius_m: float, *, trials: int, rng: np.random.Generator
+) -> SampledProbability:
     """Return the corridor's share of its bounding rectangle, (d + 2 r) by 2 r, from places in it (Eq. 10)."""
     along_m = rng.uniform(-radius_m, distance_m + radius_m, trials)
     across_m = rng.uniform(-radius_m, radius_m, trials)
@@ -127,18 +129,22 @@ def corridor_by_lot(distance_m: float, radius_m: float, *, trials: int, rng: np.
     return _estimate(int(np.count_nonzero(hit)), trials)
 
 
-def clear_by_lot(distance_m: float, clutter: Clutter, *, trials: int, rng: np.random.Generator) -> Estimate:
+def clear_by_lot(
+    distance_m: float, clutter: RandomObstacles, *, trials: int, rng: np.random.Generator
+) -> SampledProbability:
     """Return how often nothing stands in a line of that length, each among obstacles of its own (Eq. 11)."""
     blocked = _blocked(np.full(trials, distance_m), clutter, rng)
     return _estimate(int(np.count_nonzero(~blocked)), trials)
 
 
-def _estimate(hits: int, trials: int) -> Estimate:
+def _estimate(hits: int, trials: int) -> SampledProbability:
     value = hits / trials
-    return Estimate(value=value, sigma=math.sqrt(value * (1.0 - value) / trials), trials=trials)
+    return SampledProbability(value=value, sigma=math.sqrt(value * (1.0 - value) / trials), trials=trials)
 
 
-def _blocked(lengths_m: NDArray[np.float64], clutter: Clutter, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _blocked(
+    lengths_m: NDArray[np.float64], clutter: RandomObstacles, rng: np.random.Generator
+) -> NDArray[np.bool_]:
     """Return for each line whether an obstacle of its own stands in it."""
     r_m = clutter.radius_m
     counts = rng.poisson(clutter.rate_per_m2 * (lengths_m + 2.0 * r_m) * 2.0 * r_m)
@@ -160,7 +166,7 @@ def _near(
     return np.asarray(np.hypot(beyond_m, across_m) < radius_m)
 
 
-def _check_domain(ring: Ring, domain_m2: float) -> None:
+def _check_domain(ring: StandoffRing, domain_m2: float) -> None:
     least_m2 = 0.0 if ring.empty else math.pi * ring.outer_m**2
     if not domain_m2 > 0.0 or domain_m2 < least_m2 * (1.0 - 1e-12):
         raise InvalidInput(

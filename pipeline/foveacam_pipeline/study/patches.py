@@ -23,7 +23,7 @@ PATCH_ASPECT = 4.0 / 3.0
 LEAST_SIDE_PX = 16
 
 
-class Choice(StrEnum):
+class PatchChoice(StrEnum):
     """By what patches are placed: the true depth, or, as a robot must, the backdrop's own estimate."""
 
     TRUTH = "truth"
@@ -31,7 +31,7 @@ class Choice(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
+class PictureSize:
     """Of an image, px."""
 
     width: int
@@ -44,13 +44,13 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Budget:
+class PixelBudget:
     """Sizes of both configurations, one eye: `medium` alone, or `backdrop` and `count` patches."""
 
-    native: Size
-    medium: Size
-    backdrop: Size
-    patch: Size
+    native: PictureSize
+    medium: PictureSize
+    backdrop: PictureSize
+    patch: PictureSize
     count: int
 
     @property
@@ -64,13 +64,15 @@ class Budget:
         return self.fov_pixels / self.medium.pixels - 1.0
 
 
-def scaled(size: Size, share: float) -> Size:
+def scaled(size: PictureSize, share: float) -> PictureSize:
     """Return the size that has about that share of the pixels, width and height scaled alike."""
     factor = math.sqrt(share)
-    return Size(width=round(size.width * factor), height=round(size.height * factor))
+    return PictureSize(width=round(size.width * factor), height=round(size.height * factor))
 
 
-def budget(native: Size, share: float, *, patches: int, patch_share: float = PATCH_SHARE) -> Budget:
+def budget(
+    native: PictureSize, share: float, *, patches: int, patch_share: float = PATCH_SHARE
+) -> PixelBudget:
     """Return the sizes for `share` of the native pixels: patches get what the backdrop leaves of it.
 
     Raise InvalidInput for a share outside 0 to 1, and where patches would be too small to match in.
@@ -82,28 +84,28 @@ def budget(native: Size, share: float, *, patches: int, patch_share: float = PAT
     medium, backdrop = scaled(native, share), scaled(native, share * (1.0 - patch_share))
     each = (medium.pixels - backdrop.pixels) / patches
     height = max(1, round(math.sqrt(each / PATCH_ASPECT)))
-    patch = Size(width=round(each / height), height=height)
+    patch = PictureSize(width=round(each / height), height=height)
     if min(patch.width, patch.height) < LEAST_SIDE_PX:
         raise InvalidInput(
             f"{patches} patches in {share:.3g} of the pixels would be {patch.width} x {patch.height} px "
             f"each; {LEAST_SIDE_PX} px are needed each way: give more pixels or fewer patches"
         )
-    return Budget(native=native, medium=medium, backdrop=backdrop, patch=patch, count=patches)
+    return PixelBudget(native=native, medium=medium, backdrop=backdrop, patch=patch, count=patches)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class PatchPosition:
     """The upper left pixel of a patch in the native image."""
 
     x_px: int
     y_px: int
 
-    def window(self, size: Size) -> tuple[slice, slice]:
+    def window(self, size: PictureSize) -> tuple[slice, slice]:
         """Return its rows and columns."""
         return slice(self.y_px, self.y_px + size.height), slice(self.x_px, self.x_px + size.width)
 
 
-def choose_patches(depth_m: Floats, size: Size, *, count: int) -> tuple[Place, ...]:
+def choose_patches(depth_m: Floats, size: PictureSize, *, count: int) -> tuple[PatchPosition, ...]:
     """Return where the patches go: one after the other, each where the most depth error is left.
 
     `depth_m`: (h, w) of the native image, NaN where unknown or not counted. Matching errs in depth as Z²
@@ -126,13 +128,15 @@ def choose_patches(depth_m: Floats, size: Size, *, count: int) -> tuple[Place, .
             + sums[: -size.height, : -size.width]
         )
         y_px, x_px = np.unravel_index(int(np.argmax(covered)), covered.shape)
-        place = Place(x_px=int(x_px), y_px=int(y_px))
+        place = PatchPosition(x_px=int(x_px), y_px=int(y_px))
         worth[place.window(size)] = 0.0
         places.append(place)
     return tuple(places)
 
 
-def covered_by(places: tuple[Place, ...], size: Size, native: Size) -> NDArray[np.bool_]:
+def covered_by(
+    places: tuple[PatchPosition, ...], size: PictureSize, native: PictureSize
+) -> NDArray[np.bool_]:
     """Return (h, w) bool: native pixels that lie in a patch."""
     mask = np.zeros((native.height, native.width), dtype=np.bool_)
     for place in places:
@@ -140,7 +144,7 @@ def covered_by(places: tuple[Place, ...], size: Size, native: Size) -> NDArray[n
     return mask
 
 
-def resized(image: NDArray[np.uint8], size: Size) -> NDArray[np.uint8]:
+def resized(image: NDArray[np.uint8], size: PictureSize) -> NDArray[np.uint8]:
     """Return the image averaged down to exactly that size.
 
     Both eyes must go by the size: by a factor, OpenCV would scale by what the rounded size is not.
@@ -148,7 +152,7 @@ def resized(image: NDArray[np.uint8], size: Size) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(image, (size.width, size.height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def enlarged(disparity: Disparity, size: Size) -> Disparity:
+def enlarged(disparity: Disparity, size: PictureSize) -> Disparity:
     """Return a disparity map at that size, its values grown by the ratio of the widths that came about."""
     ratio = size.width / disparity.shape[1]
     grown = cv2.resize(disparity, (size.width, size.height), interpolation=cv2.INTER_LINEAR)

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.maps import FieldMap
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 CHUNK = 8192
 """Cells tested at once: what stays in a processor's cache."""
 
 
-def raster_regions(field: FieldMap, ring: Ring, *, agent_radius_m: float, cell_m: float) -> NDArray[np.bool_]:
+def raster_regions(
+    field: FieldMap, ring: StandoffRing, *, agent_radius_m: float, cell_m: float
+) -> NDArray[np.bool_]:
     """Return (targets, rows, columns): the cells in whose centre an observer sees the target unnoticed.
 
     Rows run with y from the bounds' first corner. Raise InvalidInput for cells of no size.

@@ -16,7 +16,7 @@ from shapely.geometry.polygon import orient
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.maps import FieldMap, Place
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 CHORDS = 128
 """Chords of a circle; as a polygon of the same area, its edge is off by 2.1e-4 of the radius at most."""
@@ -26,7 +26,7 @@ CORNER_CHORDS = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Areas:
+class RegionAreas:
     """Ground from which targets are observed unnoticed, m².
 
     `multi_m2`: where at least one target is, the union of the targets' regions. `single_m2`: of one target
@@ -47,7 +47,7 @@ def disc(centre_m: Place, radius_m: float) -> Polygon:
     return Polygon(np.array(centre_m) + reach_m * np.column_stack([np.cos(angle_rad), np.sin(angle_rad)]))
 
 
-def annulus(centre_m: Place, ring: Ring) -> BaseGeometry:
+def annulus(centre_m: Place, ring: StandoffRing) -> BaseGeometry:
     """Return a ring about a target as a polygon; empty where the ring is (Eqs. 7, 8)."""
     if ring.empty:
         return Polygon()
@@ -102,7 +102,9 @@ def shadows(field: FieldMap, target_m: Place, *, outer_m: float) -> BaseGeometry
     return union
 
 
-def feasible_region(field: FieldMap, target: int, ring: Ring, *, agent_radius_m: float) -> BaseGeometry:
+def feasible_region(
+    field: FieldMap, target: int, ring: StandoffRing, *, agent_radius_m: float
+) -> BaseGeometry:
     """Return where an observer sees a target unnoticed: annulus, line of sight, no collision (Sec. 4.4).
 
     `target`: its index. The line runs from the agent's centre to the target; obstacles block it as they are,
@@ -118,7 +120,9 @@ def feasible_region(field: FieldMap, target: int, ring: Ring, *, agent_radius_m:
     return _region(field, field.targets_m[target], ring, free)
 
 
-def feasible_regions(field: FieldMap, ring: Ring, *, agent_radius_m: float) -> tuple[BaseGeometry, ...]:
+def feasible_regions(
+    field: FieldMap, ring: StandoffRing, *, agent_radius_m: float
+) -> tuple[BaseGeometry, ...]:
     """Return `feasible_region` of every target, in their order."""
     free = free_space(field, agent_radius_m=agent_radius_m)
     return tuple(_region(field, target_m, ring, free) for target_m in field.targets_m)
@@ -132,7 +136,7 @@ def narrowed(field: FieldMap, regions: Sequence[BaseGeometry], *, outer_m: float
     )
 
 
-def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None) -> Areas:
+def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None) -> RegionAreas:
     """Return the three areas of the targets' regions; `union` when it is known already.
 
     Raise InvalidInput where there is no target.
@@ -141,12 +145,12 @@ def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None)
         raise InvalidInput("the map has no target, so that there is nothing to observe; place at least one")
     each_m2 = [float(region.area) for region in regions]
     together = shapely.union_all(list(regions)) if union is None else union
-    return Areas(
+    return RegionAreas(
         multi_m2=float(together.area), single_m2=sum(each_m2) / len(each_m2), weighted_m2=sum(each_m2)
     )
 
 
-def _region(field: FieldMap, target_m: Place, ring: Ring, free: BaseGeometry) -> BaseGeometry:
+def _region(field: FieldMap, target_m: Place, ring: StandoffRing, free: BaseGeometry) -> BaseGeometry:
     if not 0.0 <= ring.inner_m < math.inf or not 0.0 <= ring.outer_m < math.inf:
         raise InvalidInput(
             f"a ring from {ring.inner_m} m to {ring.outer_m} m was given; both are numbers of 0 m or more"

@@ -6,8 +6,8 @@ from html import escape
 
 from foveacam_pipeline.calibrate.report.markup import drawing, facts, moment, section, table
 from foveacam_pipeline.calibrate.report.style import STYLE
-from foveacam_pipeline.study.cache import Kept
-from foveacam_pipeline.study.findings import Picture, Study, Value
+from foveacam_pipeline.study.cache import CachedStudy
+from foveacam_pipeline.study.findings import StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.report_svg import inline_svg
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -44,19 +44,21 @@ details { margin:.8rem 0; } summary { cursor:pointer; color:var(--accent); }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
+class ReportedStudy:
     """A study as the report tells it; `fresh` unless it was kept from an earlier run."""
 
-    kept: Kept
+    kept: CachedStudy
     fresh: bool
 
     @property
-    def study(self) -> Study:
+    def study(self) -> StudyResult:
         """The findings."""
         return self.kept.study
 
 
-def report_html(told: Sequence[Told], *, versions: Mapping[str, str], failed: Iterable[str] = ()) -> str:
+def report_html(
+    told: Sequence[ReportedStudy], *, versions: Mapping[str, str], failed: Iterable[str] = ()
+) -> str:
     """Return the report of some studies as one HTML page.
 
     `versions`: names of programs and libraries with their versions. `failed`: a sentence for each study that
@@ -79,7 +81,7 @@ def report_html(told: Sequence[Told], *, versions: Mapping[str, str], failed: It
     )
 
 
-def _header(told: Sequence[Told]) -> str:
+def _header(told: Sequence[ReportedStudy]) -> str:
     links = "".join(
         f'<a href="#{escape(one.study.name, quote=True)}">{escape(_heading(one.study))}</a>' for one in told
     )
@@ -97,11 +99,11 @@ def _header(told: Sequence[Told]) -> str:
     )
 
 
-def _heading(study: Study) -> str:
+def _heading(study: StudyResult) -> str:
     return f"{study.section} {study.title}"
 
 
-def _study(told: Told) -> str:
+def _study(told: ReportedStudy) -> str:
     study = told.study
     rows = [(row.quantity, row.paper, row.ours, row.note) for row in study.rows]
     beside = table(("quantity", "paper", "ours", "remarks"), rows) if rows else ""
@@ -117,12 +119,12 @@ def _study(told: Told) -> str:
     )
 
 
-def _pictures(study: Study) -> str:
+def _pictures(study: StudyResult) -> str:
     shown = "".join(_picture(study, picture) for picture in study.pictures)
     return f'<div class="plots">{shown}</div>' if shown else ""
 
 
-def _picture(study: Study, picture: Picture) -> str:
+def _picture(study: StudyResult, picture: StudyFigure) -> str:
     title = f"{picture.figure}: {picture.title}" if picture.figure else picture.title
     svg = inline_svg(picture.drawing.svg, name=f"{study.name}-{picture.name}", label=title)
     return drawing(f'<h3>{escape(title)}</h3><div class="scroll">{svg}</div>', picture.caption)
@@ -133,7 +135,7 @@ def _list(title: str, lines: Sequence[str]) -> str:
     return f"<h3>{escape(title)}</h3><ul>{items}</ul>" if items else ""
 
 
-def _values(study: Study) -> str:
+def _values(study: StudyResult) -> str:
     pairs = [(key, value_text(value)) for key, value in study.values.items()]
     return (
         f"<details><summary>All values, as a program gets them</summary>{facts(pairs)}</details>"
@@ -157,7 +159,7 @@ def value_text(value: Value) -> str:
     return str(value)
 
 
-def _origin(told: Told) -> str:
+def _origin(told: ReportedStudy) -> str:
     seeds = ", ".join(f"{name} {seed}" for name, seed in told.study.seeds.items())
     parts = [f"Computed {moment(told.kept.made_utc)} in {told.kept.took_s:.1f} s"]
     parts += [] if told.fresh else ["kept since, as nothing that it depends on has changed"]
@@ -165,7 +167,7 @@ def _origin(told: Told) -> str:
     return "; ".join(parts) + "."
 
 
-def _footer(told: Sequence[Told], versions: Mapping[str, str]) -> str:
+def _footer(told: Sequence[ReportedStudy], versions: Mapping[str, str]) -> str:
     took_s = sum(one.kept.took_s for one in told)
     used = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [f"All studies together took {took_s:.0f} s.", f"Made with {used}."]

@@ -24,7 +24,7 @@ class NearBound(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ring:
+class StandoffRing:
     """Where an observer may stand around a target, m; empty where the bounds meet or cross (Eq. 7)."""
 
     inner_m: float
@@ -64,7 +64,7 @@ def resolving_range_m(feature_m: float, resolution: float, *, small_angle: bool 
 
 def ring(
     d_min_m: float, d_max_m: float, *, near_error_m: float = 0.0, bound: NearBound = NearBound.INFLATED
-) -> Ring:
+) -> StandoffRing:
     """Return where an observer may stand, with its depth error `near_error_m` at the inner bound (Eqs. 7-9).
 
     D_min at or beyond D_max is an answer, not an error: a ring that is empty.
@@ -73,4 +73,4 @@ def ring(
         if not 0.0 <= value < math.inf:
             raise InvalidInput(f"{name} of {value} m was given; 0 m or more is possible")
     change_m = {NearBound.PLAIN: 0.0, NearBound.INFLATED: near_error_m, NearBound.AS_PRINTED: -near_error_m}
-    return Ring(inner_m=max(0.0, d_min_m + change_m[bound]), outer_m=d_max_m)
+    return StandoffRing(inner_m=max(0.0, d_min_m + change_m[bound]), outer_m=d_max_m)

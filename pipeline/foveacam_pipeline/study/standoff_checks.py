@@ -13,8 +13,8 @@ import numpy as np
 
 from foveacam_pipeline.study.maps import RandomMap, random_map
 from foveacam_pipeline.study.obstacles import (
-    Clutter,
-    Estimate,
+    RandomObstacles,
+    SampledProbability,
     clear_by_lot,
     clear_probability,
     corridor_by_lot,
@@ -25,13 +25,18 @@ from foveacam_pipeline.study.obstacles import (
 )
 from foveacam_pipeline.study.raster_regions import raster_areas_m2, raster_regions
 from foveacam_pipeline.study.regions import areas, feasible_regions
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 DOMAIN_M2 = 3000.0
 CLUTTERS = tuple(
-    Clutter(occupancy=p, radius_m=radius_m) for p, radius_m in product((0.0, 0.01, 0.05, 0.2), (0.15, 0.4))
+    RandomObstacles(occupancy=p, radius_m=radius_m)
+    for p, radius_m in product((0.0, 0.01, 0.05, 0.2), (0.15, 0.4))
 )
-RINGS = (Ring(inner_m=5.0, outer_m=10.0), Ring(inner_m=2.0, outer_m=20.0), Ring(inner_m=0.0, outer_m=12.0))
+RINGS = (
+    StandoffRing(inner_m=5.0, outer_m=10.0),
+    StandoffRing(inner_m=2.0, outer_m=20.0),
+    StandoffRing(inner_m=0.0, outer_m=12.0),
+)
 LINES_M = (2.0, 5.0, 15.0)
 SLOPE_AT_M = (8.0, 16.0)
 HALF_STEP_M = 0.5
@@ -39,25 +44,25 @@ HALF_STEP_M = 0.5
 
 CELL_M = 0.05
 CHECKED_MAP = RandomMap(obstacle_count=40, target_count=5)
-CHECKED_RING = Ring(inner_m=2.0, outer_m=8.0)
+CHECKED_RING = StandoffRing(inner_m=2.0, outer_m=8.0)
 EXACT_RUNS = 9
 
 
 class _Draw(Protocol):
-    def __call__(self, *, trials: int, rng: np.random.Generator) -> Estimate: ...
+    def __call__(self, *, trials: int, rng: np.random.Generator) -> SampledProbability: ...
 
 
 _Setting = tuple[int, str, float, _Draw]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
+class ProbabilityCheck:
     """One setting: a closed form of the paper's `equation`, and the same by lot, both probabilities."""
 
     equation: int
     setting: str
     exact: float
-    drawn: Estimate
+    drawn: SampledProbability
 
     @property
     def z(self) -> float:
@@ -81,10 +86,10 @@ class RasterCheck:
         return self.raster_s / self.exact_s
 
 
-def closed_forms(*, trials: int, seed: int) -> tuple[Check, ...]:
+def closed_forms(*, trials: int, seed: int) -> tuple[ProbabilityCheck, ...]:
     """Return every closed form of Eqs. 10-13 beside lots drawn, each setting with a generator of its own."""
     return tuple(
-        Check(
+        ProbabilityCheck(
             equation=equation,
             setting=setting,
             exact=exact,
@@ -138,11 +143,11 @@ def _settings() -> Iterator[_Setting]:
         said = f"D from {around.inner_m:g} to {around.outer_m:g} m, {_said(clutter)}"
         yield 12, said, exact, partial(success_by_lot, around, clutter, domain_m2=DOMAIN_M2)
     for d_max_m, clutter in product(SLOPE_AT_M, CLUTTERS):
-        thin = Ring(inner_m=d_max_m - HALF_STEP_M, outer_m=d_max_m + HALF_STEP_M)
+        thin = StandoffRing(inner_m=d_max_m - HALF_STEP_M, outer_m=d_max_m + HALF_STEP_M)
         slope = success_slope_per_m(d_max_m, clutter, domain_m2=DOMAIN_M2)
         draw = partial(success_by_lot, thin, clutter, domain_m2=DOMAIN_M2)
         yield 13, f"D_max = {d_max_m:g} m, {_said(clutter)}", slope * 2.0 * HALF_STEP_M, draw
 
 
-def _said(clutter: Clutter) -> str:
+def _said(clutter: RandomObstacles) -> str:
     return f"p = {clutter.occupancy:g}, r_o = {clutter.radius_m:g} m"

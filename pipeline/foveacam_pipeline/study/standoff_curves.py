@@ -4,13 +4,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from foveacam_pipeline.study.standoff_fits import F64, Curves, Fit, band
+from foveacam_pipeline.study.standoff_fits import F64, AreaFit, StandoffCurves, band
 
 MULTI, SINGLE, FIXED, OTHER = "#0072B2", "#D55E00", "#E69F00", "0.45"
 RATIO = "detection-range ratio x = Dₘₐₓ / Dₘᵢₙ"
 
 
-def area_figure(curves: Curves, tight: Curves, fits: tuple[Fit, Fit]) -> Figure:
+def area_figure(curves: StandoffCurves, tight: StandoffCurves, fits: tuple[AreaFit, AreaFit]) -> Figure:
     """Draw Fig. 9: mean areas over the ratio, their quadratic fits, and the gap between them hatched."""
     figure = Figure(figsize=(8.0, 5.4), layout="constrained")
     axes = figure.subplots()
@@ -48,7 +48,7 @@ def area_figure(curves: Curves, tight: Curves, fits: tuple[Fit, Fit]) -> Figure:
     return figure
 
 
-def coverage_figure(curves: Curves) -> Figure:
+def coverage_figure(curves: StandoffCurves) -> Figure:
     """Draw Fig. 10: mean coverage of one loop over the ratio, one standard deviation over maps either way."""
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")
     axes = figure.subplots()
@@ -77,7 +77,7 @@ def coverage_figure(curves: Curves) -> Figure:
     return figure
 
 
-def gap_figure(tight: Curves) -> Figure:
+def gap_figure(tight: StandoffCurves) -> Figure:
     """Draw the gaps of Figs. 9 and 10 over many maps, with the 95 % interval of each mean."""
     figure = Figure(figsize=(8.0, 3.8), layout="constrained")
     area, rate = figure.subplots(1, 2)
@@ -93,7 +93,7 @@ def gap_figure(tight: Curves) -> Figure:
     return figure
 
 
-def _interval(axes: Axes, curves: Curves, figures: F64, colour: str) -> None:
+def _interval(axes: Axes, curves: StandoffCurves, figures: F64, colour: str) -> None:
     found = band(figures)
     if np.isfinite(found.half_95).all():
         axes.fill_between(
@@ -101,11 +101,11 @@ def _interval(axes: Axes, curves: Curves, figures: F64, colour: str) -> None:
         )
 
 
-def _gap(axes: Axes, curves: Curves, gap: F64, colour: str, name: str) -> None:
+def _gap(axes: Axes, curves: StandoffCurves, gap: F64, colour: str, name: str) -> None:
     _interval(axes, curves, gap, colour)
     axes.plot(curves.ratios, gap.mean(axis=0), color=colour, label=name)
 
 
-def _said(fit: Fit) -> str:
+def _said(fit: AreaFit) -> str:
     a, b, c = fit.quadratic
     return f"fit {a:.2f} x² {b:+.1f} x {c:+.1f} m², R² = {fit.r2:.5f}".replace("-", "−")

@@ -17,15 +17,15 @@ from shapely.geometry.polygon import orient
 
 from foveacam_pipeline.study.maps import FieldMap, Place
 from foveacam_pipeline.study.regions import annulus, disc, feasible_regions, shadows
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 """One a target, told apart by the colour-blind (Okabe and Ito)."""
 
 STEALTH, RESOLVED, FEASIBLE, OBSTACLE = "#D55E00", "#0072B2", "#009E73", "0.35"
 
-RING_OF_FIG_6 = Ring(inner_m=3.0, outer_m=5.0)
-STRIP_OF_FIG_6 = Ring(inner_m=4.0, outer_m=4.25)
+RING_OF_FIG_6 = StandoffRing(inner_m=3.0, outer_m=5.0)
+STRIP_OF_FIG_6 = StandoffRing(inner_m=4.0, outer_m=4.25)
 OBSTACLES_OF_FIG_6 = (
     Polygon([(1.6, 1.5), (2.3, 1.9), (1.9, 2.5), (1.2, 2.1)]),
     Polygon([(-3.3, -0.3), (-2.6, -0.6), (-2.3, 0.5), (-3.1, 0.8)]),
@@ -53,7 +53,7 @@ def duality_figure() -> Figure:
     figure = Figure(figsize=(8.6, 3.5), layout="constrained")
     crossed, band, sectors = figure.subplots(1, 3)
     _plain(crossed, "(a) Dₘₐₓ ≤ Dₘᵢₙ: no place")
-    _bounds(crossed, Ring(inner_m=RING_OF_FIG_6.inner_m, outer_m=2.4))
+    _bounds(crossed, StandoffRing(inner_m=RING_OF_FIG_6.inner_m, outer_m=2.4))
     _plain(band, "(b) Dₘₐₓ > Dₘᵢₙ: an annulus")
     band.add_patch(patch_of(annulus((0.0, 0.0), RING_OF_FIG_6), color=FEASIBLE, alpha=0.35, linewidth=0.0))
     _bounds(band, RING_OF_FIG_6)
@@ -76,7 +76,7 @@ def duality_figure() -> Figure:
     return figure
 
 
-def map_figure(maps: Sequence[FieldMap], ring: Ring, *, agent_radius_m: float) -> Figure:
+def map_figure(maps: Sequence[FieldMap], ring: StandoffRing, *, agent_radius_m: float) -> Figure:
     """Draw Fig. 7: the first map with an agent in two targets' regions, further ones as thumbnails."""
     figure = Figure(figsize=(8.6, 6.6), layout="constrained")
     grid = figure.add_gridspec(3, 4, width_ratios=(1.0, 1.0, 1.0, 1.0))
@@ -114,7 +114,9 @@ def map_figure(maps: Sequence[FieldMap], ring: Ring, *, agent_radius_m: float) -
     return figure
 
 
-def draw_regions(axes: Axes, field: FieldMap, ring: Ring, *, agent_radius_m: float, labelled: bool) -> None:
+def draw_regions(
+    axes: Axes, field: FieldMap, ring: StandoffRing, *, agent_radius_m: float, labelled: bool
+) -> None:
     """Draw a map, its targets' regions, and their bounds; with axes and names where `labelled`."""
     x0, y0, x1, y1 = field.bounds_m
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
@@ -155,7 +157,7 @@ def agent_place(
     return (x, y), seen
 
 
-def _draw_agent(axes: Axes, field: FieldMap, ring: Ring, agent_radius_m: float) -> None:
+def _draw_agent(axes: Axes, field: FieldMap, ring: StandoffRing, agent_radius_m: float) -> None:
     regions = feasible_regions(field, ring, agent_radius_m=agent_radius_m)
     found = agent_place(field, regions, inner_m=ring.inner_m)
     if found is None:
@@ -217,7 +219,7 @@ def _plain(axes: Axes, title: str) -> None:
     axes.plot(0.0, 0.0, "*", color="black", markersize=11)
 
 
-def _bounds(axes: Axes, ring: Ring) -> None:
+def _bounds(axes: Axes, ring: StandoffRing) -> None:
     """Draw both circles, with their radii to the left and to the right."""
     for radius_m, colour, line, turn_rad, name in (
         (ring.inner_m, STEALTH, "--", 2.2, "Dₘᵢₙ"),

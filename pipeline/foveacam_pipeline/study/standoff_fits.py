@@ -13,7 +13,7 @@ F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Band:
+class CurveBand:
     """A figure at each ratio, over maps: mean, standard deviation, half the 95 % interval of the mean."""
 
     mean: F64
@@ -22,7 +22,7 @@ class Band:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Curves:
+class StandoffCurves:
     """What the maps yield at the ratios, arrays (maps, ratios): areas (Fig. 9) and R_cov (Fig. 10)."""
 
     ratios: tuple[float, ...]
@@ -40,7 +40,7 @@ class Curves:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
+class AreaFit:
     """Least squares of a mean area over the ratio x = D_max / D_min.
 
     `quadratic`: coefficients of x², x and 1, m², and its `r2`. `law_m2`: k of k (x² - 1), the law of rings
@@ -54,11 +54,11 @@ class Fit:
     line_r2: float
 
 
-def curves_of(ratios: Sequence[float], runs: Sequence[MapRun]) -> Curves:
+def curves_of(ratios: Sequence[float], runs: Sequence[MapRun]) -> StandoffCurves:
     """Return the runs' figures as arrays."""
     areas = np.array([[(a.multi_m2, a.single_m2, a.weighted_m2) for a in run.areas] for run in runs])
     rates = np.array([[(c.multi, c.single_any, c.single_fixed) for c in run.coverage] for run in runs])
-    return Curves(
+    return StandoffCurves(
         ratios=tuple(ratios),
         multi_m2=areas[..., 0],
         single_m2=areas[..., 1],
@@ -69,15 +69,15 @@ def curves_of(ratios: Sequence[float], runs: Sequence[MapRun]) -> Curves:
     )
 
 
-def band(figures: F64) -> Band:
+def band(figures: F64) -> CurveBand:
     """Return mean, deviation and Student's 95 % interval of (maps, ratios) figures; of one map, none."""
     maps = len(figures)
     mean = figures.mean(axis=0)
     if maps < 2:
-        return Band(mean=mean, sigma=np.zeros_like(mean), half_95=np.full_like(mean, np.inf))
+        return CurveBand(mean=mean, sigma=np.zeros_like(mean), half_95=np.full_like(mean, np.inf))
     sigma = figures.std(axis=0, ddof=1)
     half = float(student.ppf(0.975, maps - 1)) * sigma / np.sqrt(maps)
-    return Band(mean=mean, sigma=sigma, half_95=np.asarray(half))
+    return CurveBand(mean=mean, sigma=sigma, half_95=np.asarray(half))
 
 
 def grows(ratios: Sequence[float], gap: F64) -> bool:
@@ -86,13 +86,13 @@ def grows(ratios: Sequence[float], gap: F64) -> bool:
     return bool((beyond > 0.0).all() and (np.diff(beyond) > 0.0).all())
 
 
-def fit_of(ratios: Sequence[float], area_m2: F64) -> Fit:
+def fit_of(ratios: Sequence[float], area_m2: F64) -> AreaFit:
     """Return the fits of a curve of areas."""
     x = np.asarray(ratios)
     (a, b, c), r2 = _least_squares(np.vander(x, 3), area_m2)
     (law,), law_r2 = _least_squares((x**2 - 1.0)[:, None], area_m2)
     line_r2 = _least_squares(np.vander(x, 2), area_m2)[1]
-    return Fit(quadratic=(a, b, c), r2=r2, law_m2=law, law_r2=law_r2, line_r2=line_r2)
+    return AreaFit(quadratic=(a, b, c), r2=r2, law_m2=law, law_r2=law_r2, line_r2=line_r2)
 
 
 def _least_squares(terms: F64, values: F64) -> tuple[list[float], float]:

@@ -12,14 +12,14 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from foveacam_pipeline.study.depth_error import FOVEA_PX_PER_DEG, WIDE_PX_PER_DEG, error_m
 from foveacam_pipeline.study.obstacles import (
-    Clutter,
+    RandomObstacles,
     success_by_lot,
     success_probability,
     success_slope_per_m,
 )
 from foveacam_pipeline.study.regions import annulus
-from foveacam_pipeline.study.standoff import NearBound, Ring, resolution_rad, resolving_range_m, ring
-from foveacam_pipeline.study.standoff_checks import Check
+from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.standoff_checks import ProbabilityCheck
 from foveacam_pipeline.study.standoff_drawings import patch_of
 from foveacam_pipeline.study.standoff_fits import F64
 
@@ -37,7 +37,7 @@ SHOWN_INNER_M = 5.0
 CAMERAS = (("wide", WIDE_PX_PER_DEG, "#D55E00"), ("fovea", FOVEA_PX_PER_DEG, "#0072B2"))
 
 
-def camera_ring(px_per_deg: float, d_min_m: float, bound: NearBound = NearBound.INFLATED) -> Ring:
+def camera_ring(px_per_deg: float, d_min_m: float, bound: NearBound = NearBound.INFLATED) -> StandoffRing:
     """Return the ring of a camera of Table 2 for the feature above, with its depth error at D_min."""
     error = error_m(d_min_m, px_per_deg, error_px=NEAR_ERROR_PX)
     return ring(d_min_m, camera_range_m(px_per_deg), near_error_m=error, bound=bound)
@@ -48,7 +48,7 @@ def camera_range_m(px_per_deg: float) -> float:
     return resolving_range_m(FEATURE_M, resolution_rad(px_per_deg, pixels=FEATURE_PX))
 
 
-def checks_figure(checks: Sequence[Check]) -> Figure:
+def checks_figure(checks: Sequence[ProbabilityCheck]) -> Figure:
     """Draw how far every lot is from its closed form, in standard errors (Eqs. 10-13)."""
     figure = Figure(figsize=(8.0, 3.8), layout="constrained")
     axes = figure.subplots()
@@ -77,7 +77,7 @@ def success_figure(*, trials: int, seed: int) -> Figure:
     x_m = np.linspace(SUCCESS_INNER_M, SUCCESS_OUTER_M, 81)
     drawn_m = np.linspace(9.0, SUCCESS_OUTER_M, 5)
     for n, (occupancy, colour) in enumerate(zip(SUCCESS_OCCUPANCIES, COLOURS, strict=True)):
-        clutter = Clutter(occupancy=occupancy, radius_m=SUCCESS_RADIUS_M)
+        clutter = RandomObstacles(occupancy=occupancy, radius_m=SUCCESS_RADIUS_M)
         share.plot(
             x_m, [_success(d_m, clutter, domain_m2) for d_m in x_m], color=colour, label=f"p = {occupancy:g}"
         )
@@ -87,7 +87,7 @@ def success_figure(*, trials: int, seed: int) -> Figure:
         rng = np.random.default_rng([seed, n])
         lots = [
             success_by_lot(
-                Ring(inner_m=SUCCESS_INNER_M, outer_m=d_m),
+                StandoffRing(inner_m=SUCCESS_INNER_M, outer_m=d_m),
                 clutter,
                 domain_m2=domain_m2,
                 trials=trials,
@@ -173,5 +173,7 @@ def _areas_m2(px_per_deg: float, inner_m: F64, bound: NearBound) -> F64:
     return np.array([camera_ring(px_per_deg, d_m, bound).area_m2 for d_m in inner_m])
 
 
-def _success(d_max_m: float, clutter: Clutter, domain_m2: float) -> float:
-    return success_probability(Ring(inner_m=SUCCESS_INNER_M, outer_m=d_max_m), clutter, domain_m2=domain_m2)
+def _success(d_max_m: float, clutter: RandomObstacles, domain_m2: float) -> float:
+    return success_probability(
+        StandoffRing(inner_m=SUCCESS_INNER_M, outer_m=d_max_m), clutter, domain_m2=domain_m2
+    )

@@ -14,11 +14,11 @@ import joblib
 import shapely
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
-from foveacam_pipeline.study.coverage import Coverage, closed_path, coverage
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
+from foveacam_pipeline.study.coverage import LoopCoverage, closed_path, coverage
 from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
-from foveacam_pipeline.study.regions import Areas, areas, feasible_regions, narrowed
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.regions import RegionAreas, areas, feasible_regions, narrowed
+from foveacam_pipeline.study.standoff import StandoffRing
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -47,7 +47,7 @@ START_ONE = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep:
+class StandoffSweep:
     """What is computed on every map: at each of `ratios`, D_max is that multiple of `d_min_m`.
 
     `margin_m`: what the loop keeps beyond D_min (`closed_path`).
@@ -72,12 +72,12 @@ class Sweep:
 class MapRun:
     """One map: areas and coverage at each ratio; `redrawn`: maps without a loop drawn before it."""
 
-    areas: tuple[Areas, ...]
-    coverage: tuple[Coverage, ...]
+    areas: tuple[RegionAreas, ...]
+    coverage: tuple[LoopCoverage, ...]
     redrawn: int
 
 
-def drawn_map(sweep: Sweep, seed: tuple[int, ...]) -> tuple[FieldMap, shapely.LinearRing, int]:
+def drawn_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> tuple[FieldMap, shapely.LinearRing, int]:
     """Return a map of that seed, the loop around its targets, and how many maps without one went before."""
     radius_m = sweep.layout.agent_radius_m
     for redrawn in range(REDRAWS):
@@ -93,17 +93,17 @@ def drawn_map(sweep: Sweep, seed: tuple[int, ...]) -> tuple[FieldMap, shapely.Li
     )
 
 
-def run_map(sweep: Sweep, seed: tuple[int, ...]) -> MapRun:
+def run_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> MapRun:
     """Return what one map yields at every ratio."""
     drawn, path, redrawn = drawn_map(sweep, seed)
-    widest = Ring(inner_m=sweep.d_min_m, outer_m=sweep.d_min_m * sweep.ratios[-1])
+    widest = StandoffRing(inner_m=sweep.d_min_m, outer_m=sweep.d_min_m * sweep.ratios[-1])
     regions = feasible_regions(drawn, widest, agent_radius_m=sweep.layout.agent_radius_m)
     found_areas, found_coverage = [], []
     for ratio in sweep.ratios:
         within = narrowed(drawn, regions, outer_m=ratio * sweep.d_min_m) if ratio > 1.0 else ()
         if not within:
-            found_areas.append(Areas(multi_m2=0.0, single_m2=0.0, weighted_m2=0.0))
-            found_coverage.append(Coverage(multi=0.0, single_any=0.0, single_fixed=0.0))
+            found_areas.append(RegionAreas(multi_m2=0.0, single_m2=0.0, weighted_m2=0.0))
+            found_coverage.append(LoopCoverage(multi=0.0, single_any=0.0, single_fixed=0.0))
             continue
         union = shapely.union_all(list(within))
         found_areas.append(areas(within, union=union))
@@ -112,12 +112,12 @@ def run_map(sweep: Sweep, seed: tuple[int, ...]) -> MapRun:
 
 
 def run_maps(
-    sweep: Sweep,
+    sweep: StandoffSweep,
     *,
     seeds: Sequence[tuple[int, ...]],
     n_jobs: int = 1,
     cluster: str | None = None,
-    watch: MakingWatch = SILENT,
+    watch: ProgressWatcher = SILENT,
 ) -> tuple[MapRun, ...]:
     """Return one run per seed, in their order: the same whoever computes them.
 
@@ -125,7 +125,7 @@ def run_maps(
     scheduler instead, with the extra `cluster`. Raise Cancelled, InvalidInput for an address without the
     extra, NotConnected where no scheduler answers, or one without workers.
     """
-    steps = Steps(
+    steps = ProgressSteps(
         watch, len(seeds), ended="the study was cancelled; nothing of it is kept, start it again to go on"
     )
     found: list[MapRun] = []
@@ -137,7 +137,7 @@ def run_maps(
 
 
 def _results(
-    sweep: Sweep, seeds: Sequence[tuple[int, ...]], n_jobs: int
+    sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]], n_jobs: int
 ) -> Generator[list[MapRun], None, None]:
     if n_jobs == 1:
         for seed in seeds:
@@ -153,7 +153,7 @@ def _results(
             yield from workers(tasks)
 
 
-def _run_batch(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> list[MapRun]:
+def _run_batch(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> list[MapRun]:
     return [run_map(sweep, seed) for seed in seeds]
 
 

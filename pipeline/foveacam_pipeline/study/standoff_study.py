@@ -9,13 +9,13 @@ import numpy as np
 import shapely
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.depth_error import FOVEA_PX_PER_DEG, WIDE_PX_PER_DEG, error_m
-from foveacam_pipeline.study.findings import Study, Value
+from foveacam_pipeline.study.findings import StudyResult, Value
 from foveacam_pipeline.study.regions import areas, disc, feasible_regions
-from foveacam_pipeline.study.standoff import NearBound, Ring, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
 from foveacam_pipeline.study.standoff_checks import closed_forms, raster_check
-from foveacam_pipeline.study.standoff_fits import F64, Curves, Fit, band, curves_of, fit_of, grows
+from foveacam_pipeline.study.standoff_fits import F64, AreaFit, StandoffCurves, band, curves_of, fit_of, grows
 from foveacam_pipeline.study.standoff_formulas import (
     FEATURE_M,
     FEATURE_PX,
@@ -24,8 +24,14 @@ from foveacam_pipeline.study.standoff_formulas import (
     camera_ring,
 )
 from foveacam_pipeline.study.standoff_pictures import pictures
-from foveacam_pipeline.study.standoff_runs import Sweep, drawn_map, run_maps
-from foveacam_pipeline.study.standoff_words import SHOWN_RATIO, Findings, definitions, deviations, rows
+from foveacam_pipeline.study.standoff_runs import StandoffSweep, drawn_map, run_maps
+from foveacam_pipeline.study.standoff_words import (
+    SHOWN_RATIO,
+    StandoffFindings,
+    definitions,
+    deviations,
+    rows,
+)
 
 SEED = 44
 """After the number of the section."""
@@ -47,8 +53,8 @@ def standoff_study(
     n_jobs: int = 1,
     cluster: str | None = None,
     seed: int = SEED,
-    watch: MakingWatch = SILENT,
-) -> Study:
+    watch: ProgressWatcher = SILENT,
+) -> StudyResult:
     """Return the findings of Sec. 4.4.
 
     `maps`: random maps of Figs. 9 and 10; `tight_maps`: maps of the tight intervals, the former among them.
@@ -62,16 +68,16 @@ def standoff_study(
             "more, and a seed is 0 or more"
         )
     tight = max(maps, min(tight_maps, QUICK_MAPS) if quick else tight_maps)
-    sweep = Sweep()
+    sweep = StandoffSweep()
     seeds = [(seed, n) for n in range(tight)]
     part = _Part(watch, 0, tight + CHECKS_WEIGHT + PICTURES_WEIGHT)
     runs = run_maps(sweep, seeds=seeds, n_jobs=n_jobs, cluster=cluster, watch=part)
-    steps = Steps(
+    steps = ProgressSteps(
         _Part(watch, tight, part.total), 0, ended="the study was cancelled; start it again to go on"
     )
     trials = QUICK_TRIALS if quick else TRIALS
     few = curves_of(sweep.ratios, runs[:maps])
-    found = Findings(
+    found = StandoffFindings(
         sweep=sweep,
         few=few,
         tight=curves_of(sweep.ratios, runs),
@@ -86,7 +92,7 @@ def standoff_study(
     steps.step("checks", CHECKS_WEIGHT)
     drawn = pictures(found, seeds, trials=trials, seed=seed)
     steps.step("pictures", PICTURES_WEIGHT)
-    return Study(
+    return StudyResult(
         name="standoff",
         section="4.4",
         title="Seeing without being seen: stand-off, obstacles, many targets",
@@ -102,7 +108,7 @@ def standoff_study(
 class _Part:
     """Passes the progress of a part of the study on to who watches the whole."""
 
-    def __init__(self, watch: MakingWatch, before: int, total: int) -> None:
+    def __init__(self, watch: ProgressWatcher, before: int, total: int) -> None:
         self._watch, self._before, self.total = watch, before, total
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
@@ -113,11 +119,11 @@ class _Part:
         return self._watch.cancelled()
 
 
-def _fit(curves: Curves, figures: F64) -> Fit:
+def _fit(curves: StandoffCurves, figures: F64) -> AreaFit:
     return fit_of(curves.ratios, figures.mean(axis=0))
 
 
-def _signs(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, float]:
+def _signs(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, float]:
     """Return by how much either sign of Eq. 9 changes the multi-fovea area, with the wide camera's error."""
     error = error_m(sweep.d_min_m, WIDE_PX_PER_DEG, error_px=NEAR_ERROR_PX)
     fields = [drawn_map(sweep, seed)[0] for seed in seeds]
@@ -135,9 +141,9 @@ def _signs(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, float]:
     return found
 
 
-def _noticed(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> float:
+def _noticed(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> float:
     """Return the share of the multi-fovea area, at the ratio of Fig. 7, that is within another's D_min."""
-    around = Ring(inner_m=sweep.d_min_m, outer_m=SHOWN_RATIO * sweep.d_min_m)
+    around = StandoffRing(inner_m=sweep.d_min_m, outer_m=SHOWN_RATIO * sweep.d_min_m)
     all_m2 = near_m2 = 0.0
     for seed in seeds:
         field = drawn_map(sweep, seed)[0]
@@ -148,7 +154,7 @@ def _noticed(sweep: Sweep, seeds: Sequence[tuple[int, ...]]) -> float:
     return near_m2 / all_m2
 
 
-def _values(found: Findings) -> dict[str, Value]:
+def _values(found: StandoffFindings) -> dict[str, Value]:
     few, tight, raster = found.few, found.tight, found.raster
     gap_area, gap_any, gap_fixed = (gap.mean(axis=0) for gap in found.gaps(few))
     return {
@@ -186,7 +192,7 @@ def _values(found: Findings) -> dict[str, Value]:
     }
 
 
-def _fit_values(name: str, fit: Fit) -> dict[str, Value]:
+def _fit_values(name: str, fit: AreaFit) -> dict[str, Value]:
     return {
         f"fig9_quadratic_{name}_m2": list(fit.quadratic),
         f"fig9_law_{name}_m2": fit.law_m2,
@@ -195,7 +201,7 @@ def _fit_values(name: str, fit: Fit) -> dict[str, Value]:
     }
 
 
-def _rates(curves: Curves) -> dict[str, F64]:
+def _rates(curves: StandoffCurves) -> dict[str, F64]:
     return {
         "multi": curves.multi,
         "single_any": curves.single_any,
@@ -203,7 +209,7 @@ def _rates(curves: Curves) -> dict[str, F64]:
     }
 
 
-def _tight_values(found: Findings) -> dict[str, Value]:
+def _tight_values(found: StandoffFindings) -> dict[str, Value]:
     values: dict[str, Value] = {}
     ratios = found.tight.ratios
     names = ("fig9_gap_m2", "fig10_gap_any", "fig10_gap_fixed")
@@ -217,7 +223,7 @@ def _tight_values(found: Findings) -> dict[str, Value]:
     return values
 
 
-def _bound_values(found: Findings) -> dict[str, Value]:
+def _bound_values(found: StandoffFindings) -> dict[str, Value]:
     values: dict[str, Value] = {}
     for name, px_per_deg in (("wide", WIDE_PX_PER_DEG), ("fovea", FOVEA_PX_PER_DEG)):
         at_m = SHOWN_INNER_M

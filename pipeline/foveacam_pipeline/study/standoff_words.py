@@ -3,29 +3,29 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from foveacam_pipeline.study.findings import Row
-from foveacam_pipeline.study.standoff_checks import CELL_M, CHECKED_MAP, Check, RasterCheck
-from foveacam_pipeline.study.standoff_fits import F64, Curves, Fit, band, grows
-from foveacam_pipeline.study.standoff_runs import Sweep
+from foveacam_pipeline.study.findings import PaperComparison
+from foveacam_pipeline.study.standoff_checks import CELL_M, CHECKED_MAP, ProbabilityCheck, RasterCheck
+from foveacam_pipeline.study.standoff_fits import F64, AreaFit, StandoffCurves, band, grows
+from foveacam_pipeline.study.standoff_runs import StandoffSweep
 
 SHOWN_RATIO = 3.0
 """Ratio of D_max to D_min on the maps of Fig. 7."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Findings:
+class StandoffFindings:
     """What was computed. `few`: the maps of Figs. 9 and 10, `tight` all maps; `fits`: of multi and single.
 
     `signs`: relative change of the multi-fovea area by reading of Eq. 9 and ratio. `noticed`: share of that
     area within another target's D_min.
     """
 
-    sweep: Sweep
-    few: Curves
-    tight: Curves
-    fits: tuple[Fit, Fit]
+    sweep: StandoffSweep
+    few: StandoffCurves
+    tight: StandoffCurves
+    fits: tuple[AreaFit, AreaFit]
     redrawn: int
-    checks: tuple[Check, ...]
+    checks: tuple[ProbabilityCheck, ...]
     raster: RasterCheck
     signs: dict[str, float]
     noticed: float
@@ -37,7 +37,7 @@ class Findings:
         return sum(abs(check.z) > 3.0 for check in self.checks)
 
     @staticmethod
-    def gaps(curves: Curves) -> tuple[F64, F64, F64]:
+    def gaps(curves: StandoffCurves) -> tuple[F64, F64, F64]:
         """Return per map: multi less single area, m²; coverage less that of any one and of a fixed target."""
         return (
             curves.multi_m2 - curves.single_m2,
@@ -46,16 +46,16 @@ class Findings:
         )
 
 
-def rows(found: Findings) -> tuple[Row, ...]:
+def rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
     """Return the paper's claims beside what was found."""
     return (*_area_rows(found), *_coverage_rows(found), *_check_rows(found))
 
 
-def _area_rows(found: Findings) -> tuple[Row, ...]:
+def _area_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
     multi, single = found.fits
     few = found.few
     return (
-        Row(
+        PaperComparison(
             quantity="mean feasible area over the ratio (Fig. 9)",
             paper="quadratic growth of both curves, 10 maps",
             ours=f"quadratic polynomial: R² {multi.r2:.5f} multi, {single.r2:.5f} single",
@@ -63,7 +63,7 @@ def _area_rows(found: Findings) -> tuple[Row, ...]:
             f"{multi.law_r2:.4f}, {single.law_r2:.4f}. The single curve follows the law; the union's curve "
             "is bent much less, since rings overlap",
         ),
-        Row(
+        PaperComparison(
             quantity="multi-fovea area beside single-fovea area (Fig. 9)",
             paper="progressively larger",
             ours=f"{_ratios(few.multi_m2, few.single_m2, few.ratios)}",
@@ -74,12 +74,12 @@ def _area_rows(found: Findings) -> tuple[Row, ...]:
     )
 
 
-def _coverage_rows(found: Findings) -> tuple[Row, ...]:
+def _coverage_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
     few, tight = found.few, found.tight
     _, gap_any, gap_fixed = (band(gap) for gap in found.gaps(tight))
     ratio = few.ratios[-1]
     return (
-        Row(
+        PaperComparison(
             quantity=f"coverage of one loop at a ratio of {ratio:g} (Fig. 10)",
             paper="substantially higher with many foveae",
             ours=f"{few.multi[:, -1].mean():.2f} ± {few.multi[:, -1].std(ddof=1):.2f} multi, "
@@ -87,7 +87,7 @@ def _coverage_rows(found: Findings) -> tuple[Row, ...]:
             f"{few.single_fixed[:, -1].mean():.2f} ± {few.single_fixed[:, -1].std(ddof=1):.2f} fixed",
             note=f"± 1σ over {few.maps} maps",
         ),
-        Row(
+        PaperComparison(
             quantity="gap of coverage with the ratio (Fig. 10)",
             paper="widens",
             ours=f"any one target: {_steps(gap_any.mean, few.ratios)}; fixed: "
@@ -98,17 +98,17 @@ def _coverage_rows(found: Findings) -> tuple[Row, ...]:
     )
 
 
-def _check_rows(found: Findings) -> tuple[Row, ...]:
+def _check_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
     raster = found.raster
     return (
-        Row(
+        PaperComparison(
             quantity="Eqs. 10-13 beside Monte Carlo",
             paper="closed forms",
             ours=f"{found.outside} of {len(found.checks)} settings outside 3 standard errors, largest "
             f"{max(abs(check.z) for check in found.checks):.2f}",
             note=_outside_said(found),
         ),
-        Row(
+        PaperComparison(
             quantity="exact regions beside a raster of cells",
             paper="not stated",
             ours=f"areas within {100.0 * raster.rel_diff:.3f} %, {raster.speedup:.0f} times as fast",
@@ -119,7 +119,7 @@ def _check_rows(found: Findings) -> tuple[Row, ...]:
     )
 
 
-def definitions(found: Findings) -> tuple[str, ...]:
+def definitions(found: StandoffFindings) -> tuple[str, ...]:
     """Return what the words on the plots mean."""
     sweep, layout = found.sweep, found.sweep.layout
     return (
@@ -148,7 +148,7 @@ def definitions(found: Findings) -> tuple[str, ...]:
     )
 
 
-def deviations(found: Findings) -> tuple[str, ...]:
+def deviations(found: StandoffFindings) -> tuple[str, ...]:
     """Return what differs from the paper, and why."""
     said = [
         "Eq. 9 as printed subtracts the depth error from Dₘᵢₙ; the text says that the error inflates the "
@@ -186,7 +186,7 @@ def _steps(gap: F64, ratios: Sequence[float]) -> str:
     return ", ".join(f"{gap[n]:.3f} at {ratios[n]:g}" for n in shown)
 
 
-def _outside_said(found: Findings) -> str:
+def _outside_said(found: StandoffFindings) -> str:
     trials = f"{found.checks[0].drawn.trials} trials each"
     names = [f"Eq. {check.equation}, {check.setting}" for check in found.checks if abs(check.z) > 3.0]
     if not names:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from foveacam_pipeline.study.findings import Picture, drawing_of
+from foveacam_pipeline.study.findings import StudyFigure, drawing_of
 from foveacam_pipeline.study.tokens import (
     BACKDROP_SHARE,
     STREAMS,
@@ -16,9 +16,9 @@ from foveacam_pipeline.study.tokens import (
 ATTENTION, LAYER, MODEL = "#0072B2", "#D55E00", "#333333"
 
 
-def time_picture(measured: TokenTimes) -> Picture:
+def time_picture(measured: TokenTimes) -> StudyFigure:
     """Return time against tokens as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="token-time",
         title="Time of attention against tokens",
         caption="Attention alone follows the square of the number of tokens; a whole layer does so only "
@@ -55,9 +55,9 @@ def time_drawing(measured: TokenTimes) -> Figure:
     return figure
 
 
-def ratio_picture(measured: TokenTimes | None) -> Picture:
+def ratio_picture(measured: TokenTimes | None) -> StudyFigure:
     """Return Eq. 5 beside what was measured as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="token-split",
         title="Cost of a backdrop and streams over that of all tokens at once",
         caption="At equal tokens attention costs what Eq. 5 says; a whole layer saves less, "

@@ -1,6 +1,6 @@
 """The findings of Sec. 4.3: attention's quadratic cost, and what backdrop and streams save of it (Eq. 5)."""
 
-from foveacam_pipeline.study.findings import Row, Study, Value
+from foveacam_pipeline.study.findings import PaperComparison, StudyResult, Value
 from foveacam_pipeline.study.tokens import (
     BACKDROP_SHARE,
     STREAMS,
@@ -20,7 +20,7 @@ NO_TORCH = "timing attention needs torch; pip install 'foveacam-duo[learn]'"
 
 def tokens_study(
     *, quick: bool = False, measured: TokenTimes | None = None, not_measured: str = NO_TORCH
-) -> Study:
+) -> StudyResult:
     """Return the findings of Sec. 4.3.
 
     `measured`: what `learn.attention.measure` took; without it the model is told alone, and `not_measured`
@@ -29,7 +29,7 @@ def tokens_study(
     pictures = [ratio_picture(measured)]
     if measured is not None:
         pictures.insert(0, time_picture(measured))
-    return Study(
+    return StudyResult(
         name="tokens",
         section="4.3",
         title="Token reduction",
@@ -84,16 +84,16 @@ def layer_saving(measured: TokenTimes) -> float | None:
     return found[0] if found else None
 
 
-def _model_rows() -> tuple[Row, ...]:
+def _model_rows() -> tuple[PaperComparison, ...]:
     ratios = ", ".join(f"{cost_ratio(MODEL_TOTAL, streams=k):.3f}" for k in STREAMS)
     return (
-        Row(
+        PaperComparison(
             quantity="tokens of an image, N = H W / P²",
             paper="N = HW/P²",
             ours=f"{token_count(1246, 378, patch_px=14)} for 1246 x 378 px, P = 14 px",
             note="the size of Sec. 4.2's images, padded to whole patches",
         ),
-        Row(
+        PaperComparison(
             quantity="Eq. 5: C_FOV / C_MR at equal tokens, "
             f"{100.0 * BACKDROP_SHARE:.0f} % backdrop and k = {_counts()} streams",
             paper="< 1, no number given",
@@ -103,33 +103,33 @@ def _model_rows() -> tuple[Row, ...]:
     )
 
 
-def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[Row, ...]:
+def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[PaperComparison, ...]:
     slope = "latency against tokens, exponent of attention"
     law = f"measured attention, backdrop and k = {_counts(measured)} streams over all tokens at once"
     layer = "the same for a whole transformer layer"
     if measured is None:
         missing = f"not measured: {not_measured}"
         return (
-            Row(quantity=slope, paper="2 (Fig. 5b: quadratic)", ours=missing),
-            Row(quantity=law, paper="Eq. 5", ours=missing),
-            Row(quantity=layer, paper="not told", ours=missing),
+            PaperComparison(quantity=slope, paper="2 (Fig. 5b: quadratic)", ours=missing),
+            PaperComparison(quantity=law, paper="Eq. 5", ours=missing),
+            PaperComparison(quantity=layer, paper="not told", ours=missing),
         )
     found, saved = measured.splits, layer_saving(measured)
     return (
-        Row(
+        PaperComparison(
             quantity=slope,
             paper="2 (Fig. 5b: quadratic)",
             ours=f"{exponent(measured.tokens, measured.attention_s):.2f}",
             note=f"{measured.tokens[0]} to {measured.tokens[-1]} tokens; a whole layer: "
             f"{exponent(measured.tokens, measured.layer_s):.2f}; {measured.device}",
         ),
-        Row(
+        PaperComparison(
             quantity=law,
             paper="Eq. 5",
             ours=", ".join(f"{split.attention_ratio:.3f}" for split in found),
             note=f"off Eq. 5 by at most {100.0 * eq5_error(measured):.1f} % for k of 2 and more",
         ),
-        Row(
+        PaperComparison(
             quantity=layer,
             paper="not told",
             ours=", ".join(f"{split.layer_ratio:.3f}" for split in found),

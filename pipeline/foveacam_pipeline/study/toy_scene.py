@@ -44,7 +44,7 @@ COLUMNS: tuple[tuple[tuple[float, float], float], ...] = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class AgentPose:
     """Where an agent stands and faces: `heading_rad` clockwise from +y as seen from above."""
 
     x_m: float

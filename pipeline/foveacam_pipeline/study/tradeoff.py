@@ -12,19 +12,19 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.depth_metrics import BINS, BinScores, bin_means, bin_scores, depth_bins
 from foveacam_pipeline.study.near_far_scenes import FARTHEST_M, StereoScene
 from foveacam_pipeline.study.patches import (
-    Budget,
-    Choice,
     Disparity,
     Floats,
-    Place,
-    Size,
+    PatchChoice,
+    PatchPosition,
+    PictureSize,
+    PixelBudget,
     choose_patches,
     covered_by,
     enlarged,
     filled,
     resized,
 )
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView, estimated_disparity
+from foveacam_pipeline.study.tradeoff_stereo import DisparityEstimator, StereoView, estimated_disparity
 
 WINDOW_PERCENTILES = (2.0, 98.0)
 """A patch is searched about the backdrop's disparities there, but for the few that are most likely wrong."""
@@ -32,18 +32,20 @@ MARGIN_BACKDROP_PX = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class SceneOutcome:
     """What one scene gave: scores of both configurations, and the share of each bin that patches cover."""
 
     mr: BinScores
     fov: BinScores
     coverage: Floats
-    places: tuple[Place, ...]
+    places: tuple[PatchPosition, ...]
     bin_depth_m: Floats
     """(bins,) mean true depth of each bin."""
 
 
-def outcomes(scene: StereoScene, sizes: Budget, estimator: DepthEstimator) -> dict[Choice, Outcome]:
+def outcomes(
+    scene: StereoScene, sizes: PixelBudget, estimator: DisparityEstimator
+) -> dict[PatchChoice, SceneOutcome]:
     """Return what the budget gives, by both choices of patches. Raise InvalidInput where truth is missing."""
     counted = counted_pixels(scene)
     truth_m = scene.truth_z_m[counted].astype(np.float64)
@@ -56,15 +58,15 @@ def outcomes(scene: StereoScene, sizes: Budget, estimator: DepthEstimator) -> di
     found = uniform(scene, sizes.backdrop, estimator)
     backdrop = enlarged(filled(found), sizes.native)
     by_choice = {
-        Choice.TRUTH: np.where(counted, scene.truth_z_m, np.nan),
-        Choice.ESTIMATE: estimated_depth(found, scene, sizes.native),
+        PatchChoice.TRUTH: np.where(counted, scene.truth_z_m, np.nan),
+        PatchChoice.ESTIMATE: estimated_depth(found, scene, sizes.native),
     }
     results = {}
     for choice, depth_m in by_choice.items():
         places = choose_patches(depth_m.astype(np.float64), sizes.patch, count=sizes.count)
         fused = with_patches(scene, backdrop, places, sizes, estimator)
         covered = covered_by(places, sizes.patch, sizes.native)[counted]
-        results[choice] = Outcome(
+        results[choice] = SceneOutcome(
             mr=mr,
             fov=scores(fused),
             coverage=bin_means(covered.astype(np.float64), bin_of, bins=BINS),
@@ -88,7 +90,7 @@ def depth_of(disparity: Disparity, scene: StereoScene) -> Floats:
     return np.asarray(f_b / np.maximum(disparity.astype(np.float64), f_b / FARTHEST_M))
 
 
-def uniform(scene: StereoScene, size: Size, estimator: DepthEstimator) -> Disparity:
+def uniform(scene: StereoScene, size: PictureSize, estimator: DisparityEstimator) -> Disparity:
     """Return the disparity of both images at that size, in its own pixels; NaN where none was found."""
     ratio = size.width / scene.left.shape[1]
     left, right = (resized(image, size) for image in (scene.left, scene.right))
@@ -102,7 +104,7 @@ def uniform(scene: StereoScene, size: Size, estimator: DepthEstimator) -> Dispar
     return estimated_disparity(estimator, view)
 
 
-def estimated_depth(found: Disparity, scene: StereoScene, native: Size) -> Floats:
+def estimated_depth(found: Disparity, scene: StereoScene, native: PictureSize) -> Floats:
     """Return (h, w) depth as the backdrop tells it, NaN where it knows none within the range counted.
 
     What seems farther than that is taken for the sky.
@@ -117,9 +119,9 @@ def estimated_depth(found: Disparity, scene: StereoScene, native: Size) -> Float
 def with_patches(
     scene: StereoScene,
     backdrop: Disparity,
-    places: tuple[Place, ...],
-    sizes: Budget,
-    estimator: DepthEstimator,
+    places: tuple[PatchPosition, ...],
+    sizes: PixelBudget,
+    estimator: DisparityEstimator,
 ) -> Disparity:
     """Return the backdrop's native disparity map with each patch's own where it found one."""
     fused = backdrop.copy()
@@ -133,7 +135,7 @@ def with_patches(
 
 
 def patch_view(
-    scene: StereoScene, about: Disparity, place: Place, size: Size, *, margin_px: float
+    scene: StereoScene, about: Disparity, place: PatchPosition, size: PictureSize, *, margin_px: float
 ) -> tuple[StereoView, int]:
     """Return a patch of both eyes, the right one shifted as the backdrop's disparity says, and the shift.
 

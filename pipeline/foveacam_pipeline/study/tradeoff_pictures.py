@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from foveacam_pipeline.study.depth_metrics import Metric
-from foveacam_pipeline.study.findings import Picture, drawing_of
+from foveacam_pipeline.study.depth_metrics import DepthMetric
+from foveacam_pipeline.study.findings import StudyFigure, drawing_of
 from foveacam_pipeline.study.near_far_scenes import StereoScene
-from foveacam_pipeline.study.patches import Choice
-from foveacam_pipeline.study.tradeoff_sweep import Point, Sweep
+from foveacam_pipeline.study.patches import PatchChoice
+from foveacam_pipeline.study.tradeoff_sweep import BudgetPoint, BudgetSweep
 from foveacam_pipeline.study.tradeoff_told import (
     HEADLINE_SHARE,
     NAMES,
@@ -25,20 +25,20 @@ from foveacam_pipeline.study.tradeoff_told import (
 )
 
 GAIN, LOSS, COVER = "#0072B2", "#D55E00", "#009E73"
-CHOICE_COLOURS = {Choice.TRUTH: "#0072B2", Choice.ESTIMATE: "#E69F00"}
-ASIDE = {Choice.TRUTH: 0.975, Choice.ESTIMATE: 1.025}
+CHOICE_COLOURS = {PatchChoice.TRUTH: "#0072B2", PatchChoice.ESTIMATE: "#E69F00"}
+ASIDE = {PatchChoice.TRUTH: 0.975, PatchChoice.ESTIMATE: 1.025}
 """Intervals stand so far beside their marks, that neither hides the other."""
 READING_LINES = {"mean": "-", "sum": "--"}
-PLACE_STYLES = {Choice.TRUTH: ("#56B4E9", "-"), Choice.ESTIMATE: ("#E69F00", "--")}
+PLACE_STYLES = {PatchChoice.TRUTH: ("#56B4E9", "-"), PatchChoice.ESTIMATE: ("#E69F00", "--")}
 FARTHEST_SHOWN = 30.0
 """T beyond this, or infinite, is drawn here."""
 LEAST_SHOWN = 0.03
 
 
-def bins_picture(found: Sweep, *, source: str, prefix: str = "") -> Picture:
+def bins_picture(found: BudgetSweep, *, source: str, prefix: str = "") -> StudyFigure:
     """Return gains and coverage by bin as a picture of the report."""
-    share = found.at(HEADLINE_SHARE, Choice.TRUTH).share
-    return Picture(
+    share = found.at(HEADLINE_SHARE, PatchChoice.TRUTH).share
+    return StudyFigure(
         name=f"{prefix.replace('_', '-')}tradeoff-bins",
         title=f"Change of AbsRel by depth, {source}",
         caption=f"FOV against MR at q = {share:g}: blue bins gain, orange bins lose, lines are standard "
@@ -48,11 +48,11 @@ def bins_picture(found: Sweep, *, source: str, prefix: str = "") -> Picture:
     )
 
 
-def bins_drawing(found: Sweep) -> Figure:
+def bins_drawing(found: BudgetSweep) -> Figure:
     """Draw the gain in AbsRel of every bin, and the share of it that patches cover, for both choices."""
     figure = Figure(figsize=(8.4, 5.4), layout="constrained")
     grid = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(2.0, 1.0))
-    for column, choice in enumerate(Choice):
+    for column, choice in enumerate(PatchChoice):
         point = found.at(HEADLINE_SHARE, choice)
         _gain_bars(grid[0, column], point)
         _coverage_bars(grid[1, column], point)
@@ -68,14 +68,14 @@ def bins_drawing(found: Sweep) -> Figure:
     return figure
 
 
-def _gain_bars(axes: Axes, point: Point) -> None:
-    gain = np.nan_to_num(point.gains(Metric.ABSREL))
+def _gain_bars(axes: Axes, point: BudgetPoint) -> None:
+    gain = np.nan_to_num(point.gains(DepthMetric.ABSREL))
     at = np.arange(len(gain))
     colours = [GAIN if each > 0.0 else LOSS for each in gain]
-    errors = np.nan_to_num(point.gain_errors(Metric.ABSREL))
+    errors = np.nan_to_num(point.gain_errors(DepthMetric.ABSREL))
     axes.bar(at, gain, color=colours, yerr=errors, error_kw={"ecolor": "0.25", "elinewidth": 1.0})
     axes.axhline(0.0, color="0.2", linewidth=0.8)
-    ratio = point.ratio(Metric.ABSREL)
+    ratio = point.ratio(DepthMetric.ABSREL)
     axes.text(
         0.03,
         0.92,
@@ -87,7 +87,7 @@ def _gain_bars(axes: Axes, point: Point) -> None:
     axes.margins(y=0.15)
 
 
-def _coverage_bars(axes: Axes, point: Point) -> None:
+def _coverage_bars(axes: Axes, point: BudgetPoint) -> None:
     covered = 100.0 * np.nan_to_num(point.mean(lambda each: each.coverage))
     axes.bar(np.arange(len(covered)), covered, color=COVER)
     axes.set_ylim(0.0, 100.0)
@@ -100,9 +100,9 @@ def _shown(ratio: float) -> str:
     return "∞" if math.isinf(ratio) else f"{ratio:.2f}"
 
 
-def ratio_picture(found: Sweep, *, source: str, prefix: str = "") -> Picture:
+def ratio_picture(found: BudgetSweep, *, source: str, prefix: str = "") -> StudyFigure:
     """Return T against the budget as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name=f"{prefix.replace('_', '-')}tradeoff-ratio",
         title=f"Near-far trade-off ratio against the budget, {source}",
         caption="Above 1 far gains outweigh near losses. Upright lines: 90 % intervals of the ratio of means "
@@ -112,11 +112,11 @@ def ratio_picture(found: Sweep, *, source: str, prefix: str = "") -> Picture:
     )
 
 
-def ratio_drawing(found: Sweep) -> Figure:
+def ratio_drawing(found: BudgetSweep) -> Figure:
     """Draw T of every metric against q: both readings, both choices of patches, and the paper's value."""
     figure = Figure(figsize=(8.4, 4.4), layout="constrained")
-    row = figure.subplots(1, len(Metric), sharey=True)
-    for axes, metric in zip(row, Metric, strict=True):
+    row = figure.subplots(1, len(DepthMetric), sharey=True)
+    for axes, metric in zip(row, DepthMetric, strict=True):
         for choice, points in found.points.items():
             for name, line in READING_LINES.items():
                 ratios = ratios_of(points, metric, READINGS[name])
@@ -140,7 +140,9 @@ def ratio_drawing(found: Sweep) -> Figure:
     return figure
 
 
-def _intervals(axes: Axes, points: tuple[Point, ...], metric: Metric, *, choice: Choice) -> None:
+def _intervals(
+    axes: Axes, points: tuple[BudgetPoint, ...], metric: DepthMetric, *, choice: PatchChoice
+) -> None:
     """Draw where T of the means lies, over scenes, beside its mark; always of the same resampling."""
     for point in points:
         ends = _clamped([end.mean for end in point.interval(metric, seed=0)])
@@ -152,7 +154,7 @@ def _clamped(ratios: Sequence[float]) -> list[float]:
     return [min(max(ratio, LEAST_SHOWN), FARTHEST_SHOWN) for ratio in ratios]
 
 
-def _scaled(axes: Axes, found: Sweep) -> None:
+def _scaled(axes: Axes, found: BudgetSweep) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(LEAST_SHOWN, 1.1 * FARTHEST_SHOWN)
@@ -166,9 +168,9 @@ def _scaled(axes: Axes, found: Sweep) -> None:
     axes.grid(visible=True, alpha=0.3)
 
 
-def places_picture(found: Sweep, scene: StereoScene) -> Picture:
+def places_picture(found: BudgetSweep, scene: StereoScene) -> StudyFigure:
     """Return where the patches lie on the first scene as a picture of the report."""
-    return Picture(
+    return StudyFigure(
         name="tradeoff-places",
         title=f"Where the patches lie, {scene.name}",
         caption="Native patches on the left image, and on the true depth; grey: not judged.",
@@ -176,7 +178,7 @@ def places_picture(found: Sweep, scene: StereoScene) -> Picture:
     )
 
 
-def places_drawing(found: Sweep, scene: StereoScene) -> Figure:
+def places_drawing(found: BudgetSweep, scene: StereoScene) -> Figure:
     """Draw the patches of both choices over the left image and its true depth; `scene` was swept first."""
     figure = Figure(figsize=(8.4, 5.6), layout="constrained")
     upper, lower = figure.subplots(2, 1)
@@ -191,10 +193,10 @@ def places_drawing(found: Sweep, scene: StereoScene) -> Figure:
     nearest_m, farthest_m = np.nanmin(depth_m), np.nanmax(depth_m)
     ticks_m = [each for each in (5.0, 10.0, 20.0, 40.0, 80.0) if nearest_m < each < farthest_m]
     bar.set_ticks([math.log10(each) for each in ticks_m], labels=[f"{each:g}" for each in ticks_m])
-    for choice in Choice:
+    for choice in PatchChoice:
         for axes in (upper, lower):
             _outline(axes, found.at(HEADLINE_SHARE, choice), choice)
-    share = found.at(HEADLINE_SHARE, Choice.TRUTH).share
+    share = found.at(HEADLINE_SHARE, PatchChoice.TRUTH).share
     upper.set_title(f"{scene.name}, q = {share:g}", fontsize=11)
     upper.legend(fontsize=9, loc="upper right")
     for axes in (upper, lower):
@@ -203,7 +205,7 @@ def places_drawing(found: Sweep, scene: StereoScene) -> Figure:
     return figure
 
 
-def _outline(axes: Axes, point: Point, choice: Choice) -> None:
+def _outline(axes: Axes, point: BudgetPoint, choice: PatchChoice) -> None:
     """Draw the patches of the first scene."""
     colour, line = PLACE_STYLES[choice]
     size = point.sizes.patch

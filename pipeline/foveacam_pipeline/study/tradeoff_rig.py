@@ -18,7 +18,7 @@ from foveacam_pipeline.study.patches import (
     PATCH_SHARE,
     Disparity,
     Floats,
-    Size,
+    PictureSize,
     enlarged,
     filled,
     resized,
@@ -31,7 +31,7 @@ from foveacam_pipeline.study.tradeoff import (
     depth_of,
     uniform,
 )
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, StereoView, estimated_disparity
+from foveacam_pipeline.study.tradeoff_stereo import DisparityEstimator, StereoView, estimated_disparity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +75,12 @@ class RigOutcome:
     pixels: tuple[int, int]
 
 
-def rig_outcome(scene: RigPairScene, estimator: DepthEstimator, *, share: float = 1.0) -> RigOutcome:
+def rig_outcome(scene: RigPairScene, estimator: DisparityEstimator, *, share: float = 1.0) -> RigOutcome:
     """Return what `share` of the wide camera's native pixels give, spent either way. Raise InvalidInput."""
     if not 0.0 < share <= 1.0:
         raise InvalidInput(f"a share of {share} of the wide pixels was given; choose one between 0 and 1")
     wide = scene.wide
-    native = Size(width=wide.left.shape[1], height=wide.left.shape[0])
+    native = PictureSize(width=wide.left.shape[1], height=wide.left.shape[0])
     medium, small = scaled(native, share), scaled(native, share * (1.0 - PATCH_SHARE))
     mr = enlarged(filled(uniform(wide, medium, estimator)), native)
     fused = enlarged(filled(uniform(wide, small, estimator)), native)
@@ -95,18 +95,18 @@ def rig_outcome(scene: RigPairScene, estimator: DepthEstimator, *, share: float 
     return _judged(wide, mr, fused, inside, pixels=(medium.pixels, spent))
 
 
-def _fovea_size(pair: RectifiedPair, pixels: float) -> Size:
+def _fovea_size(pair: RectifiedPair, pixels: float) -> PictureSize:
     """Return the size a fovea is reduced to; it is never enlarged."""
-    native = Size(width=pair.left.shape[1], height=pair.left.shape[0])
+    native = PictureSize(width=pair.left.shape[1], height=pair.left.shape[0])
     return scaled(native, min(1.0, pixels / native.pixels))
 
 
 def _foveated(
     scene: RigPairScene,
     pair: RectifiedPair,
-    size: Size,
+    size: PictureSize,
     backdrop: Disparity,
-    estimator: DepthEstimator,
+    estimator: DisparityEstimator,
     *,
     margin_px: float,
 ) -> tuple[NDArray[np.bool_], Disparity]:

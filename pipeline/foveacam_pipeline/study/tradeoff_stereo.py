@@ -1,4 +1,4 @@
-"""What estimates depth in Sec. 4.2: any `DepthEstimator`; by default the project's semi-global matcher."""
+"""Depth estimators of Sec. 4.2: any `DisparityEstimator`; by default the project's semi-global matcher."""
 
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -30,7 +30,7 @@ class StereoView:
     far_m: float | None = None
 
 
-class DepthEstimator(Protocol):
+class DisparityEstimator(Protocol):
     """Finds disparity; `name` is told in the findings."""
 
     @property
@@ -43,7 +43,7 @@ class DepthEstimator(Protocol):
         ...
 
 
-def estimated_disparity(estimator: DepthEstimator, view: StereoView) -> Disparity:
+def estimated_disparity(estimator: DisparityEstimator, view: StereoView) -> Disparity:
     """Return what the estimator finds; raise InvalidInput where that is no map of the left image's size."""
     found = estimator.disparity_px(view)
     if found.shape != view.left.shape[:2]:

@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
-from foveacam_pipeline.study.depth_metrics import Metric
-from foveacam_pipeline.study.findings import Picture, Row, Study, Value
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
+from foveacam_pipeline.study.depth_metrics import DepthMetric
+from foveacam_pipeline.study.findings import PaperComparison, StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.near_far_scenes import FARTHEST_M, StereoScene, street
-from foveacam_pipeline.study.patches import Choice
+from foveacam_pipeline.study.patches import PatchChoice
 from foveacam_pipeline.study.tradeoff_pictures import bins_picture, places_picture, ratio_picture
 from foveacam_pipeline.study.tradeoff_rig import RigOutcome, RigPairScene, rig_outcome
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator, SemiGlobal
-from foveacam_pipeline.study.tradeoff_sweep import PATCHES, Sweep, sweep
+from foveacam_pipeline.study.tradeoff_stereo import DisparityEstimator, SemiGlobal
+from foveacam_pipeline.study.tradeoff_sweep import PATCHES, BudgetSweep, sweep
 from foveacam_pipeline.study.tradeoff_told import HEADLINE_SHARE, rows_of, values_of
 from foveacam_pipeline.study.vkitti import load_vkitti, vkitti_frames
 
@@ -37,11 +37,11 @@ def tradeoff_study(
     scenes: int = SCENES,
     quick: bool = False,
     vkitti: Path | None = None,
-    estimator: DepthEstimator | None = None,
+    estimator: DisparityEstimator | None = None,
     rig_pairs: Sequence[RigPairScene] = (),
     seed: int = 0,
-    watch: MakingWatch = SILENT,
-) -> Study:
+    watch: ProgressWatcher = SILENT,
+) -> StudyResult:
     """Return the findings of Sec. 4.2.
 
     `scenes`: how many streets, and at most so many frames of Virtual KITTI 2 in the folder `vkitti`. `quick`:
@@ -54,7 +54,7 @@ def tradeoff_study(
     stereo = SemiGlobal() if estimator is None else estimator
     count, shares = (min(scenes, QUICK_SCENES), QUICK_SHARES) if quick else (scenes, SHARES)
     frames = () if vkitti is None else vkitti_frames(vkitti, count=count)
-    steps = Steps(
+    steps = ProgressSteps(
         watch,
         (count + len(frames)) * len(shares) + len(rig_pairs),
         ended="the trade-off study was cancelled; none of it was kept, start it again",
@@ -62,7 +62,7 @@ def tradeoff_study(
     first = street(SEED_STRIDE * seed)
     others = (street(SEED_STRIDE * seed + index) for index in range(1, count))
 
-    def swept(given: Iterable[StereoScene]) -> Sweep:
+    def swept(given: Iterable[StereoScene]) -> BudgetSweep:
         return sweep(given, shares=shares, estimator=stereo, steps=steps)
 
     found = {STREETS: swept(chain([first], others))}
@@ -76,18 +76,18 @@ def tradeoff_study(
 
 
 def told(
-    found: dict[str, Sweep],
+    found: dict[str, BudgetSweep],
     first: StereoScene,
     rigs: Sequence[RigOutcome],
     *,
     name: str,
     seed: int,
     quick: bool,
-) -> Study:
+) -> StudyResult:
     """Return sweeps by source, and what the rig's pictures gave, as a study. `first`: the street shown."""
     values: dict[str, Value] = {"estimator": name}
-    rows: list[Row] = []
-    pictures: list[Picture] = []
+    rows: list[PaperComparison] = []
+    pictures: list[StudyFigure] = []
     for source, each in found.items():
         short = "" if source == STREETS else "vkitti_"
         values |= values_of(each, prefix=short)
@@ -98,7 +98,7 @@ def told(
         ]
     pictures.append(places_picture(found[STREETS], first))
     values |= _rig_values(rigs)
-    return Study(
+    return StudyResult(
         name="tradeoff",
         section="4.2",
         title="Depth-dependent trade-off under equal bandwidth",
@@ -123,9 +123,9 @@ def _rig_values(rigs: Sequence[RigOutcome]) -> dict[str, Value]:
     }
 
 
-def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[Row, ...]:
+def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[PaperComparison, ...]:
     return tuple(
-        Row(
+        PaperComparison(
             quantity=f"AbsRel where the foveae look, simulated rig, view {number}",
             paper="not told",
             ours=f"{each.inside_mr_absrel:.5f} by the wide pair, {each.inside_fov_absrel:.5f} by foveae",
@@ -136,7 +136,7 @@ def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[Row, ...]:
     )
 
 
-def _definitions(streets: Sweep) -> tuple[str, ...]:
+def _definitions(streets: BudgetSweep) -> tuple[str, ...]:
     return (
         "q: share of the native pixels that either configuration spends. MR: both images reduced evenly to q."
         f" FOV: a backdrop of 0.75 q, and {PATCHES} patches at native resolution with 0.25 q together.",
@@ -154,9 +154,9 @@ def _definitions(streets: Sweep) -> tuple[str, ...]:
 
 
 def _deviations(
-    found: dict[str, Sweep], rigs: Sequence[RigOutcome], *, name: str, quick: bool
+    found: dict[str, BudgetSweep], rigs: Sequence[RigOutcome], *, name: str, quick: bool
 ) -> tuple[str, ...]:
-    scenes = len(found[STREETS].at(HEADLINE_SHARE, Choice.TRUTH).outcomes)
+    scenes = len(found[STREETS].at(HEADLINE_SHARE, PatchChoice.TRUTH).outcomes)
     said = [
         f"The paper runs FoundationStereo on Virtual KITTI 2; here {name} runs on {scenes} seeded streets of "
         "the same camera" + (", and on frames of the data set." if VKITTI in found else ".")
@@ -170,8 +170,8 @@ def _deviations(
         "The paper tells neither its budget, nor how many patches it places and by what, nor T's definition "
         "(its supplement): T is told in two readings, for two ways of placing, over a range of budgets."
     )
-    point = found[STREETS].at(HEADLINE_SHARE, Choice.TRUTH)
-    gain, total = point.gains(Metric.ABSREL), point.ratio(Metric.ABSREL).total
+    point = found[STREETS].at(HEADLINE_SHARE, PatchChoice.TRUTH)
+    gain, total = point.gains(DepthMetric.ABSREL), point.ratio(DepthMetric.ABSREL).total
     outweigh = "outweigh" if total > 1.0 else "do not outweigh"
     said.append(
         f"By AbsRel {np.count_nonzero(gain > 0.0)} of {len(gain)} bins gain and "

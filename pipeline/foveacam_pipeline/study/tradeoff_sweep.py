@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.making import Steps
-from foveacam_pipeline.study.depth_metrics import Metric, Tradeoff, gains, tradeoff, tradeoffs
+from foveacam_pipeline.capture.progress_steps import ProgressSteps
+from foveacam_pipeline.study.depth_metrics import DepthMetric, TradeoffRatio, gains, tradeoff, tradeoffs
 from foveacam_pipeline.study.near_far_scenes import StereoScene
-from foveacam_pipeline.study.patches import Budget, Choice, Floats, Size, budget
-from foveacam_pipeline.study.tradeoff import Outcome, outcomes
-from foveacam_pipeline.study.tradeoff_stereo import DepthEstimator
+from foveacam_pipeline.study.patches import Floats, PatchChoice, PictureSize, PixelBudget, budget
+from foveacam_pipeline.study.tradeoff import SceneOutcome, outcomes
+from foveacam_pipeline.study.tradeoff_stereo import DisparityEstimator
 
 PATCHES = 4
 RESAMPLES = 400
@@ -20,22 +20,22 @@ INTERVAL_PERCENT = (5.0, 95.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
+class BudgetPoint:
     """All scenes at one budget `share` of the native pixels, patches by one choice."""
 
     share: float
-    sizes: Budget
-    outcomes: tuple[Outcome, ...]
+    sizes: PixelBudget
+    outcomes: tuple[SceneOutcome, ...]
 
-    def mean(self, of: Callable[[Outcome], Floats]) -> Floats:
+    def mean(self, of: Callable[[SceneOutcome], Floats]) -> Floats:
         """Return (bins,) the mean over scenes, NaN in a bin that no scene fills."""
         return _mean(np.array([of(each) for each in self.outcomes]))
 
-    def gains(self, metric: Metric) -> Floats:
+    def gains(self, metric: DepthMetric) -> Floats:
         """Return (bins,) the mean gain of FOV over MR."""
         return self.mean(lambda each: gains(each.fov, each.mr, metric))
 
-    def gain_errors(self, metric: Metric) -> Floats:
+    def gain_errors(self, metric: DepthMetric) -> Floats:
         """Return (bins,) the standard error of those means, over scenes; 0 for a single scene."""
         each = np.array([gains(found.fov, found.mr, metric) for found in self.outcomes])
         if len(each) < 2:
@@ -43,11 +43,11 @@ class Point:
         off = np.array([row - self.gains(metric) for row in each])
         return np.sqrt(_mean(off**2) / (len(each) - 1))
 
-    def ratio(self, metric: Metric) -> Tradeoff:
+    def ratio(self, metric: DepthMetric) -> TradeoffRatio:
         """Return T of the mean gains."""
         return tradeoff(self.gains(metric))
 
-    def interval(self, metric: Metric, *, seed: int) -> tuple[Tradeoff, Tradeoff]:
+    def interval(self, metric: DepthMetric, *, seed: int) -> tuple[TradeoffRatio, TradeoffRatio]:
         """Return T's 90 % interval, both readings, over scenes drawn anew from these with replacement."""
         each = np.array([gains(found.fov, found.mr, metric) for found in self.outcomes])
         rng = np.random.default_rng([seed, len(each)])
@@ -56,23 +56,23 @@ class Point:
             np.percentile(ratios, INTERVAL_PERCENT, method="nearest")
             for ratios in tradeoffs(_mean(each[drawn], axis=1))
         )
-        low, high = (Tradeoff(mean=float(means[end]), total=float(totals[end])) for end in (0, 1))
+        low, high = (TradeoffRatio(mean=float(means[end]), total=float(totals[end])) for end in (0, 1))
         return low, high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep:
+class BudgetSweep:
     """Every budget, by both choices of patches, shares increasing; `native`: the size of the scenes."""
 
-    native: Size
-    points: dict[Choice, tuple[Point, ...]]
+    native: PictureSize
+    points: dict[PatchChoice, tuple[BudgetPoint, ...]]
 
     @property
     def shares(self) -> tuple[float, ...]:
         """The budgets."""
-        return tuple(point.share for point in self.points[Choice.TRUTH])
+        return tuple(point.share for point in self.points[PatchChoice.TRUTH])
 
-    def at(self, share: float, choice: Choice) -> Point:
+    def at(self, share: float, choice: PatchChoice) -> BudgetPoint:
         """Return the point whose budget is nearest to `share`."""
         return min(self.points[choice], key=lambda point: abs(point.share - share))
 
@@ -81,14 +81,14 @@ def sweep(
     scenes: Iterable[StereoScene],
     *,
     shares: Sequence[float],
-    estimator: DepthEstimator,
-    steps: Steps,
-) -> Sweep:
+    estimator: DisparityEstimator,
+    steps: ProgressSteps,
+) -> BudgetSweep:
     """Return what the scenes, all of one size, give at each budget. Raise Cancelled, InvalidInput."""
-    found: dict[tuple[Choice, float], list[Outcome]] = {}
-    sizes: dict[float, Budget] = {}
+    found: dict[tuple[PatchChoice, float], list[SceneOutcome]] = {}
+    sizes: dict[float, PixelBudget] = {}
     for scene in scenes:
-        native = Size(width=scene.left.shape[1], height=scene.left.shape[0])
+        native = PictureSize(width=scene.left.shape[1], height=scene.left.shape[0])
         for share in shares:
             sizes[share] = budget(native, share, patches=PATCHES)
             for choice, outcome in outcomes(scene, sizes[share], estimator).items():
@@ -96,12 +96,12 @@ def sweep(
             steps.step(f"{scene.name}, {100.0 * share:.0f} % of the pixels")
     points = {
         choice: tuple(
-            Point(share=share, sizes=sizes[share], outcomes=tuple(found[choice, share]))
+            BudgetPoint(share=share, sizes=sizes[share], outcomes=tuple(found[choice, share]))
             for share in sorted(shares)
         )
-        for choice in Choice
+        for choice in PatchChoice
     }
-    return Sweep(native=sizes[shares[0]].native, points=points)
+    return BudgetSweep(native=sizes[shares[0]].native, points=points)
 
 
 def crossings(shares: Sequence[float], ratios: Sequence[float], target: float) -> tuple[float, ...]:

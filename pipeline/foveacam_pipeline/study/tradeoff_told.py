@@ -2,34 +2,34 @@
 
 import math
 
-from foveacam_pipeline.study.depth_metrics import Metric
-from foveacam_pipeline.study.findings import Row, Value
-from foveacam_pipeline.study.patches import Choice
-from foveacam_pipeline.study.tradeoff_sweep import Point, Sweep, crossings
+from foveacam_pipeline.study.depth_metrics import DepthMetric
+from foveacam_pipeline.study.findings import PaperComparison, Value
+from foveacam_pipeline.study.patches import PatchChoice
+from foveacam_pipeline.study.tradeoff_sweep import BudgetPoint, BudgetSweep, crossings
 
 HEADLINE_SHARE = 0.25
 """T is told at this budget: half the native resolution each way. The paper does not tell its own."""
-PAPER = {Metric.ABSREL: 2.02, Metric.RMSE: 7.41, Metric.DELTA1: 3.28}  # Sec. 4.2
+PAPER = {DepthMetric.ABSREL: 2.02, DepthMetric.RMSE: 7.41, DepthMetric.DELTA1: 3.28}  # Sec. 4.2
 READINGS = {"mean": "mean", "sum": "total"}
 """Of T: its name in values, its field."""
-ENDS = {Choice.TRUTH: "", Choice.ESTIMATE: "_from_estimate"}
-WORDS = {Choice.TRUTH: "patches by truth", Choice.ESTIMATE: "patches by the estimate"}
-NAMES = {Metric.ABSREL: "AbsRel", Metric.RMSE: "RMSE", Metric.DELTA1: "δ₁"}
+ENDS = {PatchChoice.TRUTH: "", PatchChoice.ESTIMATE: "_from_estimate"}
+WORDS = {PatchChoice.TRUTH: "patches by truth", PatchChoice.ESTIMATE: "patches by the estimate"}
+NAMES = {DepthMetric.ABSREL: "AbsRel", DepthMetric.RMSE: "RMSE", DepthMetric.DELTA1: "δ₁"}
 
 
-def values_of(found: Sweep, *, prefix: str = "") -> dict[str, Value]:
+def values_of(found: BudgetSweep, *, prefix: str = "") -> dict[str, Value]:
     """Return the figures of a sweep for programs; a ratio without any loss, infinite, is None."""
     values: dict[str, Value] = {
-        f"{prefix}headline_q": found.at(HEADLINE_SHARE, Choice.TRUTH).share,
+        f"{prefix}headline_q": found.at(HEADLINE_SHARE, PatchChoice.TRUTH).share,
         f"{prefix}q": list(found.shares),
-        f"{prefix}scenes": len(found.at(HEADLINE_SHARE, Choice.TRUTH).outcomes),
+        f"{prefix}scenes": len(found.at(HEADLINE_SHARE, PatchChoice.TRUTH).outcomes),
         f"{prefix}pixel_imbalance_max": max(
-            abs(point.sizes.imbalance) for point in found.points[Choice.TRUTH]
+            abs(point.sizes.imbalance) for point in found.points[PatchChoice.TRUTH]
         ),
     }
     for choice, points in found.points.items():
         end, headline = ENDS[choice], found.at(HEADLINE_SHARE, choice)
-        for metric in Metric:
+        for metric in DepthMetric:
             for name, field in READINGS.items():
                 ratios = ratios_of(points, metric, field)
                 values[f"{prefix}t_{metric}_{name}{end}"] = _plain(getattr(headline.ratio(metric), field))
@@ -44,25 +44,29 @@ def values_of(found: Sweep, *, prefix: str = "") -> dict[str, Value]:
     return values
 
 
-def ratios_of(points: tuple[Point, ...], metric: Metric, field: str) -> list[float]:
+def ratios_of(points: tuple[BudgetPoint, ...], metric: DepthMetric, field: str) -> list[float]:
     """Return T at each budget by one reading: "mean" or "total"."""
     return [float(getattr(point.ratio(metric), field)) for point in points]
 
 
-def rows_of(found: Sweep, *, source: str, seed: int) -> tuple[Row, ...]:
+def rows_of(found: BudgetSweep, *, source: str, seed: int) -> tuple[PaperComparison, ...]:
     """Return the paper's ratios beside ours, with 90 % intervals over scenes, and where ours cross them."""
     rows = [
-        _ratio_row(found, choice, metric, source=source, seed=seed) for metric in Metric for choice in Choice
+        _ratio_row(found, choice, metric, source=source, seed=seed)
+        for metric in DepthMetric
+        for choice in PatchChoice
     ]
-    rows += [_crossing_row(found, choice, metric, source) for metric in Metric for choice in Choice]
+    rows += [_crossing_row(found, choice, metric, source) for metric in DepthMetric for choice in PatchChoice]
     rows.append(_coverage_row(found, source))
     return tuple(rows)
 
 
-def _ratio_row(found: Sweep, choice: Choice, metric: Metric, *, source: str, seed: int) -> Row:
+def _ratio_row(
+    found: BudgetSweep, choice: PatchChoice, metric: DepthMetric, *, source: str, seed: int
+) -> PaperComparison:
     point = found.at(HEADLINE_SHARE, choice)
     ratio, (low, high) = point.ratio(metric), point.interval(metric, seed=seed)
-    return Row(
+    return PaperComparison(
         quantity=f"T by {NAMES[metric]}, {WORDS[choice]}, {source}",
         paper=f"{PAPER[metric]}",
         ours=f"means {_spread(ratio.mean, low.mean, high.mean)}; "
@@ -72,14 +76,16 @@ def _ratio_row(found: Sweep, choice: Choice, metric: Metric, *, source: str, see
     )
 
 
-def _gain(point: Point, metric: Metric) -> str:
+def _gain(point: BudgetPoint, metric: DepthMetric) -> str:
     gain = point.gains(metric)[-1]
     before = point.mean(lambda each: each.mr.of(metric))[-1]
-    unit = " m" if metric is Metric.RMSE else ""
+    unit = " m" if metric is DepthMetric.RMSE else ""
     return f"{gain:+.4f}{unit} on MR's {before:.4f}{unit}"
 
 
-def _crossing_row(found: Sweep, choice: Choice, metric: Metric, source: str) -> Row:
+def _crossing_row(
+    found: BudgetSweep, choice: PatchChoice, metric: DepthMetric, source: str
+) -> PaperComparison:
     said = []
     for name, field in READINGS.items():
         ratios = ratios_of(found.points[choice], metric, field)
@@ -92,7 +98,7 @@ def _crossing_row(found: Sweep, choice: Choice, metric: Metric, source: str) -> 
             said.append(f"{name}s at q = {where}")
         else:
             said.append(f"{name}s never ({most if max(ratios) < PAPER[metric] else least})")
-    return Row(
+    return PaperComparison(
         quantity=f"budget at which T by {NAMES[metric]} crosses the paper's, {WORDS[choice]}, {source}",
         paper=f"{PAPER[metric]}",
         ours="; ".join(said),
@@ -100,12 +106,12 @@ def _crossing_row(found: Sweep, choice: Choice, metric: Metric, source: str) -> 
     )
 
 
-def _coverage_row(found: Sweep, source: str) -> Row:
+def _coverage_row(found: BudgetSweep, source: str) -> PaperComparison:
     shares = [
-        float(found.at(HEADLINE_SHARE, choice).mean(lambda each: each.coverage)[-1]) for choice in Choice
+        float(found.at(HEADLINE_SHARE, choice).mean(lambda each: each.coverage)[-1]) for choice in PatchChoice
     ]
-    sizes = found.at(HEADLINE_SHARE, Choice.TRUTH).sizes
-    return Row(
+    sizes = found.at(HEADLINE_SHARE, PatchChoice.TRUTH).sizes
+    return PaperComparison(
         quantity=f"share of the farthest tenth of the pixels that patches cover, {source}",
         paper="not told",
         ours=f"{100.0 * shares[0]:.0f} % by truth, {100.0 * shares[1]:.0f} % by the estimate",

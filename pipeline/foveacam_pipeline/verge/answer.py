@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.closed_loop import Verged
-from foveacam_pipeline.verge.distance import Place
+from foveacam_pipeline.verge.closed_loop import VergedTarget
+from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView
 
 
@@ -16,14 +16,14 @@ class Answer:
     reason: str
     left_view: EyeView
     right_view: EyeView
-    place: Place | None = None
+    place: LocatedPoint | None = None
     bound: DistanceBound | None = None
     alternatives: tuple[Alternative, ...] = ()
     score: float | None = None
-    verged: Verged | None = None
+    verged: VergedTarget | None = None
 
 
-def both_foveae(verged: Verged) -> Answer:
+def both_foveae(verged: VergedTarget) -> Answer:
     """Return the answer of a loop that verged."""
     return Answer(
         basis=Basis.BOTH_FOVEAE,
@@ -42,7 +42,7 @@ def beyond_reach(reason: str) -> Answer:
     return Answer(basis=None, reason=reason, left_view=out, right_view=out)
 
 
-def alternative(basis: Basis, place: Place, probability: float) -> Alternative:
+def alternative(basis: Basis, place: LocatedPoint, probability: float) -> Alternative:
     """Return one of several answers to choose from."""
     return Alternative(
         basis=basis,

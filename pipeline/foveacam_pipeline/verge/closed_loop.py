@@ -11,26 +11,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
-from foveacam_pipeline.matching.picture import Placement
+from foveacam_pipeline.matching.picture import WindowPlacement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at
 from foveacam_pipeline.verge.centre import shows_another
-from foveacam_pipeline.verge.distance import Place, triangulate
-from foveacam_pipeline.verge.fine import FineMatch, Guess, eye_patch, guessed_depth_m
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.centre_match import ways_back
+from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
+from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
+from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.measure import Measurement, measure
-from foveacam_pipeline.verge.motion import Motion, Watch
-from foveacam_pipeline.verge.passing import Surroundings
-from foveacam_pipeline.verge.search import Found, Search
+from foveacam_pipeline.verge.motion import TargetMotion, TargetTracker
+from foveacam_pipeline.verge.passing_detector import PassingDetector
+from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
+from foveacam_pipeline.verge.search import FoundTarget, TargetSearch
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.sight import Aim, patches_for
-from foveacam_pipeline.verge.support import FOVEA_SCALE, Support, SupportReport, support_of
-from foveacam_pipeline.verge.template import Template, fit_at
-from foveacam_pipeline.verge.values import FixationState, Phase
-from foveacam_pipeline.verge.way_back import ways_back
+from foveacam_pipeline.verge.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
+from foveacam_pipeline.verge.values import FixationState, VergePhase
+from foveacam_pipeline.verge.wide_patch import WidePatch, fit_at
 
 LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
@@ -44,18 +44,18 @@ SUPPORT_HALF_PX = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Verged:
+class VergedTarget:
     """The end of a loop: where both lines of sight meet, the match, and what it says of the point itself."""
 
-    place: Place
+    place: LocatedPoint
     fine: FineMatch
     support: SupportReport
 
 
-class Unsupported(Ended):
+class UnsupportedMatch(FixationEnded):
     """Both foveae verged, but on something beside the point; `verged` says on what."""
 
-    def __init__(self, verged: Verged) -> None:
+    def __init__(self, verged: VergedTarget) -> None:
         super().__init__(FixationState.LOST, verdict.UNSUPPORTED)
         self.verged = verged
 
@@ -65,7 +65,7 @@ class ClosedLoop:
 
     def __init__(
         self,
-        looker: Looker,
+        looker: FixationHead,
         calibration: Calibration,
         limits: VergeSettings,
         *,
@@ -76,36 +76,36 @@ class ClosedLoop:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
-        self._search = Search(looker, calibration, limits)
+        self._search = TargetSearch(looker, calibration, limits)
         self._f_px = calibration.fovea_f_px
         self._lag_px = np.zeros(2)
-        self._watch: Watch | None = None
-        self.templates: tuple[Template, ...] = ()
+        self._watch: TargetTracker | None = None
+        self.templates: tuple[WidePatch, ...] = ()
         """The patches of the wide image that stand for the target; none before `run`."""
 
     @property
-    def looks(self) -> tuple[Seen, ...]:
+    def looks(self) -> tuple[Observation, ...]:
         """The looks of the search."""
         return self._search.looks
 
     @property
-    def motion(self) -> Motion | None:
+    def motion(self) -> TargetMotion | None:
         """The target's track; None before `run`."""
         return None if self._watch is None else self._watch.motion
 
-    def run(self, aim: Aim) -> Verged:
-        """Return the verged fixation, or raise Ended."""
+    def run(self, aim: ResolvedTarget) -> VergedTarget:
+        """Return the verged fixation, or raise FixationEnded."""
         frame = self._looker.wide()
         try:
             templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
-            raise Ended(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
+            raise FixationEnded(FixationState.OUT_OF_RANGE, f"Out of the wide view: {error}.") from error
         self.templates = templates
         try:
             return self._attempt(templates, frame)
-        except Unsupported:
+        except UnsupportedMatch:
             raise
-        except Ended as end:
+        except FixationEnded as end:
             if not self._crossed(end, templates[0], frame):
                 raise
         later = self._looker.wide()
@@ -128,29 +128,29 @@ class ClosedLoop:
         image, wide = gray(to_uint8(frame)), self._calibration.wide
         return fit_at(self.templates[0], image, wide, expected) < GONE_SCORE
 
-    def close_at(self, inverse_z_per_m: float) -> Verged | None:
+    def close_at(self, inverse_z_per_m: float) -> VergedTarget | None:
         """Verge on the target of `run` from a depth that is known otherwise; None when that fails."""
         if self._watch is None:
             return None
         self._lag_px = np.zeros(2)
         target = self._watch.motion.at(self._looker.next_ns)
         gazes = aim_at(self._calibration, target, inverse_z_per_m)
-        found = Found(gazes=gazes, templates=self.templates, joint=1.0)
+        found = FoundTarget(gazes=gazes, templates=self.templates, joint=1.0)
         try:
             return self._close(found, self._watch)
-        except Ended:
+        except FixationEnded:
             return None
 
-    def _attempt(self, templates: tuple[Template, ...], frame: Frame) -> Verged:
-        watch = Watch(templates[0], frame, self._calibration.wide)
+    def _attempt(self, templates: tuple[WidePatch, ...], frame: Frame) -> VergedTarget:
+        watch = TargetTracker(templates[0], frame, self._calibration.wide)
         self._watch = watch
         self._lag_px = np.zeros(2)
         try:
             found = self._search.find(templates, watch, expected_per_m=self._expected_per_m)
             return self._close(found, watch)
-        except Unsupported:
+        except UnsupportedMatch:
             raise
-        except Ended as end:
+        except FixationEnded as end:
             astray = (
                 self._search.astray(templates, watch.motion) if self._doubtful(end, templates[0]) else None
             )
@@ -158,35 +158,37 @@ class ClosedLoop:
                 raise
             raise verdict.elsewhere(astray) from end
 
-    def _doubtful(self, end: Ended, template: Template) -> bool:
+    def _doubtful(self, end: FixationEnded, template: WidePatch) -> bool:
         """Return whether a failure may be due to something else than the target."""
         blank = template.sigma_px > self._limits.no_texture_sigma_px
         lost = end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and end.missing is None
         return lost and not blank
 
-    def _crossed(self, end: Ended, template: Template, frame: Frame) -> bool:
+    def _crossed(self, end: FixationEnded, template: WidePatch, frame: Frame) -> bool:
         """Return whether a failure may be due to somebody who passed; wait until he is gone."""
         if not self._doubtful(end, template):
             return False
-        around = Surroundings(self._calibration.wide, template.target)
+        around = PassingDetector(self._calibration.wide, template.target)
         if not around.differ(frame, self._looker.wide()):
             return False
         self._looker.wait_until_still(around)
         return True
 
-    def _close(self, found: Found, watch: Watch) -> Verged:
+    def _close(self, found: FoundTarget, watch: TargetTracker) -> VergedTarget:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""
-        target, phase, doubts = found.gazes, Phase.COARSE, 0
+        target, phase, doubts = found.gazes, VergePhase.COARSE, 0
         while True:
             seen = self._looker.look(self._led(target, watch.motion), phase)
-            phase = Phase.FINE
+            phase = VergePhase.FINE
             watch.follow(seen.sighting.wide)
             now = self._measure(seen, found, watch.motion)
             doubt = verdict.doubt(now, self._limits)
             settled = doubt is None and self._settled(now, moving=watch.motion.moves)
             other = self._another(seen, now, found, watch.motion) if settled else None
             x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
-            self._looker.record(seen, Measured(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px))
+            self._looker.record(
+                seen, StepResult(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px)
+            )
             if other is not None:
                 raise other
             if settled:
@@ -196,14 +198,14 @@ class ClosedLoop:
                 raise doubt
             target = self._next(seen, now, found, watch) or target
 
-    def _led(self, target: Gazes, motion: Motion) -> Gazes:
+    def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""
         if not motion.moves:
             return target
         ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
         return target.moved(ahead, ahead)
 
-    def _measure(self, seen: Seen, found: Found, motion: Motion) -> Measurement:
+    def _measure(self, seen: Observation, found: FoundTarget, motion: TargetMotion) -> Measurement:
         return measure(
             seen,
             found.templates,
@@ -212,7 +214,9 @@ class ClosedLoop:
             limits=self._limits,
         )
 
-    def _another(self, seen: Seen, now: Measurement, found: Found, motion: Motion) -> Ended | None:
+    def _another(
+        self, seen: Observation, now: Measurement, found: FoundTarget, motion: TargetMotion
+    ) -> FixationEnded | None:
         """Return the end of the fixation when the eyes see something else, or a neighbour nearly alike.
 
         One eye that shows the target is proof enough: left and right agree on what they see.
@@ -232,15 +236,17 @@ class ClosedLoop:
         )
         return verdict.neighbour(side, aside_px=way.aside_wide_px)
 
-    def _measured(self, seen: Seen, now: Measurement) -> Gazes:
+    def _measured(self, seen: Observation, now: Measurement) -> Gazes:
         """Return the lines of sight to the target in a look."""
         half = now.fine.residual_px / (2.0 * self._f_px)
         return seen.gazes.moved(now.centre + half, now.centre - half)
 
-    def _next(self, seen: Seen, now: Measurement, found: Found, watch: Watch) -> Gazes | None:
+    def _next(
+        self, seen: Observation, now: Measurement, found: FoundTarget, watch: TargetTracker
+    ) -> Gazes | None:
         """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
         if now.fine.score >= self._limits.fine_score and now.fine.sigma_x_px <= ROUGH_SIGMA_PX:
-            if seen.phase is Phase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
+            if seen.phase is VergePhase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
                 self._lag_px += LAG_GAIN * now.fine.residual_px
             lag = self._lag_px / (2.0 * self._f_px)
             gazes: Gazes | None = self._measured(seen, now).moved(lag, -lag)
@@ -272,27 +278,27 @@ class ClosedLoop:
         beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
         return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
 
-    def _verged(self, seen: Seen, target: Gazes, fine: FineMatch) -> Verged:
+    def _verged(self, seen: Observation, target: Gazes, fine: FineMatch) -> VergedTarget:
         place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
         if place is None:
-            raise Ended(
+            raise FixationEnded(
                 FixationState.LOST,
                 "Left and right agree, but their lines of sight part: farther than the calibration can tell; "
                 "calibrate the mirrors anew.",
             )
-        verged = Verged(place=place, fine=fine, support=self._support(seen, target, fine))
-        if verged.support.support in {Support.DIFFERENT, Support.BESIDE}:
-            raise Unsupported(verged)
+        verged = VergedTarget(place=place, fine=fine, support=self._support(seen, target, fine))
+        if verged.support.support in {MatchSupport.DIFFERENT, MatchSupport.BESIDE}:
+            raise UnsupportedMatch(verged)
         return verged
 
-    def _support(self, seen: Seen, target: Gazes, fine: FineMatch) -> SupportReport:
+    def _support(self, seen: Observation, target: Gazes, fine: FineMatch) -> SupportReport:
         """Return what the match of a look says of the point itself."""
-        guess = Guess(left=target.left - seen.gazes.left, right=target.right - seen.gazes.right)
+        guess = MatchGuess(left=target.left - seen.gazes.left, right=target.right - seen.gazes.right)
         z_m = guessed_depth_m(self._calibration, seen.sighting, guess)
         half = (SUPPORT_HALF_PX, SUPPORT_HALF_PX)
         left, right = (
             eye_patch(seen.sighting, self._calibration, role, z_m, self._f_px * offset, half)
             for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
         )
-        leaning = right.cut(half, Placement(xx=fine.slope[0], xy=fine.slope[1]))
+        leaning = right.cut(half, WindowPlacement(xx=fine.slope[0], xy=fine.slope[1]))
         return support_of(left.image, leaning, scale=FOVEA_SCALE)

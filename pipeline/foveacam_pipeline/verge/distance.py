@@ -15,7 +15,7 @@ LEAST_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class LocatedPoint:
     """A point of the rig frame, m; its distance from the rig's origin, and that distance's standard error."""
 
     point_rig_m: tuple[float, float, float]
@@ -23,7 +23,7 @@ class Place:
     distance_sigma_m: float
 
 
-def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> Place | None:
+def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> LocatedPoint | None:
     """Return the point on which both eyes' lines of sight meet; None when they part.
 
     `target`: lines of sight from the pivots. `sigma_px`: error of the match between the eyes, fovea px; the
@@ -44,14 +44,14 @@ def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> 
         z_m, disparity_sigma_px, f_px=calibration.fovea_f_px, baseline_m=calibration.baseline_m
     )
     sigma_m = range_sigma_m(point[None], z_sigma_m, baseline_m=calibration.baseline_m)
-    return Place(
+    return LocatedPoint(
         point_rig_m=(x_m, y_m, z_m),
         distance_m=float(np.linalg.norm(point)),
         distance_sigma_m=float(sigma_m[0]),
     )
 
 
-def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> Place:
+def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> LocatedPoint:
     """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`.
 
     Of the two errors of the distance that an error of 1/Z makes, the larger one is stated: to the far side.
@@ -60,7 +60,7 @@ def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_
     x_m, y_m, z_m = (way / inverse_z_per_m).tolist()
     length = float(np.linalg.norm(way))
     farthest = max(inverse_z_per_m - sigma_per_m, LEAST_SHARE * inverse_z_per_m)
-    return Place(
+    return LocatedPoint(
         point_rig_m=(x_m, y_m, z_m),
         distance_m=length / inverse_z_per_m,
         distance_sigma_m=length * sigma_per_m / (inverse_z_per_m * farthest),

@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
-from foveacam_pipeline.matching.picture import Picture, Placement, doubled
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement, doubled
+from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.least_squares import Placed, least_squares
-from foveacam_pipeline.verge.template import peak
+from foveacam_pipeline.verge.least_squares import SubpixelPlace, least_squares
+from foveacam_pipeline.verge.wide_patch import peak
 
-WIDER = Window(half_px=64, weight_sigma_px=28.0)
+WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
-NARROWER = Window(half_px=34, weight_sigma_px=14.0)
-BETWEEN = Window(half_px=48, weight_sigma_px=20.0)
+NARROWER = MatchWindow(half_px=34, weight_sigma_px=14.0)
+BETWEEN = MatchWindow(half_px=48, weight_sigma_px=20.0)
 """Where grain runs along the rows and the narrower window holds too little that crosses it."""
 LEANS = (0.0, -0.4, -0.8, -1.2, 0.4)
 """Disparity may grow from row to row, px a px, and the place in the right eye then goes left: by baseline
@@ -72,7 +72,7 @@ class FineMatch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Guess:
+class MatchGuess:
     """Where the wide view says that the point is: (2,) tangents from each eye's gaze; how far to look, px."""
 
     left: NDArray[np.float64]
@@ -80,7 +80,7 @@ class Guess:
     reach_px: tuple[int, int] = REACH_PX
 
 
-def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> FineMatch:
+def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) -> FineMatch:
     """Match the foveae about a guess.
 
     The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
@@ -107,8 +107,11 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: Guess) -> Fi
 
 
 def _best_placed(
-    left: Picture, right: Picture, reach_px: tuple[int, int], told_px: NDArray[np.float64]
-) -> Placed:
+    left: InterpolatedPicture,
+    right: InterpolatedPicture,
+    reach_px: tuple[int, int],
+    told_px: NDArray[np.float64],
+) -> SubpixelPlace:
     """Return the first match that fits and tells; else the first that fits; else the best of all."""
     best = _placed(left, right, WIDER, reach_px, told_px)
     for across in LEANS:
@@ -127,12 +130,12 @@ def _best_placed(
     return best
 
 
-def _contrast(picture: Picture) -> float:
+def _contrast(picture: InterpolatedPicture) -> float:
     """Return the standard deviation of an evened-out patch close to the point."""
     return float(picture.cut((NARROWER.half_px, NARROWER.half_px)).std())
 
 
-def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: Guess) -> float:
+def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: MatchGuess) -> float:
     """Return the depth along z that the guess means, m, for the parallax of pivots and pupils."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
@@ -146,7 +149,7 @@ def eye_patch(
     z_m: float,
     offset_px: NDArray[np.float64],
     half_px: tuple[int, int],
-) -> Picture:
+) -> InterpolatedPicture:
     """Return one eye's surroundings of the point on its virtual plane, evened out."""
     frame = sighting.left if role is Role.LEFT else sighting.right
     height, width = frame.image.shape[:2]
@@ -156,7 +159,9 @@ def eye_patch(
     corner = np.array([[1.0, 0.0, half_px[0] - u], [0.0, 1.0, half_px[1] - v], [0.0, 0.0, 1.0]])
     size = (2 * half_px[0] + 1, 2 * half_px[1] + 1)
     view = _read_plane(to_uint8(frame), corner @ plane, size)
-    return Picture.of(even(view, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST))
+    return InterpolatedPicture.of(
+        even(view, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST)
+    )
 
 
 def _read_plane(
@@ -183,22 +188,22 @@ def _read_plane(
 
 
 def _placed(
-    left: Picture,
-    right: Picture,
-    window: Window,
+    left: InterpolatedPicture,
+    right: InterpolatedPicture,
+    window: MatchWindow,
     reach_px: tuple[int, int],
     told_px: NDArray[np.float64],
     *,
     across: float = 0.0,
-) -> Placed:
+) -> SubpixelPlace:
     """Find the left window in the right eye, leaning by `across`; the place is right minus left, fovea px."""
     half = window.half_px
     patch = left.cut((half, half))
-    field = right.cut((half + reach_px[0], half + reach_px[1]), Placement(xy=across))
+    field = right.cut((half + reach_px[0], half + reach_px[1]), WindowPlacement(xy=across))
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     scores -= ROW_PENALTY * rows[:, None] ** 2
     x, y, _ = peak(scores)
     down_px = y - reach_px[1]
-    start = Placement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
+    start = WindowPlacement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
     return least_squares(left, right, start, window=window, told_px=told_px)

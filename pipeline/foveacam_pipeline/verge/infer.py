@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.planes import Planes, planes_through, subset_of
+from foveacam_pipeline.verge.planes import PlaneHypotheses, planes_through, subset_of
 
 MAX_SAMPLES = 8
 """The nearest ones; 2 to the power of it divisions are weighed."""
@@ -49,7 +49,7 @@ LEAST_PROBABILITY = 0.08
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Inferred:
+class InferredDepth:
     """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
 
     `samples`: so many of the measured points lie on the target's surface. `owned`: whether one of them is
@@ -81,7 +81,7 @@ def infer_depth(
     *,
     own_chance: NDArray[np.float64] | None = None,
     blank: bool = True,
-) -> tuple[Inferred, ...]:
+) -> tuple[InferredDepth, ...]:
     """Return what the samples suggest for a direction, (2,) tangents, the most probable first.
 
     `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default.
@@ -125,7 +125,7 @@ class _Measured:
     own_chance: NDArray[np.float64]
     level: float
     blank: bool
-    planes: Planes
+    planes: PlaneHypotheses
     log_other: NDArray[np.float64]
     """(n,) log chance of each not to be of the target's surface."""
 
@@ -226,12 +226,12 @@ def _all_in_front(measured: _Measured) -> _Division:
     )
 
 
-def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
+def _merged(divisions: list[_Division]) -> tuple[InferredDepth, ...]:
     """Put hypotheses together that agree within their errors; return the probable ones, best first."""
     best = max(division.log_weight for division in divisions)
     left = sorted(divisions, key=lambda division: -division.log_weight)
     total = sum(math.exp(division.log_weight - best) for division in left)
-    found: list[Inferred] = []
+    found: list[InferredDepth] = []
     while left:
         head = left[0]
         group = [d for d in left if _agree(head, d)]
@@ -245,7 +245,7 @@ def _merged(divisions: list[_Division]) -> tuple[Inferred, ...]:
         mean = float(weights @ values)
         variance = float(weights @ (np.array([d.variance for d in group]) + (values - mean) ** 2))
         found.append(
-            Inferred(
+            InferredDepth(
                 inverse_z_per_m=mean,
                 sigma_per_m=math.sqrt(variance),
                 probability=probability,

@@ -6,11 +6,11 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
-from foveacam_pipeline.verge.distance import Place, place_on_ray
-from foveacam_pipeline.verge.looking import Looker, Measured
-from foveacam_pipeline.verge.motion import Motion
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
+from foveacam_pipeline.verge.fixation_head import FixationHead, StepResult
+from foveacam_pipeline.verge.motion import TargetMotion
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import EyeView, Phase
+from foveacam_pipeline.verge.values import EyeView, VergePhase
 
 LOOKS, SECONDS = 24, 4.0
 """Allowed to the search by single foveae, and to the last looks at an answer."""
@@ -21,30 +21,32 @@ REACH_LEVELS = 9
 class LastLook:
     """Looks at answers. Depths are 1/Z, 1/m, 0 at infinity; Z along the rig's axis."""
 
-    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
+    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
 
-    def in_reach(self, motion: Motion) -> bool:
+    def in_reach(self, motion: TargetMotion) -> bool:
         """Return whether any eye can look at the target, at whatever distance."""
         levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
         return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
 
-    def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: Motion) -> Place:
+    def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
         """Look at the answer; return the place."""
         self.steer(inverse_z_per_m, motion)
         last = self._looker.last
         t_ns = self._looker.next_ns if last is None else last.sighting.left.t_ns
         return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
 
-    def steer(self, inverse_z_per_m: float, motion: Motion) -> None:
+    def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
         """Look once with both eyes, each as near as it can turn."""
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
-        seen = self._looker.look_clamped(self._gazes(inverse_z_per_m, motion), Phase.FINE)
-        self._looker.record(seen, Measured(score=0.0))
+        seen = self._looker.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
+        self._looker.record(seen, StepResult(score=0.0))
 
-    def views(self, inverse_z_per_m: float, motion: Motion, *, seeing: set[Role]) -> dict[Role, EyeView]:
+    def views(
+        self, inverse_z_per_m: float, motion: TargetMotion, *, seeing: set[Role]
+    ) -> dict[Role, EyeView]:
         """Return what each eye shows of the target; `seeing`: the eyes that nothing hides it from."""
         reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
         return {role: self._view(role, reached=role in reaching, hidden=role not in seeing) for role in EYES}
@@ -56,5 +58,5 @@ class LastLook:
             return EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
         return EyeView(sees_target=False, reason=verdict.HIDDEN) if hidden else EyeView(sees_target=True)
 
-    def _gazes(self, inverse_z_per_m: float, motion: Motion) -> Gazes:
+    def _gazes(self, inverse_z_per_m: float, motion: TargetMotion) -> Gazes:
         return aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z_per_m)

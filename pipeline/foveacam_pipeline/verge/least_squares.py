@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.picture import Picture, Placement
-from foveacam_pipeline.matching.point import Prior, match_point
-from foveacam_pipeline.matching.windows import Window, bell
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
+from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.windows import MatchWindow, bell
 
 ROW_SIGMA_PX = 4.0
 """How well the calibration knows that rows match; weighs nothing where there is texture."""
@@ -26,7 +26,7 @@ FLOOR_SIGMA_PX = 0.03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Placed:
+class SubpixelPlace:
     """Right minus left place, (2,) fovea px; its error along x and y; weighted correlation there.
 
     `slope`: (2,) how much further right the place is per px along x and along y.
@@ -39,14 +39,19 @@ class Placed:
 
 
 def least_squares(
-    left: Picture, right: Picture, start: Placement, *, window: Window, told_px: NDArray[np.float64]
-) -> Placed:
+    left: InterpolatedPicture,
+    right: InterpolatedPicture,
+    start: WindowPlacement,
+    *,
+    window: MatchWindow,
+    told_px: NDArray[np.float64],
+) -> SubpixelPlace:
     """Refine a start: right minus left place. `told_px`: (2,) the place at which the rows match."""
-    prior = Prior(y_px=float(told_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
+    prior = PlacePrior(y_px=float(told_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
     found = match_point(left, right, start, window=window, prior=prior)
     if found is None:
         unknown = (math.inf, math.inf)
-        return Placed(
+        return SubpixelPlace(
             place_px=np.array([start.x_px, start.y_px]),
             slope=np.array([start.xx, start.xy]),
             sigma_px=unknown,
@@ -57,7 +62,7 @@ def least_squares(
         lead = found.score - _elsewhere(left, right, found.place, window)
         if lead < max(LEAST_LEAD, 2.0 * (1.0 - found.score)):
             sigma_x_px = math.inf
-    return Placed(
+    return SubpixelPlace(
         place_px=found.place_px,
         slope=np.array([found.place.xx, found.place.xy]),
         sigma_px=(sigma_x_px, sigma_y_px),
@@ -65,7 +70,9 @@ def least_squares(
     )
 
 
-def _elsewhere(left: Picture, right: Picture, place: Placement, window: Window) -> float:
+def _elsewhere(
+    left: InterpolatedPicture, right: InterpolatedPicture, place: WindowPlacement, window: MatchWindow
+) -> float:
     """Return the better score at either side along the line: an edge along the line fits there as well."""
     lens = bell(window)
     reference = lens.normalised(left.cut(lens.half))

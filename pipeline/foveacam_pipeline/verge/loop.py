@@ -8,13 +8,13 @@ import numpy as np
 from foveacam_hardware.contract import Clock, Head
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.answer import Answer, both_foveae
-from foveacam_pipeline.verge.answering import Answering
-from foveacam_pipeline.verge.closed_loop import ClosedLoop, Unsupported, Verged
+from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
 from foveacam_pipeline.verge.depth_samples import DepthContext
-from foveacam_pipeline.verge.looking import Ended, Looker
+from foveacam_pipeline.verge.fallback import FallbackEstimator
+from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead
+from foveacam_pipeline.verge.resolved_target import ResolvedTarget, resolve
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.sight import Aim, resolve
-from foveacam_pipeline.verge.values import DepthRange, Fixation, FixationState, Target, VergeStep
+from foveacam_pipeline.verge.values import DistanceRange, Fixation, FixationState, Target, VergeStep
 
 DEFAULT = VergeSettings()
 
@@ -23,11 +23,11 @@ EXPECTED_REACH_PX = 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Knowledge:
+class PriorKnowledge:
     """What is known before a fixation: measured surroundings, and the distances that come into question."""
 
     context: DepthContext | None = None
-    within: DepthRange | None = None
+    within: DistanceRange | None = None
 
 
 def fixate(
@@ -37,7 +37,7 @@ def fixate(
     *,
     clock: Clock,
     limits: VergeSettings = DEFAULT,
-    known: Knowledge = Knowledge(),
+    known: PriorKnowledge = PriorKnowledge(),
     on_step: Callable[[VergeStep], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fixation:
@@ -46,21 +46,23 @@ def fixate(
     Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
     """
     aim = resolve(target, calibration.wide, limits)
-    looker = Looker(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
+    looker = FixationHead(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
     loop = ClosedLoop(
         looker, calibration, limits, expected_per_m=_expected_per_m(known.context, aim, calibration)
     )
-    ended: Ended | None = None
+    ended: FixationEnded | None = None
     try:
         answer = both_foveae(_within(loop.run(aim), known.within))
-    except Ended as end:
+    except FixationEnded as end:
         ended = end
-        answering = Answering(looker, calibration, limits, context=known.context, within=known.within)
+        answering = FallbackEstimator(looker, calibration, limits, context=known.context, within=known.within)
         answer = answering.answer(aim, loop, end)
     return _fixation(aim, looker, answer, ended)
 
 
-def _expected_per_m(context: DepthContext | None, aim: Aim, calibration: Calibration) -> float | None:
+def _expected_per_m(
+    context: DepthContext | None, aim: ResolvedTarget, calibration: Calibration
+) -> float | None:
     """Return 1/Z of what was measured nearest to a target before, None where nothing was near."""
     if context is None:
         return None
@@ -72,14 +74,16 @@ def _expected_per_m(context: DepthContext | None, aim: Aim, calibration: Calibra
     return float(near.inverse_z_per_m[nearest])
 
 
-def _within(verged: Verged, span: DepthRange | None) -> Verged:
-    """Return what the loop verged on, or raise Ended when that is not at the distances asked for."""
+def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
+    """Return what the loop verged on, or raise FixationEnded when that is not at the distances asked for."""
     if span is None or span.nearest_m <= verged.place.distance_m <= span.farthest_m:
         return verged
-    raise Unsupported(verged)
+    raise UnsupportedMatch(verged)
 
 
-def _fixation(aim: Aim, looker: Looker, answer: Answer, ended: Ended | None) -> Fixation:
+def _fixation(
+    aim: ResolvedTarget, looker: FixationHead, answer: Answer, ended: FixationEnded | None
+) -> Fixation:
     ax_rad, ay_rad = aim.angles_rad
     seen, place, verged = looker.last, answer.place, answer.verged
     state = FixationState.VERGED if ended is None or verged is not None else ended.state

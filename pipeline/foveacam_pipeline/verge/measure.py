@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, Guess, match_fine
-from foveacam_pipeline.verge.looking import Seen
+from foveacam_pipeline.verge.centre_fit import vicinity
+from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.fixation_head import Observation
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.survey import ReducedLook
-from foveacam_pipeline.verge.template import Template
-from foveacam_pipeline.verge.vicinity import vicinity
+from foveacam_pipeline.verge.wide_patch import WidePatch
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,8 +45,8 @@ class Measurement:
 
 
 def measure(
-    seen: Seen,
-    templates: tuple[Template, ...],
+    seen: Observation,
+    templates: tuple[WidePatch, ...],
     target: NDArray[np.float64],
     *,
     calibration: Calibration,
@@ -77,15 +77,15 @@ def measure(
 
 
 def _guesses(
-    look: ReducedLook, templates: tuple[Template, ...], expected: NDArray[np.float64]
-) -> Iterator[tuple[Template, Guess]]:
+    look: ReducedLook, templates: tuple[WidePatch, ...], expected: NDArray[np.float64]
+) -> Iterator[tuple[WidePatch, MatchGuess]]:
     """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
     first = templates[0]
     left, right, _ = vicinity(look, first, expected).peaks()
     centre = (left + right) / 2.0
-    yield first, Guess(left=left, right=right)
-    yield first, Guess(left=centre, right=centre)
+    yield first, MatchGuess(left=left, right=right)
+    yield first, MatchGuess(left=centre, right=centre)
     for other in templates[1:]:
         left, right, _ = vicinity(look, other, expected).peaks()
-        yield other, Guess(left=left, right=right)
-    yield first, Guess(left=centre, right=centre, reach_px=FAR_REACH_PX)
+        yield other, MatchGuess(left=left, right=right)
+    yield first, MatchGuess(left=centre, right=centre, reach_px=FAR_REACH_PX)

@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.template import Template, follow
+from foveacam_pipeline.verge.wide_patch import WidePatch, follow
 
 STILL_TAN = 4.0e-4
 """Smaller changes between two sights are noise of the registration: 1.3 wide px."""
@@ -23,7 +23,7 @@ SIGHTS = 5
 """So many sights of a moving target make its track: longer ones bend."""
 
 
-class Motion:
+class TargetMotion:
     """The track of one target: (2,) tangents from the rig's origin over time."""
 
     def __init__(self, target: NDArray[np.float64], t_ns: int) -> None:
@@ -53,15 +53,15 @@ class Motion:
         self._target, self._speed, self._t_ns = line[0], line[1], t_ns
 
 
-class Watch:
+class TargetTracker:
     """Follows the patch through newer wide frames and keeps the target's track."""
 
-    def __init__(self, template: Template, frame: Frame, wide: Intrinsics) -> None:
+    def __init__(self, template: WidePatch, frame: Frame, wide: Intrinsics) -> None:
         self._template = template
         self._wide = wide
         self._cut_ns = frame.t_ns
         self._seq = frame.seq
-        self.motion = Motion(template.target, frame.t_ns)
+        self.motion = TargetMotion(template.target, frame.t_ns)
 
     def follow(self, frame: Frame) -> None:
         """Take a wide frame; one that was taken before is ignored."""

@@ -19,9 +19,9 @@ from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.blank_region import BlankRegion
 from foveacam_pipeline.verge.border_depth import BorderDepth
 from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.fixation_head import Observation
 from foveacam_pipeline.verge.infer import OWN_CHANCE, SAME_SHARE
-from foveacam_pipeline.verge.looking import Seen
-from foveacam_pipeline.verge.template import Template, cut_view
+from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view
 
 REACH_TAN = 0.06
 """So far about a target earlier measurements count: 3.4 degrees."""
@@ -62,14 +62,14 @@ class LookPoints:
         self._calibration = calibration
         self._shown: dict[int, DepthSamples] = {}
 
-    def of(self, looks: Iterable[Seen]) -> DepthSamples:
+    def of(self, looks: Iterable[Observation]) -> DepthSamples:
         """Return all points of some looks."""
         found = DepthSamples.none()
         for seen in looks:
             found = found.joined(self._of_one(seen))
         return found
 
-    def _of_one(self, seen: Seen) -> DepthSamples:
+    def _of_one(self, seen: Observation) -> DepthSamples:
         key = seen.sighting.left.t_ns
         if key not in self._shown:
             left, right = (eye_matches(seen.sighting, self._calibration, role) for role in EYES)
@@ -78,7 +78,7 @@ class LookPoints:
 
 
 def repeats_in_row(
-    gray: NDArray[np.uint8], wide: Intrinsics, template: Template, target: NDArray[np.float64]
+    gray: NDArray[np.uint8], wide: Intrinsics, template: WidePatch, target: NDArray[np.float64]
 ) -> bool:
     """Return whether the patch of a target fits its own row elsewhere as well: then no match can be trusted.
 

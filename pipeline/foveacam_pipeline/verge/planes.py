@@ -18,7 +18,7 @@ that about face the rig, and the others, of which those at 45 degrees are common
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Planes:
+class PlaneHypotheses:
     """What each of the 2**n subsets of n samples says, under each of s priors of the slope.
 
     `log_evidence`: (s, 2**n) log marginal likelihood of the subset, the prior's share included. `plane`:
@@ -39,7 +39,7 @@ def subset_of(member: NDArray[np.bool_]) -> int:
 
 def planes_through(
     offsets: NDArray[np.float64], q: NDArray[np.float64], sigma: NDArray[np.float64], *, level: float
-) -> Planes:
+) -> PlaneHypotheses:
     """Return the planes through all subsets of samples.
 
     `offsets`: (n, 2) from the target, tangents. `q`, `sigma`: (n,) 1/Z and its error. `level`: common 1/Z.
@@ -65,7 +65,7 @@ def planes_through(
         plane.append(solved)
         variance.append(np.linalg.inv(posterior)[:, 0, 0])
     log_evidence = np.array(evidence)
-    return Planes(
+    return PlaneHypotheses(
         log_evidence=log_evidence,
         plane=np.array(plane),
         variance=np.array(variance),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.template import Template, peak
+from foveacam_pipeline.verge.wide_patch import WidePatch, peak
 
 BAND_PX = 14
 """How far above or below its row a target may appear: calibration drift, survey px."""
@@ -35,7 +35,7 @@ Scores: TypeAlias = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Candidate:
+class MatchCandidate:
     """A place where both foveae may see the patch.
 
     `left`, `right`: (2,) tangents from each eye's gaze. `score`: the weaker correlation with the patch.
@@ -50,8 +50,8 @@ class Candidate:
 
 
 def candidates(
-    look: ReducedLook, template: Template, target: NDArray[np.float64], *, slack_px: int = SLACK_PX
-) -> tuple[Candidate, ...]:
+    look: ReducedLook, template: WidePatch, target: NDArray[np.float64], *, slack_px: int = SLACK_PX
+) -> tuple[MatchCandidate, ...]:
     """Return the best places, best first; none when the patch fits into neither eye.
 
     `target`: (2,) tangents from the rig's origin at the time of the look.
@@ -91,11 +91,11 @@ def _candidate(
     shift_px: float,
     joint: float,
     near_px: int,
-) -> Candidate:
+) -> MatchCandidate:
     """Refine each eye's place by itself."""
     at_left = left.refined(target_u_px + shift_px, near_px)
     at_right = right.refined(target_u_px - shift_px, near_px)
-    return Candidate(
+    return MatchCandidate(
         left=(np.array(at_left[:2]) - look.left.centre_px) / look.f_px,
         right=(np.array(at_right[:2]) - look.right.centre_px) / look.f_px,
         score=min(at_left[2], at_right[2]),
@@ -124,7 +124,7 @@ class _Band:
         return self.u0_px + first + x, self.v0_px + y, score
 
 
-def _band(eye: ReducedEye, template: Template, target_v_px: float) -> _Band | None:
+def _band(eye: ReducedEye, template: WidePatch, target_v_px: float) -> _Band | None:
     """Correlate the patch with one fovea; None when it does not fit in."""
     height, width = template.patch.shape
     half_x, half_y = (width - 1) // 2, (height - 1) // 2

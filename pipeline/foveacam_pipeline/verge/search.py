@@ -16,15 +16,15 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
-from foveacam_pipeline.verge.astray import Astray, find_astray, stands_alone
-from foveacam_pipeline.verge.fine import FineMatch, Guess, match_fine
-from foveacam_pipeline.verge.looking import Looker, Measured, Seen
-from foveacam_pipeline.verge.motion import Motion, Watch
-from foveacam_pipeline.verge.register import MOVING_SLACK_PX, SLACK_PX, Candidate, candidates
+from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.fixation_head import FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.motion import TargetMotion, TargetTracker
+from foveacam_pipeline.verge.register import MOVING_SLACK_PX, SLACK_PX, MatchCandidate, candidates
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.survey import epipolar_looks
-from foveacam_pipeline.verge.template import Template
-from foveacam_pipeline.verge.values import Phase
+from foveacam_pipeline.verge.target_offset import TargetOffset, find_astray, stands_alone
+from foveacam_pipeline.verge.values import VergePhase
+from foveacam_pipeline.verge.wide_patch import WidePatch
 
 ALIKE = 0.08
 """Candidates whose correlations differ by less fit alike."""
@@ -39,11 +39,11 @@ LEAST_STEP_PER_M = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Found:
+class FoundTarget:
     """The gazes that bring the target to both centres; the patches, the one that was found first."""
 
     gazes: Gazes
-    templates: tuple[Template, ...]
+    templates: tuple[WidePatch, ...]
     joint: float
 
 
@@ -51,36 +51,36 @@ class Found:
 class _Sure:
     """The outcome of one look: a candidate, the patch it was found with, and the match if one was good."""
 
-    candidate: Candidate
-    template: Template
+    candidate: MatchCandidate
+    template: WidePatch
     fine: FineMatch | None
 
 
-class Search:
+class TargetSearch:
     """Looks for a target in both foveae."""
 
-    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
+    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
-        self._looks: list[Seen] = []
+        self._looks: list[Observation] = []
 
     @property
-    def looks(self) -> tuple[Seen, ...]:
+    def looks(self) -> tuple[Observation, ...]:
         """The looks of the last search."""
         return tuple(self._looks)
 
     def find(
-        self, templates: tuple[Template, ...], watch: Watch, *, expected_per_m: float | None = None
-    ) -> Found:
-        """Return where it is, or raise Ended; look first at the 1/Z at which it is expected, if any."""
-        best: Found | None = None
+        self, templates: tuple[WidePatch, ...], watch: TargetTracker, *, expected_per_m: float | None = None
+    ) -> FoundTarget:
+        """Return where it is, or raise FixationEnded; look first at the expected 1/Z, if there is one."""
+        best: FoundTarget | None = None
         blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
         self._looks = []
         inverse_z = 0.0
         for inverse_z in self._depths(templates[-1], expected_per_m):
             gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
-            seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
+            seen = self._looker.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
             self._looks.append(seen)
             watch.follow(seen.sighting.wide)
             slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
@@ -101,14 +101,14 @@ class Search:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
         return best
 
-    def recover(self, seen: Seen, found: Found, motion: Motion) -> Gazes | None:
+    def recover(self, seen: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
         """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
         outcome = self._examine(seen, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.astray_score:
             return None
         return self._found(seen, outcome, found.templates).gazes
 
-    def astray(self, templates: tuple[Template, ...], motion: Motion) -> Astray | None:
+    def astray(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
         """Return how far from its place the looks of a search in vain show a target that stands still."""
         for seen in () if motion.moves else self._looks:
             look = seen.reduced(self._calibration, f_px=templates[0].f_px)
@@ -125,11 +125,11 @@ class Search:
                     return astray
         return None
 
-    def _alone(self, seen: Seen, template: Template, target: NDArray[np.float64]) -> bool:
+    def _alone(self, seen: Observation, template: WidePatch, target: NDArray[np.float64]) -> bool:
         return stands_alone(gray(to_uint8(seen.sighting.wide)), self._calibration.wide, template, target)
 
     def _examine(
-        self, seen: Seen, templates: tuple[Template, ...], motion: Motion, *, slack_px: int
+        self, seen: Observation, templates: tuple[WidePatch, ...], motion: TargetMotion, *, slack_px: int
     ) -> _Sure | None:
         """Return the candidate on which left and right agree, or else the best unproven one.
 
@@ -154,7 +154,7 @@ class Search:
         return max(tried, key=lambda outcome: outcome.candidate.joint, default=None)
 
     def _proven(
-        self, seen: Seen, template: Template, places: tuple[Candidate, ...], tried: list[_Sure]
+        self, seen: Observation, template: WidePatch, places: tuple[MatchCandidate, ...], tried: list[_Sure]
     ) -> list[_Sure]:
         """Return the candidates on which left and right agree and that fit the wide view alike.
 
@@ -175,45 +175,45 @@ class Search:
                 proven.append(outcome)
         return proven
 
-    def _prove(self, seen: Seen, candidate: Candidate) -> FineMatch | None:
+    def _prove(self, seen: Observation, candidate: MatchCandidate) -> FineMatch | None:
         """Return the match of left and right on a candidate if it is a good one."""
-        guess = Guess(left=candidate.left, right=candidate.right)
+        guess = MatchGuess(left=candidate.left, right=candidate.right)
         fine = match_fine(seen.sighting, self._calibration, guess)
         tells = fine.sigma_x_px <= self._limits.largest_sigma_px(fine.score)
         good = tells and fine.score >= self._limits.fine_score
         return fine if good else None
 
-    def _worth_trying(self, candidate: Candidate) -> bool:
+    def _worth_trying(self, candidate: MatchCandidate) -> bool:
         limits = self._limits
         return (
             candidate.score >= limits.register_score
             and candidate.rows_apart_px <= limits.rows_apart_survey_px
         )
 
-    def _found(self, seen: Seen, outcome: _Sure, templates: tuple[Template, ...]) -> Found:
+    def _found(self, seen: Observation, outcome: _Sure, templates: tuple[WidePatch, ...]) -> FoundTarget:
         left, right = outcome.candidate.left, outcome.candidate.right
         if outcome.fine is not None:
             centre = (left + right) / 2.0
             half = outcome.fine.residual_px / (2.0 * self._calibration.fovea_f_px)
             left, right = centre + half, centre - half
         others = tuple(other for other in templates if other is not outcome.template)
-        return Found(
+        return FoundTarget(
             gazes=seen.gazes.moved(left, right),
             templates=(outcome.template, *others),
             joint=outcome.candidate.joint,
         )
 
-    def _step(self, outcome: _Sure | None) -> Measured:
+    def _step(self, outcome: _Sure | None) -> StepResult:
         if outcome is None:
-            return Measured(score=0.0)
+            return StepResult(score=0.0)
         if outcome.fine is not None:
             x, y = outcome.fine.residual_x_px, outcome.fine.residual_y_px
-            return Measured(score=outcome.fine.score, residual_x_px=x, residual_y_px=y)
+            return StepResult(score=outcome.fine.score, residual_x_px=x, residual_y_px=y)
         apart: NDArray[np.float64] = outcome.candidate.left - outcome.candidate.right
         x, y = (apart * self._calibration.fovea_f_px).tolist()
-        return Measured(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
+        return StepResult(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
 
-    def _depths(self, template: Template, expected_per_m: float | None) -> Iterator[float]:
+    def _depths(self, template: WidePatch, expected_per_m: float | None) -> Iterator[float]:
         """Yield 1/Z, 1/m, of the looks of a search, from parallel (Sec. 3.4) to as near as both eyes turn in.
 
         What is expected comes first. Where an eye cannot look parallel, the farthest that both can counts

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.matching.picture import Picture, Placement
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
+from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.least_squares import Placed, least_squares
+from foveacam_pipeline.verge.least_squares import SubpixelPlace, least_squares
 from foveacam_pipeline.verge.register import LEAST_SEEN, UNSEEN
 from foveacam_pipeline.verge.survey import ReducedEye
-from foveacam_pipeline.verge.template import Template
+from foveacam_pipeline.verge.wide_patch import WidePatch
 
 ROWS_PX = 5
 """How far above or below its row a target may appear, survey px."""
@@ -30,7 +30,7 @@ GUARD_PX = 5.0
 PEAKS = 3
 LEAST_SCORE = 0.4
 """A peak below this correlation is not registered."""
-WINDOWS = (Window(half_px=24, weight_sigma_px=10.0), Window(half_px=40, weight_sigma_px=18.0))
+WINDOWS = (MatchWindow(half_px=24, weight_sigma_px=10.0), MatchWindow(half_px=40, weight_sigma_px=18.0))
 """Of the registration, survey px; the second where the first does not tell."""
 MARGIN_PX = 12
 PLACED_SIGMA_PX = 0.12
@@ -38,7 +38,7 @@ PLACED_SIGMA_PX = 0.12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Profile:
+class CorrelationProfile:
     """Correlation of the wide patch with one fovea against inverse depth.
 
     `inverse_z_per_m`: (n,) ascending. `scores`: (n,), `UNSEEN` where the fovea does not look.
@@ -84,12 +84,12 @@ def side_of(role: Role) -> float:
 def profile_of(
     eye: ReducedEye,
     role: Role,
-    template: Template,
+    template: WidePatch,
     target: NDArray[np.float64],
     *,
     inverse_z_per_m: NDArray[np.float64],
     baseline_m: float,
-) -> Profile:
+) -> CorrelationProfile:
     """Return how well a patch fits one fovea at each inverse depth: (n,). `target`: (2,) tangents."""
     scores = np.full(len(inverse_z_per_m), UNSEEN)
     height, width = template.patch.shape
@@ -97,7 +97,7 @@ def profile_of(
     row = round(float(target[1]) * template.f_px - eye.v0_px) - half_y
     first, last = max(0, row - ROWS_PX), min(eye.image.shape[0] - height + 1, row + ROWS_PX + 1)
     if last <= first or eye.image.shape[1] < width:
-        return Profile(inverse_z_per_m=inverse_z_per_m, scores=scores)
+        return CorrelationProfile(inverse_z_per_m=inverse_z_per_m, scores=scores)
     found = cv2.matchTemplate(eye.image[first : last + height - 1], template.patch, cv2.TM_CCOEFF_NORMED)
     band = np.nan_to_num(np.asarray(found, dtype=np.float64))
     offsets = (np.arange(first, last) - row) / ROWS_PX
@@ -108,7 +108,7 @@ def profile_of(
     u_px = template.f_px * (target[0] + side_of(role) * 0.5 * baseline_m * inverse_z_per_m)
     columns = u_px - eye.u0_px - half_x
     scores = np.interp(columns, np.arange(band.shape[1]), band.max(axis=0), left=UNSEEN, right=UNSEEN)
-    return Profile(inverse_z_per_m=inverse_z_per_m, scores=scores)
+    return CorrelationProfile(inverse_z_per_m=inverse_z_per_m, scores=scores)
 
 
 def register_eye(
@@ -157,8 +157,8 @@ def view_half_px() -> tuple[int, int]:
 
 
 def _registered(
-    eye: ReducedEye, wide_view: NDArray[np.float32], place_px: tuple[float, float], window: Window
-) -> Placed | None:
+    eye: ReducedEye, wide_view: NDArray[np.float32], place_px: tuple[float, float], window: MatchWindow
+) -> SubpixelPlace | None:
     """Register the middle of the wide view about a place of one fovea; None where that is not seen."""
     half = window.half_px + MARGIN_PX
     height, width = eye.image.shape
@@ -172,9 +172,9 @@ def _registered(
     part = wide_view[middle_y - half : middle_y + half + 1, middle_x - half : middle_x + half + 1]
     away = np.array([x - column, y - row])
     placed = least_squares(
-        Picture.of(np.ascontiguousarray(part)),
-        Picture.of(np.ascontiguousarray(eye.image[np.ix_(rows, columns)])),
-        Placement(x_px=float(away[0]), y_px=float(away[1])),
+        InterpolatedPicture.of(np.ascontiguousarray(part)),
+        InterpolatedPicture.of(np.ascontiguousarray(eye.image[np.ix_(rows, columns)])),
+        WindowPlacement(x_px=float(away[0]), y_px=float(away[1])),
         window=window,
         told_px=away,
     )

@@ -7,31 +7,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
-from foveacam_pipeline.matching.picture import Picture, Placement
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
 from foveacam_pipeline.verge.blank_region import side_of_edge
 from foveacam_pipeline.verge.border_depth import BorderDepth, BorderPlace, border_patch
-from foveacam_pipeline.verge.distance import Place, place_on_ray
-from foveacam_pipeline.verge.fine import Guess, match_fine
-from foveacam_pipeline.verge.looking import Looker, Measured, Seen
-from foveacam_pipeline.verge.motion import Motion
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
+from foveacam_pipeline.verge.fine import MatchGuess, match_fine
+from foveacam_pipeline.verge.fixation_head import FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.motion import TargetMotion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.single_eye import (
+    CorrelationProfile,
     EyeMatch,
-    Profile,
     profile_of,
     register_eye,
     side_of,
     view_half_px,
 )
-from foveacam_pipeline.verge.support import SURVEY_SCALE, Support, support_of
+from foveacam_pipeline.verge.support import SURVEY_SCALE, MatchSupport, support_of
 from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
-from foveacam_pipeline.verge.template import Template, cut_view, survey_f_px
-from foveacam_pipeline.verge.values import Phase
+from foveacam_pipeline.verge.values import VergePhase
 from foveacam_pipeline.verge.weighing import only_sure, outdone, sound
+from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, survey_f_px
 
 STEP_PX = 0.5
 """Step of the profiles along the line, survey px."""
@@ -56,14 +56,14 @@ class EyeSighting:
     """
 
     match: EyeMatch
-    seen: Seen
-    support: Support
+    seen: Observation
+    support: MatchSupport
     between_score: float | None
 
     @property
     def supported(self) -> bool:
         """Return whether the match speaks for the point itself."""
-        return self.support in {Support.MATCHED, Support.ENCLOSED}
+        return self.support in {MatchSupport.MATCHED, MatchSupport.ENCLOSED}
 
     @property
     def at_edge(self) -> bool:
@@ -73,7 +73,7 @@ class EyeSighting:
         """
         return self.between_score is not None and self.between_score >= HALF_SHOWN_SCORE
 
-    def place(self, motion: Motion) -> Place:
+    def place(self, motion: TargetMotion) -> LocatedPoint:
         """Return the point of the rig frame."""
         target = motion.at(self.seen.sighting.left.t_ns)
         return place_on_ray(target, self.match.inverse_z_per_m, self.match.sigma_per_m)
@@ -82,22 +82,22 @@ class EyeSighting:
 class SingleEyeSearch:
     """Finds a target in either fovea by the wide view alone."""
 
-    def __init__(self, looker: Looker, calibration: Calibration, limits: VergeSettings) -> None:
+    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
         self._looker = looker
         self._calibration = calibration
         self._limits = limits
-        self._looks: list[Seen] = []
+        self._looks: list[Observation] = []
 
     @property
-    def looks(self) -> tuple[Seen, ...]:
+    def looks(self) -> tuple[Observation, ...]:
         """The looks of the last search, and those that it was given."""
         return tuple(self._looks)
 
     def matches(
         self,
-        templates: tuple[Template, ...],
-        motion: Motion,
-        earlier: tuple[Seen, ...],
+        templates: tuple[WidePatch, ...],
+        motion: TargetMotion,
+        earlier: tuple[Observation, ...],
         *,
         span_per_m: tuple[float, float],
     ) -> list[EyeMatch]:
@@ -122,18 +122,18 @@ class SingleEyeSearch:
         ]
         return sorted(found, key=lambda match: -match.score)
 
-    def look_at(self, match: EyeMatch, motion: Motion, f_px: float) -> EyeSighting | None:
+    def look_at(self, match: EyeMatch, motion: TargetMotion, f_px: float) -> EyeSighting | None:
         """Look at a target with both eyes, one of which shows it; None when it is not there after all."""
         calibration, role = self._calibration, match.role
         inverse_z = match.inverse_z_per_m
         for _ in range(ROUNDS):
             gazes = aim_at(calibration, motion.at(self._looker.next_ns), max(inverse_z, 0.0))
-            seen = self._looker.look_clamped(gazes, Phase.FINE)
+            seen = self._looker.look_clamped(gazes, VergePhase.FINE)
             eye = self._eye(seen, role, inverse_z, f_px)
             view = self._wide_view(seen.sighting.wide, motion, f_px)
             target = motion.at(seen.sighting.left.t_ns)
             better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
-            self._looker.record(seen, Measured(score=0.0 if better is None else better.score))
+            self._looker.record(seen, StepResult(score=0.0 if better is None else better.score))
             if better is None or not sound(better):
                 return None
             moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
@@ -163,14 +163,16 @@ class SingleEyeSearch:
             place.add(shrink_look(seen.sighting, self._calibration, f_px=f_px))
         return place.depth()
 
-    def _between(self, seen: Seen, wanted: Gazes) -> float | None:
+    def _between(self, seen: Observation, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""
         if self._looker.missing is not None or not reaches(self._calibration, wanted):
             return None
-        offsets = Guess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
+        offsets = MatchGuess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
         return match_fine(seen.sighting, self._calibration, offsets).score
 
-    def _survey(self, template: Template, motion: Motion, earlier: tuple[Seen, ...]) -> list[Seen]:
+    def _survey(
+        self, template: WidePatch, motion: TargetMotion, earlier: tuple[Observation, ...]
+    ) -> list[Observation]:
         """Return looks that together show every depth, those made earlier among them."""
         looks = list(earlier)
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
@@ -182,8 +184,8 @@ class SingleEyeSearch:
                 for seen in looks
             ):
                 continue
-            seen = self._looker.look(gazes, Phase.EPIPOLAR if inverse_z else Phase.PARALLEL)
-            self._looker.record(seen, Measured(score=0.0))
+            seen = self._looker.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
+            self._looker.record(seen, StepResult(score=0.0))
             looks.append(seen)
         return looks
 
@@ -191,9 +193,9 @@ class SingleEyeSearch:
         self,
         role: Role,
         eyes: list[ReducedEye],
-        looks: list[Seen],
-        templates: tuple[Template, ...],
-        motion: Motion,
+        looks: list[Observation],
+        templates: tuple[WidePatch, ...],
+        motion: TargetMotion,
         grid: NDArray[np.float64],
     ) -> list[EyeMatch]:
         """Return the sound registrations of all peaks in all looks of one eye."""
@@ -214,7 +216,7 @@ class SingleEyeSearch:
             ]
             scores = np.array([profile.scores for profile in profiles])
             which = scores.argmax(axis=0)
-            best = Profile(inverse_z_per_m=grid, scores=scores.max(axis=0))
+            best = CorrelationProfile(inverse_z_per_m=grid, scores=scores.max(axis=0))
             for inverse_z, _ in best.peaks(step_px=STEP_PX):
                 k = int(which[np.argmin(np.abs(grid - inverse_z))])
                 wide = looks[k].sighting.wide
@@ -234,11 +236,11 @@ class SingleEyeSearch:
                     found.append(match)
         return found
 
-    def _wide_view(self, wide: Frame, motion: Motion, f_px: float) -> NDArray[np.float32]:
+    def _wide_view(self, wide: Frame, motion: TargetMotion, f_px: float) -> NDArray[np.float32]:
         image, target = gray(to_uint8(wide)), motion.at(wide.t_ns)
         return cut_view(image, self._calibration.wide, target, f_px=f_px, half=view_half_px())
 
-    def _eye(self, seen: Seen, role: Role, inverse_z_per_m: float, f_px: float) -> ReducedEye:
+    def _eye(self, seen: Observation, role: Role, inverse_z_per_m: float, f_px: float) -> ReducedEye:
         depth_m = 1.0 / inverse_z_per_m if inverse_z_per_m > 0.0 else math.inf
         return reduce_eye(seen.sighting, self._calibration, role, f_px=f_px, depth_m=depth_m)
 
@@ -249,12 +251,14 @@ class SingleEyeSearch:
         target: NDArray[np.float64],
         match: EyeMatch,
         f_px: float,
-    ) -> Support:
+    ) -> MatchSupport:
         """Return whether wide view and fovea agree at the point itself."""
         half = int(SURVEY_SCALE.around_px) + 4
         offset = side_of(match.role) * 0.5 * self._calibration.baseline_m * match.inverse_z_per_m
         shift_x = f_px * (float(target[0]) + offset) - float(eye.centre_px[0])
         shift_y = f_px * float(target[1]) + match.row_px - float(eye.centre_px[1])
-        one = Picture.of(view).cut((half, half))
-        other = Picture.of(eye.image).cut((half, half), Placement(x_px=shift_x, y_px=shift_y))
+        one = InterpolatedPicture.of(view).cut((half, half))
+        other = InterpolatedPicture.of(eye.image).cut(
+            (half, half), WindowPlacement(x_px=shift_x, y_px=shift_y)
+        )
         return support_of(one, other, scale=SURVEY_SCALE).support

@@ -22,7 +22,7 @@ MIXED_SHARE = 0.1
 """A point of which more differs lies on the edge of another surface."""
 
 
-class Support(Enum):
+class MatchSupport(Enum):
     """What a match says of the point in the middle of its window."""
 
     MATCHED = "matched"
@@ -62,7 +62,7 @@ class SupportReport:
     `alike_offset_px`: (x, y) from the point to the middle of the matched texture around it.
     """
 
-    support: Support
+    support: MatchSupport
     alike_share: float
     different_share: float
     sectors: int
@@ -94,12 +94,12 @@ def support_of(one: NDArray[np.float32], other: NDArray[np.float32], *, scale: S
     )
 
 
-def _verdict(alike_share: float, different_share: float, sectors: int) -> Support:
+def _verdict(alike_share: float, different_share: float, sectors: int) -> MatchSupport:
     if different_share > MIXED_SHARE:
-        return Support.DIFFERENT
+        return MatchSupport.DIFFERENT
     if alike_share >= 0.5:
-        return Support.MATCHED
-    return Support.ENCLOSED if sectors == SECTORS else Support.BESIDE
+        return MatchSupport.MATCHED
+    return MatchSupport.ENCLOSED if sectors == SECTORS else MatchSupport.BESIDE
 
 
 def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:

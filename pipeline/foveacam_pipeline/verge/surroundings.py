@@ -21,9 +21,9 @@ from foveacam_pipeline.verge.border_depth import (
     border_patch,
 )
 from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
-from foveacam_pipeline.verge.distance import Place
-from foveacam_pipeline.verge.infer import OWN_CHANCE, Inferred, encloses, infer_depth
-from foveacam_pipeline.verge.looking import Ended, Looker, Measured, Seen
+from foveacam_pipeline.verge.distance import LocatedPoint
+from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.infer import OWN_CHANCE, InferredDepth, encloses, infer_depth
 from foveacam_pipeline.verge.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
@@ -37,9 +37,9 @@ from foveacam_pipeline.verge.neighbours import (
     textured_chances,
 )
 from foveacam_pipeline.verge.survey import shrink_look
-from foveacam_pipeline.verge.template import Template, survey_f_px
 from foveacam_pipeline.verge.texture import noise_level
-from foveacam_pipeline.verge.values import Phase
+from foveacam_pipeline.verge.values import VergePhase
+from foveacam_pipeline.verge.wide_patch import WidePatch, survey_f_px
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
@@ -74,7 +74,7 @@ class SurroundingDepth:
     """
 
     samples: DepthSamples
-    inferred: tuple[Inferred, ...]
+    inferred: tuple[InferredDepth, ...]
     region: BlankRegion
     open: bool
 
@@ -84,7 +84,7 @@ class SurroundingsEstimator:
 
     def __init__(
         self,
-        looker: Looker,
+        looker: FixationHead,
         calibration: Calibration,
         *,
         context: DepthContext | None,
@@ -103,10 +103,10 @@ class SurroundingsEstimator:
         self,
         target: NDArray[np.float64],
         frame: Frame,
-        earlier: tuple[Seen, ...],
-        beside: tuple[NDArray[np.float64], Place] | None,
+        earlier: tuple[Observation, ...],
+        beside: tuple[NDArray[np.float64], LocatedPoint] | None,
         *,
-        template: Template | None,
+        template: WidePatch | None,
     ) -> SurroundingDepth:
         """Look at places on the border of the blank region about a target until its depth is sure.
 
@@ -141,7 +141,7 @@ class SurroundingsEstimator:
         target: NDArray[np.float64],
         region: BlankRegion,
         border: list[BorderPlace],
-        earlier: tuple[Seen, ...],
+        earlier: tuple[Observation, ...],
         known: DepthSamples,
     ) -> SurroundingDepth:
         found: dict[int, BorderDepth] = {}
@@ -156,7 +156,7 @@ class SurroundingsEstimator:
                 outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
                     break
-        except Ended:
+        except FixationEnded:
             pass  # what was measured until then counts
         return outcome
 
@@ -190,8 +190,8 @@ class SurroundingsEstimator:
         )
 
     def peek(
-        self, target: NDArray[np.float64], frame: Frame, looks: tuple[Seen, ...], template: Template
-    ) -> tuple[Inferred, ...]:
+        self, target: NDArray[np.float64], frame: Frame, looks: tuple[Observation, ...], template: WidePatch
+    ) -> tuple[InferredDepth, ...]:
         """Return what looks that were made already tell of a target with texture; nothing of a blank one."""
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
@@ -206,7 +206,7 @@ class SurroundingsEstimator:
             return ()
         return infer_depth(few, target, own_chance=textured_chances(off_px), blank=False)
 
-    def _shown(self, looks: tuple[Seen, ...]) -> DepthSamples:
+    def _shown(self, looks: tuple[Observation, ...]) -> DepthSamples:
         """Return the points about a target that looks show; none where the wide view repeats itself."""
         if not self._matched:
             return DepthSamples.none()
@@ -220,7 +220,7 @@ class SurroundingsEstimator:
 
     def _looks(
         self, target: NDArray[np.float64], border: list[BorderPlace], found: dict[int, BorderDepth]
-    ) -> Iterator[Seen]:
+    ) -> Iterator[Observation]:
         """Look at stretches of the border that were not measured yet, nearest to the target first."""
         self._looker.grant(looks=LOOKS, seconds=SECONDS)
         places = [place.patch.tangents for place in border]
@@ -232,13 +232,13 @@ class SurroundingsEstimator:
             tried.append(direction)
             for inverse_z in LEVELS_PER_M:
                 gazes = aim_at(self._calibration, direction, inverse_z)
-                seen = self._looker.look_clamped(gazes, Phase.SURROUNDINGS)
-                self._looker.record(seen, Measured(score=0.0))
+                seen = self._looker.look_clamped(gazes, VergePhase.SURROUNDINGS)
+                self._looker.record(seen, StepResult(score=0.0))
                 yield seen
                 if _all_found(direction, places, found):
                     break
 
-    def _examine(self, seen: Seen, border: list[BorderPlace], found: dict[int, BorderDepth]) -> None:
+    def _examine(self, seen: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]) -> None:
         """Measure the places of a border anew with a further look."""
         look = shrink_look(seen.sighting, self._calibration, f_px=self._f_px)
         for index, place in enumerate(border):
@@ -337,7 +337,7 @@ def _samples_of(border: list[BorderDepth]) -> DepthSamples:
     )
 
 
-def _beside(beside: tuple[NDArray[np.float64], Place] | None) -> DepthSamples:
+def _beside(beside: tuple[NDArray[np.float64], LocatedPoint] | None) -> DepthSamples:
     if beside is None:
         return DepthSamples.none()
     tangents, place = beside

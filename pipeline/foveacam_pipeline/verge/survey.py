@@ -12,7 +12,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.template import Template, evened
+from foveacam_pipeline.verge.wide_patch import WidePatch, evened
 
 REDUCTION = 4
 """Whole-number part of the zoom, averaged away before the warp."""
@@ -50,7 +50,7 @@ class ReducedLook:
     f_px: float
 
 
-def epipolar_looks(calibration: Calibration, template: Template, nearest_m: float) -> Iterator[float]:
+def epipolar_looks(calibration: Calibration, template: WidePatch, nearest_m: float) -> Iterator[float]:
     """Yield 1/Z, 1/m, of the looks that together see every depth from infinity to `nearest_m`.
 
     A look finds what lies within its field less half the patch; the first is parallel (Sec. 3.4).

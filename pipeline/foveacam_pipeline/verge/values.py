@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from foveacam_hardware.contract import Sighting, StereoVolts
-from foveacam_pipeline.verge.astray import Astray
+from foveacam_pipeline.verge.target_offset import TargetOffset
 
 
 class FixationState(StrEnum):
@@ -31,7 +31,7 @@ class Basis(StrEnum):
     """No distance, only limits of it."""
 
 
-class Phase(StrEnum):
+class VergePhase(StrEnum):
     """What one step of the loop did."""
 
     PARALLEL = "parallel"
@@ -75,7 +75,7 @@ class VergeStep:
     """One look of the loop: where the eyes pointed, and what was found there."""
 
     index: int
-    phase: Phase
+    phase: VergePhase
     left_ax_rad: float
     left_ay_rad: float
     right_ax_rad: float
@@ -90,7 +90,7 @@ class VergeStep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DepthRange:
+class DistanceRange:
     """Distances from the rig's origin in which a target is looked for, m; `farthest_m` may be infinite."""
 
     nearest_m: float
@@ -157,6 +157,6 @@ class Fixation:
     volts: StereoVolts | None = None
     sighting: Sighting | None = None
     """The last look, from which depth is computed."""
-    astray: Astray | None = None
+    astray: TargetOffset | None = None
     """How far from its place both eyes show a target that was not found: the mounts have moved."""
     duration_ms: float = 0.0

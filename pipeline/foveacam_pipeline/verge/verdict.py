@@ -4,19 +4,19 @@ import math
 from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.verge.astray import Astray
-from foveacam_pipeline.verge.distance import Place
+from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.fine import FineMatch
-from foveacam_pipeline.verge.looking import Ended
+from foveacam_pipeline.verge.fixation_head import FixationEnded
 from foveacam_pipeline.verge.measure import Measurement
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import DistanceBound, EyeView, FixationState
 
 NEAR_ENOUGH = 1.6
 """The last look of a complete search stands at most this much farther than the nearest depth it sees."""
 
 
-def verged(place: Place, fine: FineMatch) -> str:
+def verged(place: LocatedPoint, fine: FineMatch) -> str:
     """Return the sentence of a success."""
     return (
         f"Verged at {place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.1f} mm, left and right agree "
@@ -35,16 +35,16 @@ UNSUPPORTED = (
 )
 
 
-def camera_gone(role: Role) -> Ended:
+def camera_gone(role: Role) -> FixationEnded:
     """Return the end of the loop of both eyes where one has no camera."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"The {role} camera is not there; check its cable and power.",
         missing=role,
     )
 
 
-def one_eyed(place: Place, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
+def one_eyed(place: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
     """Return the sentence of an answer by one fovea and the wide camera; `views`: what each eye shows."""
     found = _told(place)
     if len(roles) == 2:
@@ -57,7 +57,7 @@ def one_eyed(place: Place, roles: set[Role], views: Mapping[Role, EyeView]) -> s
     return f"{found} by the {seeing} fovea and the wide camera; the {other} eye {why}."
 
 
-def inferred(place: Place, *, samples: int, alternatives: int) -> str:
+def inferred(place: LocatedPoint, *, samples: int, alternatives: int) -> str:
     """Return the sentence of an answer by what surrounds the point."""
     return (
         f"{_told(place)}, inferred from {samples} measured points around it: the point itself shows nothing "
@@ -69,54 +69,54 @@ def _choice(alternatives: int) -> str:
     return f"; {alternatives} distances are possible: choose one" if alternatives else ""
 
 
-def _told(place: Place) -> str:
+def _told(place: LocatedPoint) -> str:
     """Return a distance and its error, in units that suit the error."""
     if place.distance_sigma_m >= COARSE_SIGMA_M:
         return f"{place.distance_m:.1f} m ± {place.distance_sigma_m:.1f} m"
     return f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
 
 
-def bounded(bound: DistanceBound, ended: Ended, *, alternatives: int) -> str:
+def bounded(bound: DistanceBound, ended: FixationEnded, *, alternatives: int) -> str:
     """Return the sentence of an answer that is only a limit."""
     far = f", nearer than {bound.farthest_m:.1f} m" if math.isfinite(bound.farthest_m) else ""
     return f"Farther than {bound.nearest_m:.1f} m{far}{_choice(alternatives)}. {ended.reason}"
 
 
-def moved_away() -> Ended:
+def moved_away() -> FixationEnded:
     """Return the end at a target that is no longer where it was, nor where its track leads."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         "What was clicked moved away, or something came before it, while it was looked at; click it again.",
     )
 
 
-def blank_patch() -> Ended:
+def blank_patch() -> FixationEnded:
     """Return the end at a patch of the wide image that shows nothing but noise."""
-    return Ended(
+    return FixationEnded(
         FixationState.NO_TEXTURE,
         "The wide image shows no texture there, only noise; choose a point on a pattern or an edge, or draw "
         "a rectangle that holds one.",
     )
 
 
-def not_found(limits: VergeSettings, *, nearest_m: float) -> Ended:
+def not_found(limits: VergeSettings, *, nearest_m: float) -> FixationEnded:
     """Return the end of a search that found nothing; `nearest_m`: depth of its last look."""
     if nearest_m > NEAR_ENOUGH * limits.nearest_m:
-        return Ended(
+        return FixationEnded(
             FixationState.OUT_OF_RANGE,
             f"Not found from infinity to {nearest_m:.2f} m, and an eye cannot turn further in: for something "
             "nearer choose a point closer to the middle of the wide view.",
         )
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"Not found in both foveae between {limits.nearest_m:g} m and infinity: it may be hidden from one "
         "eye, nearer, moving, or one of many alike; choose a point beside it or a larger rectangle.",
     )
 
 
-def elsewhere(astray: Astray) -> Ended:
+def elsewhere(astray: TargetOffset) -> FixationEnded:
     """Return the end of a fixation whose target both eyes show far from its place."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"Both foveae show it, but not where the calibration says: {abs(astray.across_px):.0f} px across, "
         f"{abs(astray.down_px):.0f} px up or down, {abs(astray.rows_px):.0f} px apart in height. The mounts "
@@ -125,30 +125,30 @@ def elsewhere(astray: Astray) -> Ended:
     )
 
 
-def many_alike(places: int) -> Ended:
+def many_alike(places: int) -> FixationEnded:
     """Return the end at a pattern that fits itself at several distances."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"The pattern repeats: {places} distances fit alike; draw a rectangle that holds its edge or a "
         "flaw, or choose a point beside it.",
     )
 
 
-def neighbour(side: str, *, aside_px: float) -> Ended:
+def neighbour(side: str, *, aside_px: float) -> FixationEnded:
     """Return the end at a look-alike: what one eye sees fits the wide view better `aside_px` wide px away."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"The {side} eye sees a look-alike {abs(aside_px):.0f} px beside the target, which may be hidden "
         "from it; choose a point that both eyes can see, or draw a larger rectangle.",
     )
 
 
-def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
+def doubt(found: Measurement, limits: VergeSettings) -> FixationEnded | None:
     """Return why a look cannot be trusted, or None when its measurements are good and agree."""
     if found.quality(limits) >= 0.0:
         return None
     if found.wide_peak < limits.confirm_score:
-        return Ended(
+        return FixationEnded(
             FixationState.LOST,
             f"The target left the foveae or is hidden from one (correlation {found.wide_peak:.2f} with the "
             "wide view); try again, or choose a point beside it.",
@@ -156,19 +156,19 @@ def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
     tells = found.fine.sigma_x_px <= limits.largest_sigma_px(found.fine.score)
     alike = limits.fine_score if tells else limits.grain_score
     if found.fine.score < alike and found.fine.contrast >= limits.contrast:
-        return Ended(
+        return FixationEnded(
             FixationState.LOST,
             f"Left and right do not show the same there (correlation {found.fine.score:.2f}): it may be "
             "hidden from the left or the right eye; choose a point beside it that both can see.",
         )
     if found.fine.score >= limits.fine_score and not tells:
-        return Ended(
+        return FixationEnded(
             FixationState.NO_TEXTURE,
             "The texture there tells no distance: it runs from side to side, along the line between the "
             "eyes, or changes too slowly; choose a point where something crosses it.",
         )
     if found.fine.score < limits.fine_score:
-        return Ended(
+        return FixationEnded(
             FixationState.NO_TEXTURE,
             f"The point itself shows no texture that tells its distance (correlation {found.fine.score:.2f} "
             "between the foveae), though its surroundings do; choose a point on the pattern.",
@@ -176,9 +176,9 @@ def doubt(found: Measurement, limits: VergeSettings) -> Ended | None:
     return another(found)
 
 
-def another(found: Measurement) -> Ended:
+def another(found: Measurement) -> FixationEnded:
     """Return the end at a match that shows something else than the wide view does."""
-    return Ended(
+    return FixationEnded(
         FixationState.LOST,
         f"Left and right agree on another place than the wide view (correlation {found.wide_score:.2f} "
         "there): the pattern may repeat, or a near edge covers it; draw a larger rectangle.",

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from foveacam_pipeline.verge.infer import Inferred
+from foveacam_pipeline.verge.infer import InferredDepth
 from foveacam_pipeline.verge.single_eye import EyeMatch
 
 AGREE_SIGMAS = 4.0
@@ -58,7 +58,7 @@ def weighted(matches: list[EyeMatch]) -> tuple[float, float]:
     return float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
 
 
-def plausible(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
+def plausible(match: EyeMatch, near: tuple[InferredDepth, ...]) -> bool:
     """Return whether what one eye shows is as deep as something found next to the target, if anything is."""
     return not near or any(
         abs(match.inverse_z_per_m - other.inverse_z_per_m) <= _slack(match, other)
@@ -67,7 +67,7 @@ def plausible(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
     )
 
 
-def confirmed(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
+def confirmed(match: EyeMatch, near: tuple[InferredDepth, ...]) -> bool:
     """Return whether a surface about the target, or next to it, is as deep as a match, if there is any."""
     return not near or any(
         other.held and abs(match.inverse_z_per_m - other.inverse_z_per_m) <= _slack(match, other)
@@ -75,12 +75,12 @@ def confirmed(match: EyeMatch, near: tuple[Inferred, ...]) -> bool:
     )
 
 
-def slack_per_m(inferred: Inferred) -> float:
+def slack_per_m(inferred: InferredDepth) -> float:
     """Return by how much a match may differ from an inference that it confirms."""
     return max(PLAUSIBLE_SIGMAS * inferred.sigma_per_m, PLAUSIBLE_SHARE * inferred.inverse_z_per_m)
 
 
-def spread_per_m(inferred: tuple[Inferred, ...]) -> float:
+def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
     """Return the root mean square distance of all depths from the most probable, errors included."""
     best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
     variance = sum(
@@ -89,5 +89,5 @@ def spread_per_m(inferred: tuple[Inferred, ...]) -> float:
     return math.sqrt(variance)
 
 
-def _slack(match: EyeMatch, other: Inferred) -> float:
+def _slack(match: EyeMatch, other: InferredDepth) -> float:
     return max(slack_per_m(other), PLAUSIBLE_SIGMAS * match.sigma_per_m)

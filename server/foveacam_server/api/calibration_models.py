@@ -4,25 +4,25 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Asked, Label, Told
+from foveacam_server.api.models import Label, RequestModel, ResponseModel
 
 EyeState = Literal["centred", "rim", "refused", "waiting"]
 
 
-class SessionRequest(Asked):
+class SessionRequest(RequestModel):
     """A new session."""
 
     label: Label
 
 
-class CombineRequest(Asked):
+class CombineRequest(RequestModel):
     """Sessions of one rig whose sweeps are to be fitted together. `label`: None says how many poses."""
 
     sessions: Annotated[list[str], Field(min_length=2, max_length=50)]
     label: Label | None = None
 
 
-class BoardDocument(Told):
+class BoardDocument(ResponseModel):
     """The board that stage 1 looks at: inner corners, sides in mm."""
 
     kind: Literal["charuco", "checkerboard"]
@@ -32,7 +32,7 @@ class BoardDocument(Told):
     marker_mm: float | None
 
 
-class WideSampleDocument(Told):
+class WideSampleDocument(ResponseModel):
     """One view of the board."""
 
     id: str
@@ -43,7 +43,7 @@ class WideSampleDocument(Told):
     corners: int
 
 
-class WideFitDocument(Told):
+class WideFitDocument(ResponseModel):
     """A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image."""
 
     model: str
@@ -58,7 +58,7 @@ class WideFitDocument(Told):
     accuracy_deg: float | None
 
 
-class WideStageDocument(Told):
+class WideStageDocument(ResponseModel):
     """Stage 1 so far."""
 
     samples: list[WideSampleDocument]
@@ -72,7 +72,7 @@ class WideStageDocument(Told):
     """Why this model was taken, or why there is no fit."""
 
 
-class SweepPoseDocument(Told):
+class SweepPoseDocument(ResponseModel):
     """One pose of a sweep, and what became of either eye."""
 
     index: int
@@ -84,7 +84,7 @@ class SweepPoseDocument(Told):
     right_reason: str | None
 
 
-class SweepDocument(Told):
+class SweepDocument(ResponseModel):
     """Stage 2 at one station: `done` of `nodes` poses."""
 
     station: str
@@ -94,7 +94,7 @@ class SweepDocument(Told):
     poses: list[SweepPoseDocument]
 
 
-class ModelScoreDocument(Told):
+class ModelScoreDocument(ResponseModel):
     """How a mirror model does on poses that were left out of its fit."""
 
     name: str
@@ -104,7 +104,7 @@ class ModelScoreDocument(Told):
     chosen: bool
 
 
-class FieldScoreDocument(Told):
+class FieldScoreDocument(ResponseModel):
     """How a rectification does on poses that were left out of its fit."""
 
     name: str
@@ -114,7 +114,7 @@ class FieldScoreDocument(Told):
     chosen: bool
 
 
-class MountDriftDocument(Told):
+class MountDriftDocument(ResponseModel):
     """How an eye's mount drifted while it was calibrated; lengths in fovea px."""
 
     px_per_minute: float
@@ -130,7 +130,7 @@ class MountDriftDocument(Told):
     """How far the gaze jumped each time the mount was knocked amid a sweep; taken out."""
 
 
-class FitDocument(Told):
+class FitDocument(ResponseModel):
     """What was fitted last, and the models that were compared."""
 
     calibration_id: str
@@ -144,7 +144,7 @@ class FitDocument(Told):
     """Of each eye's mount, taken out of the sweeps; null when no nodes were visited again."""
 
 
-class SettleAxisDocument(Told):
+class SettleAxisDocument(ResponseModel):
     """How one axis of one mirror comes to rest."""
 
     eye: Literal["left", "right"]
@@ -159,7 +159,7 @@ class SettleAxisDocument(Told):
     quality: float | None
 
 
-class SettleDocument(Told):
+class SettleDocument(ResponseModel):
     """The settle characterisation.
 
     `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig waits so long.
@@ -170,13 +170,13 @@ class SettleDocument(Told):
     applied: bool = False
 
 
-class SettleTimeRequest(Asked):
+class SettleTimeRequest(RequestModel):
     """Which session has measured it."""
 
     session_id: str = Field(max_length=64)
 
 
-class MeasuredSettleTime(Told):
+class MeasuredSettleTime(ResponseModel):
     """A settle time that was measured; `low_pass_hz`: of the drive filter meanwhile."""
 
     settle_us: int
@@ -185,7 +185,7 @@ class MeasuredSettleTime(Told):
     low_pass_hz: int | None
 
 
-class SettleTimeDocument(Told):
+class SettleTimeDocument(ResponseModel):
     """How long the rig waits after every move.
 
     `source`: `rig file`, or `measured` and the date. `rig_file_us`: what the rig's file says. `measured`:
@@ -198,7 +198,7 @@ class SettleTimeDocument(Told):
     measured: MeasuredSettleTime | None
 
 
-class CheckDocument(Told):
+class CheckDocument(ResponseModel):
     """How well the fitted calibration holds at poses that no sweep visited."""
 
     calibration_id: str
@@ -210,7 +210,7 @@ class CheckDocument(Told):
     poses: int
 
 
-class ClosingEyeDocument(Told):
+class ClosingEyeDocument(ResponseModel):
     """How far an eye had drifted between its sweep and the check."""
 
     eye: Literal["left", "right"]
@@ -220,7 +220,7 @@ class ClosingEyeDocument(Told):
     sigma_px: float
 
 
-class ClosingDocument(Told):
+class ClosingDocument(ResponseModel):
     """The drift since the sweep, by nodes visited again, and whether it was taken out before the check.
 
     `rows_px`: by how much the eyes' rows had come apart.
@@ -234,7 +234,7 @@ class ClosingDocument(Told):
     detail: str
 
 
-class PictureDocument(Told):
+class PictureDocument(ResponseModel):
     """A picture of the session's state."""
 
     name: str
@@ -242,7 +242,7 @@ class PictureDocument(Told):
     url: str
 
 
-class SessionDocument(Told):
+class SessionDocument(ResponseModel):
     """Everything measured for one calibration, and what came of it."""
 
     id: str
@@ -264,14 +264,14 @@ class SessionDocument(Told):
     """Files of the session that cannot be read, and why."""
 
 
-class SpreadDocument(Told):
+class SpreadDocument(ResponseModel):
     """Root mean square and largest difference, px."""
 
     rms: float
     max: float
 
 
-class ComparisonDocument(Told):
+class ComparisonDocument(ResponseModel):
     """How far two calibrations differ, in pixels an operator sees: fovea px, wide px for the wide camera."""
 
     a: str

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 from foveacam_server.quantities import BlackLevel, Decibels, ExposureMs, Hertz
 
 PixelFormatName = Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]
@@ -10,14 +10,14 @@ ExposureAutoName = Literal["off", "once", "continuous"]
 Verdict = Literal["untested", "ok", "ok_software_only", "camera", "wiring", "no_probe"]
 
 
-class SpanDocument(Told):
+class SpanDocument(ResponseModel):
     """What a camera accepts, both ends included; `low` = `high`: it cannot be set."""
 
     low: float
     high: float
 
 
-class CameraRangesDocument(Told):
+class CameraRangesDocument(ResponseModel):
     """What a camera accepts; no formats before it was opened."""
 
     exposure_ms: SpanDocument
@@ -31,7 +31,7 @@ class CameraRangesDocument(Told):
     pixel_formats: list[PixelFormatName]
 
 
-class CameraSettingsDocument(Told):
+class CameraSettingsDocument(ResponseModel):
     """What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start.
 
     While it sets exposure or rate itself, they are those in force, read back once a second.
@@ -48,7 +48,7 @@ class CameraSettingsDocument(Told):
     kept: bool
 
 
-class CameraLinkDocument(Told):
+class CameraLinkDocument(ResponseModel):
     """Whether a camera delivers and if not, why; `epoch` counts its openings."""
 
     phase: Literal["closed", "opening", "ready", "streaming", "degraded", "lost", "backoff"]
@@ -58,7 +58,7 @@ class CameraLinkDocument(Told):
     epoch: int
 
 
-class CameraDocument(Told):
+class CameraDocument(ResponseModel):
     """One camera as last seen."""
 
     role: str
@@ -87,7 +87,7 @@ class CameraDocument(Told):
     link: CameraLinkDocument
 
 
-class DifferenceDocument(Told):
+class DifferenceDocument(ResponseModel):
     """A setting in which the foveae differ by more than 0.5 % of its range."""
 
     setting: Literal["exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format", "trigger"]
@@ -95,7 +95,7 @@ class DifferenceDocument(Told):
     right: float | str
 
 
-class CameraPatch(Asked):
+class CameraPatch(RequestModel):
     """What shall change; what is left out stays. `linked`: both foveae at once.
 
     An exposure or a rate by itself is one by hand: it switches the automatic off.
@@ -111,14 +111,14 @@ class CameraPatch(Asked):
     linked: bool = False
 
 
-class CamerasChangedDocument(Told):
+class CamerasChangedDocument(ResponseModel):
     """The cameras that changed, with what they took, and in what the foveae differ now."""
 
     cameras: list[CameraDocument]
     divergence: list[DifferenceDocument]
 
 
-class EyeTestDocument(Told):
+class EyeTestDocument(ResponseModel):
     """What the trigger test found of one eye; times from trigger to frame."""
 
     eye: Literal["left", "right"]
@@ -128,7 +128,7 @@ class EyeTestDocument(Told):
     hardware_ms: float | None
 
 
-class TriggerTestDocument(Told):
+class TriggerTestDocument(ResponseModel):
     """One trigger test; `id` is empty before the first."""
 
     id: str

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse
 
-from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat, Role, Span
+from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat, Role, ValueRange
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -28,7 +28,7 @@ from foveacam_server.api.camera_models import (
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.camera_wish import FOVEAE, CameraWish, waits_for_pulses
+from foveacam_server.runtime.camera_change import FOVEAE, CameraChange, waits_for_pulses
 from foveacam_server.runtime.rig_status import CameraStatus
 from foveacam_server.runtime.services import Services, ServicesDep
 from foveacam_server.runtime.store import Document
@@ -203,8 +203,8 @@ def _wait_for_pulses(roles: tuple[Role, ...], services: Services) -> bool:
     return any(waits_for_pulses(camera.role, camera.settings) for camera in cameras)
 
 
-def _wish(request: CameraPatch) -> CameraWish:
-    return CameraWish(
+def _wish(request: CameraPatch) -> CameraChange:
+    return CameraChange(
         exposure_ns=None if request.exposure_ms is None else round(request.exposure_ms * 1e6),
         exposure_auto=None if request.exposure_auto is None else AutoMode(request.exposure_auto),
         gain_db=request.gain_db,
@@ -245,7 +245,7 @@ def _ranges(camera: CameraStatus) -> CameraRangesDocument:
     )
 
 
-def _span(span: Span) -> SpanDocument:
+def _span(span: ValueRange) -> SpanDocument:
     return SpanDocument(low=span.low, high=span.high)
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 from foveacam_server.quantities import DistanceM
 
 Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -13,7 +13,7 @@ Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
 CodecName = Literal["tiff", "png"]
 
 
-class CaptureRequest(Asked):
+class CaptureRequest(RequestModel):
     """What is to be captured, and under which name; an empty plan is the whole field of the rig."""
 
     name: Annotated[str, Field(max_length=1000)]
@@ -25,7 +25,7 @@ class CaptureRequest(Asked):
     """TIFF keeps up with the rig's full pace; PNG takes half the room."""
 
 
-class EstimateRequest(Asked):
+class EstimateRequest(RequestModel):
     """A plan to be estimated; `distance_m` stands in for an average that is still to be measured."""
 
     plan: RasterPlan = RasterPlan()
@@ -33,14 +33,14 @@ class EstimateRequest(Asked):
     distance_m: DistanceM | None = None
 
 
-class CapturePatch(Asked):
+class CapturePatch(RequestModel):
     """What may be changed of a capture."""
 
     label: Text | None = None
     licence: Text | None = None
 
 
-class CapturePoints(Told):
+class CapturePoints(ResponseModel):
     """The points of a capture: planned, on the disk, passed over."""
 
     planned: int
@@ -50,7 +50,7 @@ class CapturePoints(Told):
     frames: int
 
 
-class CaptureProgress(Told):
+class CaptureProgress(ResponseModel):
     """How far a running capture is; bytes and rate are of this run."""
 
     phase: Literal["survey", "rail", "points", "paused", "closing"]
@@ -63,7 +63,7 @@ class CaptureProgress(Told):
     note: str
 
 
-class CaptureDocument(Told):
+class CaptureDocument(ResponseModel):
     """One capture. `why`: what ended a partial one, or what somebody is asked to do before it goes on."""
 
     id: str
@@ -89,7 +89,7 @@ class CaptureDocument(Told):
     url: str
 
 
-class PointDocument(Told):
+class PointDocument(ResponseModel):
     """A point that was taken. `sheet_row`, `sheet_column`: its place on the contact sheet, from 0."""
 
     index: int
@@ -104,14 +104,14 @@ class PointDocument(Told):
     brackets: int
 
 
-class SkippedPoint(Told):
+class SkippedPoint(ResponseModel):
     """A point that was passed over."""
 
     index: int
     why: str
 
 
-class PointsDocument(Told):
+class PointsDocument(ResponseModel):
     """The points of a capture; `rows`, `columns`: of the contact sheet."""
 
     rows: int
@@ -120,7 +120,7 @@ class PointsDocument(Told):
     skipped: list[SkippedPoint]
 
 
-class CaptureChecked(Told):
+class CaptureChecked(ResponseModel):
     """What reading every file again has found; `faults`: a sentence each."""
 
     id: str
@@ -128,7 +128,7 @@ class CaptureChecked(Told):
     faults: list[str]
 
 
-class KindDocument(Told):
+class KindDocument(ResponseModel):
     """Files of one kind: `fovea` or `wide`."""
 
     kind: str
@@ -137,14 +137,14 @@ class KindDocument(Told):
     stored_bytes: int
 
 
-class Footprints(Told):
+class Footprints(ResponseModel):
     """Corners of both views of a point, wide px, clockwise from the top left of its image."""
 
     left: list[tuple[float, float]]
     right: list[tuple[float, float]]
 
 
-class CoverageDocument(Told):
+class CoverageDocument(ResponseModel):
     """How the views of one scan lie in the wide image; shares and overlaps from 0 to 1."""
 
     footprints: list[Footprints]
@@ -155,7 +155,7 @@ class CoverageDocument(Told):
     outside_wide: int
 
 
-class EstimateDocument(Told):
+class EstimateDocument(ResponseModel):
     """What a plan takes. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
 
     plan: dict[str, Any]  # Any: the raster plan, filled in
@@ -177,7 +177,7 @@ class EstimateDocument(Told):
     coverage: CoverageDocument
 
 
-class TrashEmptied(Told):
+class TrashEmptied(ResponseModel):
     """How many captures were deleted for good."""
 
     deleted: int

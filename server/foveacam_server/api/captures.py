@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
-from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -73,7 +73,7 @@ async def estimate(request: EstimateRequest, services: ServicesDep) -> Document:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
     return await services.computing.run(
         lambda: services.captures.estimate(
-            request.plan, codec=Codec(request.codec), distance_m=request.distance_m
+            request.plan, codec=ImageCodec(request.codec), distance_m=request.distance_m
         )
     )
 

@@ -4,17 +4,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 
 
-class DriftRequest(Asked):
+class DriftRequest(RequestModel):
     """One look at how far the rig has drifted; `distance_m`: of what stands ahead, when known."""
 
     distance_m: Annotated[float, Field(gt=0.5, le=1000.0)] | None = None
     apply: bool = False
 
 
-class DriftEyeDocument(Told):
+class DriftEyeDocument(ResponseModel):
     """Drift of one eye."""
 
     eye: Literal["left", "right"]
@@ -27,7 +27,7 @@ class DriftEyeDocument(Told):
     significant: bool
 
 
-class DriftCheckDocument(Told):
+class DriftCheckDocument(ResponseModel):
     """What one look found, and what was made of it."""
 
     id: str

@@ -4,8 +4,8 @@ from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
-from foveacam_server.api.models import Told
-from foveacam_server.runtime.device_watch import BASE
+from foveacam_server.api.models import ResponseModel
+from foveacam_server.runtime.device_reconnector import BASE
 from foveacam_server.runtime.metrics import registry_of
 from foveacam_server.runtime.rig_status import RigState
 from foveacam_server.runtime.services import ServicesDep
@@ -13,20 +13,20 @@ from foveacam_server.runtime.services import ServicesDep
 router = APIRouter(tags=["health"])
 
 
-class Health(Told):
+class Liveness(ResponseModel):
     """The process is alive."""
 
     status: str
 
 
-class ReadyProblem(Told):
+class ReadyProblem(ResponseModel):
     """What is missing."""
 
     device: str
     detail: str
 
 
-class Readiness(Told):
+class Readiness(ResponseModel):
     """Whether fixations can be had now."""
 
     ready: bool
@@ -34,9 +34,9 @@ class Readiness(Told):
 
 
 @router.get("/healthz", summary="Is the process alive?")
-async def healthz() -> Health:
+async def healthz() -> Liveness:
     """Answer whatever the rig is doing."""
-    return Health(status="ok")
+    return Liveness(status="ok")
 
 
 @router.get(

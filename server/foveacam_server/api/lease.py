@@ -4,7 +4,7 @@ from fastapi import APIRouter
 
 from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.api.models import LeaseDocument, LeaseGrant, LeaseRequest
-from foveacam_server.runtime.lease import Grant
+from foveacam_server.runtime.lease import GrantedLease
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/lease", tags=["lease"])
@@ -35,5 +35,5 @@ async def release(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
     services.lease.release(x_lease)
 
 
-def _told(grant: Grant) -> LeaseGrant:
+def _told(grant: GrantedLease) -> LeaseGrant:
     return LeaseGrant(token=grant.token, holder=grant.holder, expires_in_s=round(grant.expires_in_s, 2))

@@ -1,7 +1,7 @@
 """The controller's link as REST shows it."""
 
 from foveacam_hardware.contract import DeviceInfo, LinkTelemetry, StreamTelemetry
-from foveacam_server.api.rig_models import ControllerDocument, ControllerLinkDocument, StreamDocument
+from foveacam_server.api.rig_models import ControllerDocument, ControllerLinkDocument, PositionStreamDocument
 
 
 def controller_document(info: DeviceInfo | None) -> ControllerDocument | None:
@@ -41,9 +41,9 @@ def link_document(telemetry: LinkTelemetry) -> ControllerLinkDocument:
     )
 
 
-def _stream(stream: StreamTelemetry) -> StreamDocument:
+def _stream(stream: StreamTelemetry) -> PositionStreamDocument:
     volts = stream.volts
-    return StreamDocument(
+    return PositionStreamDocument(
         stream=stream.stream,
         updates_per_s=stream.updates_per_s,
         left_x_v=round(volts.left.x_v, 4),

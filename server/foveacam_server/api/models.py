@@ -13,13 +13,13 @@ Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f
 """A name for people: no control characters."""
 
 
-class Asked(BaseModel):
+class RequestModel(BaseModel):
     """Root of what is sent to the server."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
-class Told(BaseModel):
+class ResponseModel(BaseModel):
     """Root of what the server answers."""
 
     model_config = ConfigDict(extra="forbid")
@@ -38,14 +38,14 @@ class Problem(BaseModel):
     remedy: str | None = None
 
 
-class Pixel(Asked):
+class Pixel(RequestModel):
     """A point of the wide image, px; the centre of the first pixel is (0, 0)."""
 
     x_px: Pixels
     y_px: Pixels
 
 
-class Rectangle(Asked):
+class Rectangle(RequestModel):
     """A rectangle of the wide image, px."""
 
     x_px: Pixels
@@ -54,21 +54,21 @@ class Rectangle(Asked):
     height_px: Pixels
 
 
-class Direction(Asked):
+class Direction(RequestModel):
     """Axis-wise angles in the rig frame: tan ax = X/Z, tan ay = Y/Z; +x right, +y down."""
 
     ax_deg: Degrees
     ay_deg: Degrees
 
 
-class Within(Asked):
+class DistanceLimits(RequestModel):
     """Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest."""
 
     nearest_m: Metres
     farthest_m: DistanceM | None = None
 
 
-class FixationRequest(Asked):
+class FixationRequest(RequestModel):
     """Exactly one of pixel, rectangle and direction."""
 
     pixel: Pixel | None = None
@@ -77,33 +77,33 @@ class FixationRequest(Asked):
     label: Label | None = None
     depth: bool = True
     """Whether depth, cloud and mesh are worked out afterwards."""
-    within: Within | None = None
+    within: DistanceLimits | None = None
     """Which distances the answer may have."""
     corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
     """Id of a fixation whose answer this one corrects: its target takes the new answer."""
 
 
-class SteerRequest(Asked):
+class SteerRequest(RequestModel):
     """Where both eyes shall look; without a distance they look parallel."""
 
     direction: Direction
     distance_m: DistanceM | None = None
 
 
-class LeaseRequest(Asked):
+class LeaseRequest(RequestModel):
     """Who asks for the lease."""
 
     holder: Label
     take_over: bool = False
 
 
-class TargetPatch(Asked):
+class TargetPatch(RequestModel):
     """What may be changed of a target."""
 
     label: Label
 
 
-class JobProgress(Told):
+class JobProgress(ResponseModel):
     """How far a job is: `done` of `total`."""
 
     done: int
@@ -112,7 +112,7 @@ class JobProgress(Told):
     note: str
 
 
-class JobDocument(Told):
+class JobDocument(ResponseModel):
     """One piece of long work."""
 
     id: str
@@ -126,7 +126,7 @@ class JobDocument(Told):
     problem: Problem | None
 
 
-class TargetPlace(Told):
+class TargetPlace(ResponseModel):
     """Where a fixation was aimed: direction and wide pixel."""
 
     ax_deg: float
@@ -135,7 +135,7 @@ class TargetPlace(Told):
     y_px: float
 
 
-class StepDocument(Told):
+class StepDocument(ResponseModel):
     """One look of the vergence loop."""
 
     index: int
@@ -155,14 +155,14 @@ Basis = Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"]
 neighbours; not at all, only limits of it."""
 
 
-class BoundDocument(Told):
+class BoundDocument(ResponseModel):
     """Limits of a distance; `farthest_m` is null when there is none."""
 
     nearest_m: float
     farthest_m: float | None
 
 
-class AlternativeDocument(Told):
+class AlternativeDocument(ResponseModel):
     """One of several distances that a target may have; the probabilities of all add up to 1."""
 
     basis: Basis
@@ -172,14 +172,14 @@ class AlternativeDocument(Told):
     probability: float
 
 
-class EyeViewDocument(Told):
+class EyeViewDocument(ResponseModel):
     """What one fovea shows at the end of a fixation; `reason` says why it does not see the target."""
 
     sees_target: bool
     reason: str
 
 
-class FixationDocument(Told):
+class FixationDocument(ResponseModel):
     """The answer to one target.
 
     `state` is how the closed loop of both foveae ended, `basis` how the distance is known, which may be by
@@ -212,7 +212,7 @@ class FixationDocument(Told):
     cloud_id: str | None
 
 
-class CorrectionDocument(Told):
+class CorrectionDocument(ResponseModel):
     """What the operator corrected of an answer, and when.
 
     `fixation_id`: the fixation that was ordered by it; of a choice, the one whose alternative was chosen.
@@ -225,7 +225,7 @@ class CorrectionDocument(Told):
     """Which alternative was chosen, counted from 0."""
 
 
-class TargetDocument(Told):
+class TargetDocument(ResponseModel):
     """A point that was looked at and kept; distance and point are null where only limits are known."""
 
     id: str
@@ -249,7 +249,7 @@ class TargetDocument(Told):
     created_utc: str
 
 
-class CloudDocument(Told):
+class CloudDocument(ResponseModel):
     """The shape around one fixation; the files' axes are in server/README.md."""
 
     id: str
@@ -265,7 +265,7 @@ class CloudDocument(Told):
     depth_url: str
 
 
-class DepthDocument(Told):
+class DepthDocument(ResponseModel):
     """Depth at one wide pixel."""
 
     x_px: float
@@ -277,7 +277,7 @@ class DepthDocument(Told):
     age_s: float
 
 
-class WideLensDocument(Told):
+class WideLensDocument(ResponseModel):
     """The calibrated wide lens, for turning pixels into directions: OpenCV's k1 k2 p1 p2 k3."""
 
     width: int
@@ -289,7 +289,7 @@ class WideLensDocument(Told):
     distortion: list[float]
 
 
-class HealthDocument(Told):
+class HealthDocument(ResponseModel):
     """What ordinary fixations say of the calibration in force; medians over the recent ones."""
 
     score: float | None
@@ -302,7 +302,7 @@ class HealthDocument(Told):
     detail: str
 
 
-class CalibrationDocument(Told):
+class CalibrationDocument(ResponseModel):
     """A calibration, and how far to trust it."""
 
     id: str
@@ -327,7 +327,7 @@ class CalibrationDocument(Told):
     """Known of the one in force alone."""
 
 
-class EventDocument(Told):
+class EventDocument(ResponseModel):
     """One line of the event log."""
 
     id: int
@@ -338,7 +338,7 @@ class EventDocument(Told):
     data: dict[str, Any]  # Any: depends on the kind
 
 
-class LeaseGrant(Told):
+class LeaseGrant(ResponseModel):
     """What the holder of the lease gets; the token goes into the X-Lease header."""
 
     token: str
@@ -346,14 +346,14 @@ class LeaseGrant(Told):
     expires_in_s: float
 
 
-class LeaseDocument(Told):
+class LeaseDocument(ResponseModel):
     """Who holds the control lease; null: nobody, and anybody may move."""
 
     holder: str | None
     expires_in_s: float | None
 
 
-class StopDocument(Told):
+class StopDocument(ResponseModel):
     """Whether the stop is engaged."""
 
     engaged: bool
@@ -361,7 +361,7 @@ class StopDocument(Told):
     by: str | None
 
 
-class StopAnswer(Told):
+class StopAnswer(ResponseModel):
     """The stop is engaged; `parked` tells whether the mirrors' controller confirmed, after `parked_in_ms`."""
 
     engaged: bool

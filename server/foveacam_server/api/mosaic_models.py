@@ -2,14 +2,14 @@
 
 from typing import Literal
 
-from foveacam_server.api.models import Asked, JobProgress, Problem, Told
+from foveacam_server.api.models import JobProgress, Problem, RequestModel, ResponseModel
 from foveacam_server.quantities import Bracket, Index
 
 Eye = Literal["left", "right"]
 State = Literal["none", "unfinished", "building", "complete"]
 
 
-class MosaicRequest(Asked):
+class MosaicRequest(RequestModel):
     """Whose picture, of which scan and exposure of the dataset."""
 
     eye: Eye = "left"
@@ -17,7 +17,7 @@ class MosaicRequest(Asked):
     bracket: Bracket = 0
 
 
-class MosaicNeedsDocument(Told):
+class MosaicNeedsDocument(ResponseModel):
     """What a mosaic takes: foveae, px, room on the disk while it is made."""
 
     views: int
@@ -27,7 +27,7 @@ class MosaicNeedsDocument(Told):
     free_bytes: int
 
 
-class MosaicLayer(Told):
+class MosaicLayer(ResponseModel):
     """One layer as Deep Zoom: level 0 is one pixel, the last one the whole."""
 
     name: Literal["picture", "depth"]
@@ -39,7 +39,7 @@ class MosaicLayer(Told):
     dzi_url: str
 
 
-class MosaicSeams(Told):
+class MosaicSeams(ResponseModel):
     """How far corresponding points of overlapping views lie apart, fovea px."""
 
     links: int
@@ -52,7 +52,7 @@ class MosaicSeams(Told):
     largest_gain_percent: float | None
 
 
-class MosaicDepth(Told):
+class MosaicDepth(ResponseModel):
     """The fused depth; shares of 1."""
 
     known: float
@@ -62,7 +62,7 @@ class MosaicDepth(Told):
     median_sigma_rel: float | None
 
 
-class MadeMosaic(Told):
+class MadeMosaic(ResponseModel):
     """A mosaic that is whole.
 
     Pixel (x, y) is the direction ((x + u0_px) / f_px, (y + v0_px) / f_px, 1) from the eye at `eye_rig_m`.
@@ -96,7 +96,7 @@ class MadeMosaic(Told):
     ply_url: str | None
 
 
-class MosaicDocument(Told):
+class MosaicDocument(ResponseModel):
     """What there is of a capture's mosaic, and what one would take or why there can be none.
 
     `outdated`: the capture has grown since. `in_scene`: its surface is in the 3D scene.

@@ -12,8 +12,8 @@ from foveacam_server.api.answers import IdempotencyHeader, PreferHeader, file_re
 from foveacam_server.api.captures import CaptureId
 from foveacam_server.api.models import JobDocument
 from foveacam_server.api.mosaic_models import MosaicDocument, MosaicRequest
-from foveacam_server.capturing.mosaic_process import MosaicWish
-from foveacam_server.capturing.mosaic_shelf import FILES, FORMS
+from foveacam_server.capturing.mosaic_collection import FILES, FORMS
+from foveacam_server.capturing.mosaic_process import MosaicSpec
 from foveacam_server.errors import NotFound
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import Services, ServicesDep
@@ -54,7 +54,7 @@ async def make(
 
     An older mosaic of the capture stays until the new one is whole.
     """
-    wish = MosaicWish(**(request or MosaicRequest()).model_dump(mode="json"))
+    wish = MosaicSpec(**(request or MosaicRequest()).model_dump(mode="json"))
     job = await asyncio.to_thread(services.mosaics.start, capture_id, wish, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.mosaics.at_url)
 

@@ -15,7 +15,7 @@ from foveacam_server.api.rig_models import (
     StationDocument,
 )
 from foveacam_server.runtime.documents import deg
-from foveacam_server.runtime.pan_tilt import PanTiltDesk
+from foveacam_server.runtime.pan_tilt import PanTiltService
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/pan_tilt", tags=["rig"])
@@ -72,7 +72,7 @@ async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> Pa
     return await _now(services.pan_tilt)
 
 
-def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> PanTiltDocument:
+def pan_tilt_document(desk: PanTiltService, state: PanTiltState | None = None) -> PanTiltDocument:
     """Return the pan-tilt as REST shows it; `state`: fresher than the last seen."""
     status = desk.status
     seen = state or (ABSENT if status is None else status.state)
@@ -99,12 +99,12 @@ def pan_tilt_document(desk: PanTiltDesk, state: PanTiltState | None = None) -> P
     )
 
 
-async def _now(desk: PanTiltDesk) -> PanTiltDocument:
+async def _now(desk: PanTiltService) -> PanTiltDocument:
     state = await asyncio.wrap_future(desk.seen_now())
     return pan_tilt_document(desk, state)
 
 
-def _pose(request: PanTiltMove, desk: PanTiltDesk) -> PanTiltPose:
+def _pose(request: PanTiltMove, desk: PanTiltService) -> PanTiltPose:
     match request.station, request.pan_deg, request.tilt_deg:
         case str(name), None, None:
             return desk.station(name).pose

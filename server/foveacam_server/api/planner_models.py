@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 from foveacam_server.quantities import MapMetres, Metres
 
 Place = Annotated[list[MapMetres], Field(min_length=2, max_length=2)]
@@ -19,7 +19,7 @@ MOST_BASE64 = 24_000_000
 """A picture of 18 MB."""
 
 
-class RingAsked(Asked):
+class RingRequest(RequestModel):
     """What is looked at and how, and how near is too near (Eqs. 6-9)."""
 
     feature_mm: Annotated[float, Field(ge=1e-3, le=1e6)] = 20.0
@@ -38,7 +38,7 @@ class RingAsked(Asked):
     """What that error does to D_min: added, nothing, or subtracted as Eq. 9 is printed."""
 
 
-class ClutterAsked(Asked):
+class ClutterRequest(RequestModel):
     """Random obstacles (Eqs. 10-13)."""
 
     occupancy: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
@@ -46,16 +46,16 @@ class ClutterAsked(Asked):
     radius_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.5
 
 
-class StandoffAsked(Asked):
+class StandoffRequest(RequestModel):
     """Where to stand about one target among random obstacles."""
 
-    ring: RingAsked = RingAsked()
-    clutter: ClutterAsked = ClutterAsked()
+    ring: RingRequest = RingRequest()
+    clutter: ClutterRequest = ClutterRequest()
     domain_m2: Annotated[float, Field(gt=0.0, le=1e30)] | None = None
     """The area that the observer is anywhere in; without it, the disc twice as wide as the ring."""
 
 
-class RingDocument(Told):
+class RingDocument(ResponseModel):
     """Where an observer may stand about a target; `empty_because`: in words, why nowhere."""
 
     resolution_mrad: float
@@ -69,7 +69,7 @@ class RingDocument(Told):
     """Without obstacles: pi (outer² - inner²)."""
 
 
-class CurveDocument(Told):
+class CurveDocument(ResponseModel):
     """Probability of success against D_max, over the same domain; rows belong together."""
 
     d_max_m: list[float]
@@ -78,7 +78,7 @@ class CurveDocument(Told):
     """That nothing stands in a line of sight of this length."""
 
 
-class StandoffDocument(Told):
+class StandoffDocument(ResponseModel):
     """The ring, and how likely an observer anywhere in the domain sees the target unnoticed."""
 
     ring: RingDocument
@@ -97,7 +97,7 @@ class StandoffDocument(Told):
     curve: CurveDocument
 
 
-class RandomMapAsked(Asked):
+class RandomMapRequest(RequestModel):
     """A map by lot: the same seed and settings give the same map."""
 
     kind: Literal["random"]
@@ -110,7 +110,7 @@ class RandomMapAsked(Asked):
     agent_radius_m: AgentRadius = 0.3
 
 
-class GeojsonMapAsked(Asked):
+class GeojsonMapRequest(RequestModel):
     """A map of one's own: polygons are obstacles, points whose property `kind` is "target" are targets."""
 
     kind: Literal["geojson"]
@@ -119,7 +119,7 @@ class GeojsonMapAsked(Asked):
     """Metres for one unit of its coordinates."""
 
 
-class PictureMapAsked(Asked):
+class PictureMapRequest(RequestModel):
     """A picture seen from above, dark where something stands: PNG or JPEG."""
 
     kind: Literal["picture"]
@@ -128,7 +128,7 @@ class PictureMapAsked(Asked):
     """Its scale; a picture without one is refused."""
 
 
-class OpenMapAsked(Asked):
+class OpenMapRequest(RequestModel):
     """A square of open ground with one target in its middle."""
 
     kind: Literal["open"]
@@ -136,11 +136,11 @@ class OpenMapAsked(Asked):
 
 
 MapAsked = Annotated[
-    OpenMapAsked | RandomMapAsked | GeojsonMapAsked | PictureMapAsked, Field(discriminator="kind")
+    OpenMapRequest | RandomMapRequest | GeojsonMapRequest | PictureMapRequest, Field(discriminator="kind")
 ]
 
 
-class MapDocument(Told):
+class MapDocument(ResponseModel):
     """A map as GeoJSON in metres; what `regions` takes."""
 
     map: dict[str, Any]  # Any: GeoJSON
@@ -153,19 +153,19 @@ class MapDocument(Told):
     vertices: int
 
 
-class RegionsAsked(Asked):
+class RegionsRequest(RequestModel):
     """Where one can stand about the targets of a map."""
 
     map: dict[str, Any]  # Any: GeoJSON, checked where it is read
     targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
     """In place of the map's own targets."""
-    ring: RingAsked = RingAsked()
+    ring: RingRequest = RingRequest()
     agent_radius_m: AgentRadius = 0.3
     points_m: list[Place] = Field(default_factory=list, max_length=MOST_POINTS)
     """Places at which to count the targets in sight."""
 
 
-class RegionDocument(Told):
+class RegionDocument(ResponseModel):
     """The region of one target."""
 
     target: int
@@ -176,7 +176,7 @@ class RegionDocument(Told):
     """Part of the ring's own area that is left; null where the ring is empty."""
 
 
-class AreasDocument(Told):
+class AreasDocument(ResponseModel):
     """How much room there is. `multi`: union over targets; `single`: mean of the targets' own regions."""
 
     multi_m2: float
@@ -185,7 +185,7 @@ class AreasDocument(Told):
     """By the number of targets in sight."""
 
 
-class SightDocument(Told):
+class SightDocument(ResponseModel):
     """A place, and the targets that are seen from it unnoticed."""
 
     x_m: float
@@ -193,7 +193,7 @@ class SightDocument(Told):
     targets: list[int]
 
 
-class RegionsDocument(Told):
+class RegionsDocument(ResponseModel):
     """The regions, and all of it as one GeoJSON document: map, rings, regions, union."""
 
     ring: RingDocument

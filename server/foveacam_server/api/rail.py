@@ -8,7 +8,7 @@ from foveacam_hardware.contract import InvalidInput, NotConnected, RailState
 from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.api.rail_models import RailDocument, RailLimitsDocument, RailMove, RailPlaceDocument
 from foveacam_server.api.rig_models import DeviceInfoDocument
-from foveacam_server.runtime.rail import RailDesk, RailSeen
+from foveacam_server.runtime.rail import RailService, RailStatus
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/rail", tags=["rig"])
@@ -63,7 +63,7 @@ async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> Ra
     return await _now(services.rail)
 
 
-def rail_document(seen: RailSeen | None) -> RailDocument:
+def rail_document(seen: RailStatus | None) -> RailDocument:
     """Return the rail as REST shows it; None when there is none."""
     state = RailState(connected=False) if seen is None else seen.state
     info = None if seen is None else seen.info
@@ -93,11 +93,11 @@ def rail_document(seen: RailSeen | None) -> RailDocument:
     )
 
 
-async def _now(desk: RailDesk) -> RailDocument:
+async def _now(desk: RailService) -> RailDocument:
     return rail_document(await asyncio.wrap_future(desk.seen_now()))
 
 
-async def _begin(request: RailMove, desk: RailDesk) -> float:
+async def _begin(request: RailMove, desk: RailService) -> float:
     """Begin the move that was asked for; return where to, mm."""
     match request.place, request.position_mm:
         case str(name), None:

@@ -1,25 +1,25 @@
 """What REST says of the rail, and what it may be asked."""
 
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 from foveacam_server.api.rig_models import DeviceInfoDocument
 from foveacam_server.quantities import Millimetres
 
 
-class RailLimitsDocument(Told):
+class RailLimitsDocument(ResponseModel):
     """How far the rail reaches, from its middle."""
 
     min_mm: float
     max_mm: float
 
 
-class RailPlaceDocument(Told):
+class RailPlaceDocument(ResponseModel):
     """A place on the rail by its name."""
 
     name: str
     position_mm: float
 
 
-class RailDocument(Told):
+class RailDocument(ResponseModel):
     """What moves the whole rig sideways: + to its right."""
 
     present: bool
@@ -39,7 +39,7 @@ class RailDocument(Told):
     places: list[RailPlaceDocument]
 
 
-class RailMove(Asked):
+class RailMove(RequestModel):
     """Where the rig shall stand: a place by its name, or millimetres from the middle."""
 
     place: str | None = None

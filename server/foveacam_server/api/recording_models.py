@@ -4,10 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_pipeline.capture.recording.bounds import LONGEST_S, USUAL_S, Ended
+from foveacam_pipeline.capture.recording.bounds import LONGEST_S, USUAL_S, EndCause
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.capture_models import Text
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 from foveacam_server.quantities import Seconds
 
 RoleName = Literal["wide", "left", "right"]
@@ -15,7 +15,7 @@ Rate = Literal["full", "live"]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 
 
-class RecordingRequest(Asked):
+class RecordingRequest(RequestModel):
     """What is to be recorded, and under which name."""
 
     name: Annotated[str, Field(max_length=1000)]
@@ -32,13 +32,13 @@ class RecordingRequest(Asked):
     label: Text = ""
 
 
-class RecordingPatch(Asked):
+class RecordingPatch(RequestModel):
     """What may be changed of a recording."""
 
     label: Text
 
 
-class StreamDocument(Told):
+class RecordedStreamDocument(ResponseModel):
     """One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where nobody counted.
 
     `frames`: those on the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
@@ -62,7 +62,7 @@ class StreamDocument(Told):
     bytes: int | None
 
 
-class TruncationDocument(Told):
+class TruncationDocument(ResponseModel):
     """A recording that was cut off: how much was lost after its last whole record, and why."""
 
     at_byte: int
@@ -71,7 +71,7 @@ class TruncationDocument(Told):
     reason: str
 
 
-class RecordingDocument(Told):
+class RecordingDocument(ResponseModel):
     """One recording. `why`: what ended one before its time. `playable`: whether it has frames to show.
 
     `ended`: what ended it; null while it is made, and where nobody wrote it down. While it is made, `left_s`:
@@ -87,7 +87,7 @@ class RecordingDocument(Told):
     label: str
     created_utc: str | None
     state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
-    ended: Ended | None
+    ended: EndCause | None
     why: str
     removed: bool
     duration_s: float
@@ -100,13 +100,13 @@ class RecordingDocument(Told):
     calibration_id: str | None
     calibration_problem: str | None
     truncated: TruncationDocument | None
-    streams: list[StreamDocument]
+    streams: list[RecordedStreamDocument]
     playable: bool
     job_id: str | None
     url: str
 
 
-class TimelineStream(Told):
+class TimelineStream(ResponseModel):
     """When one camera was exposed, seconds from the recording's begin, ascending."""
 
     role: RoleName
@@ -117,7 +117,7 @@ class TimelineStream(Told):
     t_s: list[float]
 
 
-class TimelineDocument(Told):
+class TimelineDocument(ResponseModel):
     """When every frame of a recording was exposed. `calibrated`: whether its poses can become depth."""
 
     duration_s: float
@@ -125,7 +125,7 @@ class TimelineDocument(Told):
     streams: list[TimelineStream]
 
 
-class RecordedFrameDocument(Told):
+class RecordedFrameDocument(ResponseModel):
     """One frame and the pose of its exposure; None where the recording does not tell.
 
     `footprint_px`: the corners of a fovea in the wide picture, clockwise from the top left of its image.
@@ -144,7 +144,7 @@ class RecordedFrameDocument(Told):
     jpeg_url: str
 
 
-class MomentDocument(Told):
+class MomentDocument(ResponseModel):
     """The frames of all cameras nearest to a moment. `meeting_m`: how far away the gazes meet, if they do."""
 
     t_s: float
@@ -152,7 +152,7 @@ class MomentDocument(Told):
     meeting_m: float | None
 
 
-class RecordedDepthDocument(Told):
+class RecordedDepthDocument(ResponseModel):
     """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
@@ -170,7 +170,7 @@ class RecordedDepthDocument(Told):
     picture_url: str
 
 
-class FilmRequest(Asked):
+class FilmRequest(RequestModel):
     """A film (MP4) of one camera, of both foveae side by side or as an anaglyph, or of a part of it."""
 
     show: Show = "wide"
@@ -179,7 +179,7 @@ class FilmRequest(Asked):
     end_s: Seconds | None = None
 
 
-class FilmDocument(Told):
+class FilmDocument(ResponseModel):
     """A film that was made."""
 
     name: str

@@ -4,13 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Asked, JobProgress, Problem, Told
+from foveacam_server.api.models import JobProgress, Problem, RequestModel, ResponseModel
 from foveacam_server.quantities import Bracket, Index
 
 Place = tuple[float, float, float]
 
 
-class ReferenceRequest(Asked):
+class ReferenceRequest(RequestModel):
     """What to measure. `scan`: whose depth is judged; null: of the scan nearest to the middle.
 
     `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
@@ -23,14 +23,14 @@ class ReferenceRequest(Asked):
     rail_sigma_m: Annotated[float, Field(ge=0.0, le=0.05)] = 1e-4
 
 
-class ReferenceStop(Told):
+class ReferenceStop(ResponseModel):
     """A scan whose place on the rail is known."""
 
     scan: int
     rail_m: float
 
 
-class FoundStop(Told):
+class FoundStop(ResponseModel):
     """A stop of the rail: what the rail said and what was found, relative to the judged scan's stop.
 
     `place_m`: (x, y, z), rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: what the
@@ -46,7 +46,7 @@ class FoundStop(Told):
     observations: int
 
 
-class DepthRange(Told):
+class ReferenceDepthRange(ResponseModel):
     """Samples of a range of depths, the rig's own baseline against the reference.
 
     `expected_*`: what an error of the disparity as large over all depths makes of either baseline's depth.
@@ -65,7 +65,7 @@ class DepthRange(Told):
     reference_own_sigma_m: float
 
 
-class ReferenceComparison(Told):
+class ReferenceComparison(ResponseModel):
     """The rig's own baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
 
     Those are left out of the rest. `stated_sigma_rel`: the reference's own standard error, median.
@@ -79,10 +79,10 @@ class ReferenceComparison(Told):
     disparity_bias_px: float
     disparity_rms_px: float
     stated_sigma_rel: float
-    bins: list[DepthRange]
+    bins: list[ReferenceDepthRange]
 
 
-class MadeReference(Told):
+class MadeReference(ResponseModel):
     """A reference that is whole: what was asked for, its figures, its files.
 
     `samples`: with depth by the rig's own baseline; `referenced`: of those, with a reference. `outliers`:
@@ -110,7 +110,7 @@ class MadeReference(Told):
     samples_url: str
 
 
-class ReferenceDocument(Told):
+class ReferenceDocument(ResponseModel):
     """What there is of a capture's reference, or why there can be none. `stops`: known places on the rail.
 
     `outdated`: the capture has grown since it was made.

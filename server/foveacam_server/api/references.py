@@ -13,7 +13,7 @@ from foveacam_server.api.captures import CaptureId
 from foveacam_server.api.models import JobDocument
 from foveacam_server.api.reference_models import ReferenceDocument, ReferenceRequest
 from foveacam_server.capturing.reference_documents import reference_file
-from foveacam_server.capturing.reference_process import ReferenceWish
+from foveacam_server.capturing.reference_process import ReferenceSpec
 from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
@@ -42,7 +42,7 @@ async def make(
 
     An older reference of the capture stays until the new one is whole.
     """
-    wish = ReferenceWish(**(request or ReferenceRequest()).model_dump(mode="json"))
+    wish = ReferenceSpec(**(request or ReferenceRequest()).model_dump(mode="json"))
     job = await asyncio.to_thread(
         services.references.start, capture_id, wish, idempotency_key=idempotency_key
     )

@@ -3,11 +3,11 @@
 from typing import Literal
 
 from foveacam_server.api.camera_models import CameraDocument, DifferenceDocument
-from foveacam_server.api.models import Asked, CalibrationDocument, Told
+from foveacam_server.api.models import CalibrationDocument, RequestModel, ResponseModel
 from foveacam_server.quantities import Degrees
 
 
-class DeviceProblemDocument(Told):
+class DeviceProblemDocument(ResponseModel):
     """What is wrong with one device."""
 
     device: str
@@ -15,7 +15,7 @@ class DeviceProblemDocument(Told):
     remedy: str
 
 
-class EyeDocument(Told):
+class EyeDocument(ResponseModel):
     """One mirror's drive, and the direction that the calibration gives it; null while nobody knows.
 
     Nobody does while the mirrors' controller is not connected: it may have stopped, or lost its supply.
@@ -27,7 +27,7 @@ class EyeDocument(Told):
     ay_deg: float | None
 
 
-class StreamDocument(Told):
+class PositionStreamDocument(ResponseModel):
     """One of the controller's streams of positions."""
 
     stream: int
@@ -38,7 +38,7 @@ class StreamDocument(Told):
     right_y_v: float
 
 
-class ControllerLinkDocument(Told):
+class ControllerLinkDocument(ResponseModel):
     """The controller's link since it was connected; rates are of the last second."""
 
     tx_bytes: int
@@ -67,10 +67,10 @@ class ControllerLinkDocument(Told):
     clock_offset_ms: float
     clock_drift_ppm: float | None
     """How much faster the controller's clock runs than the host's."""
-    streams: list[StreamDocument]
+    streams: list[PositionStreamDocument]
 
 
-class ControllerDocument(Told):
+class ControllerDocument(ResponseModel):
     """Who the mirrors' controller is."""
 
     vendor: str
@@ -81,7 +81,7 @@ class ControllerDocument(Told):
     """Where it is attached; empty before it was."""
 
 
-class MirrorsDocument(Told):
+class MirrorsDocument(ResponseModel):
     """Both mirrors and their controller."""
 
     connected: bool
@@ -104,7 +104,7 @@ class MirrorsDocument(Told):
     link: ControllerLinkDocument | None
 
 
-class SteeringDocument(Told):
+class SteeringDocument(ResponseModel):
     """The box of directions that the calibration covers."""
 
     ax_min_deg: float
@@ -113,7 +113,7 @@ class SteeringDocument(Told):
     ay_max_deg: float
 
 
-class TriggerDocument(Told):
+class TriggerDocument(ResponseModel):
     """How often both foveae can look: settle, then the slower camera, then a margin.
 
     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until both
@@ -126,14 +126,14 @@ class TriggerDocument(Told):
     rate_hz: float | None
 
 
-class ClockDocument(Told):
+class ClockDocument(ResponseModel):
     """The rig's clock and the wall's at one moment."""
 
     t_ns: int
     utc: str
 
 
-class RigDocument(Told):
+class RigDocument(ResponseModel):
     """The whole rig."""
 
     name: str
@@ -154,7 +154,7 @@ class RigDocument(Told):
     clock: ClockDocument
 
 
-class DeviceInfoDocument(Told):
+class DeviceInfoDocument(ResponseModel):
     """Who a device is."""
 
     vendor: str
@@ -163,7 +163,7 @@ class DeviceInfoDocument(Told):
     version: str
 
 
-class PanTiltLimitsDocument(Told):
+class PanTiltLimitsDocument(ResponseModel):
     """How far the pan-tilt turns."""
 
     pan_min_deg: float
@@ -172,7 +172,7 @@ class PanTiltLimitsDocument(Told):
     tilt_max_deg: float
 
 
-class StationDocument(Told):
+class StationDocument(ResponseModel):
     """A place to look at while calibrating; `distance_m`: by tape, null when nobody measured."""
 
     name: str
@@ -182,7 +182,7 @@ class StationDocument(Told):
     distance_m: float | None
 
 
-class PanTiltDocument(Told):
+class PanTiltDocument(ResponseModel):
     """What turns the whole rig: +pan to the right, +tilt down."""
 
     present: bool
@@ -204,7 +204,7 @@ class PanTiltDocument(Told):
     stations: list[StationDocument]
 
 
-class PanTiltMove(Asked):
+class PanTiltMove(RequestModel):
     """Where to turn the rig: a station by its name, or a bearing."""
 
     station: str | None = None

@@ -21,7 +21,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_server.api.page_policy import content_policy
 from foveacam_server.api.sign_in import REFERRER_POLICY, read_form_token, sign_in_page
 from foveacam_server.doors.token_attempts import TokenAttempts
-from foveacam_server.errors import FORBIDDEN_ORIGIN, TOO_MANY_TRIES, UNAUTHORIZED, Problem
+from foveacam_server.errors import FORBIDDEN_ORIGIN, TOO_MANY_TRIES, UNAUTHORIZED, ProblemDetails
 from foveacam_server.settings import Settings
 
 COOKIE = "foveacam_session"
@@ -36,12 +36,12 @@ _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 class _Refusal:
     """A request that goes no further; `ask` when a token would help."""
 
-    problem: Problem
+    problem: ProblemDetails
     ask: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gate:
+class AccessRules:
     """The rules of one server: which token, which foreign origins, whether only this machine may name it."""
 
     token: str | None
@@ -99,7 +99,7 @@ class Gate:
 class SecurityMiddleware:
     """Refuse what the gate refuses, and put the security headers on every answer."""
 
-    def __init__(self, app: ASGIApp, *, gate: Gate) -> None:
+    def __init__(self, app: ASGIApp, *, gate: AccessRules) -> None:
         self._app = app
         self._gate = gate
 
@@ -158,7 +158,7 @@ class SecurityMiddleware:
         return answer
 
 
-def install(app: FastAPI, settings: Settings) -> Gate:
+def install(app: FastAPI, settings: Settings) -> AccessRules:
     """Guard `app`, return the rules; raise `InvalidInput` if it were open to the network without a token."""
     token = settings.token.get_secret_value() if settings.token is not None else None
     if not settings.loopback and not token:
@@ -169,7 +169,7 @@ def install(app: FastAPI, settings: Settings) -> Gate:
             found="no token",
             remedy="set FOVEACAM_TOKEN, or use --host 127.0.0.1",
         )
-    gate = Gate(
+    gate = AccessRules(
         token=token or None,
         origins=frozenset(origin.rstrip("/") for origin in settings.allowed_origins),
         loopback=settings.loopback,
@@ -227,8 +227,8 @@ async def _refuse_websocket(refusal: _Refusal, scope: Scope, receive: Receive, s
     await send({"type": "websocket.http.response.body", "body": answer.body})
 
 
-def _foreign_origin(origin: str) -> Problem:
-    return Problem(
+def _foreign_origin(origin: str) -> ProblemDetails:
+    return ProblemDetails(
         kind=FORBIDDEN_ORIGIN,
         detail=f"The page {origin} is not this server's own and may not control the rig.",
         asked=f"a request from {origin}",
@@ -237,8 +237,8 @@ def _foreign_origin(origin: str) -> Problem:
     )
 
 
-def _foreign_host(host: str, own: str) -> Problem:
-    return Problem(
+def _foreign_host(host: str, own: str) -> ProblemDetails:
+    return ProblemDetails(
         kind=FORBIDDEN_ORIGIN,
         detail=f"This server answers to localhost and {own} only, and was called {host!r}.",
         asked=f"host {host!r}",
@@ -246,8 +246,8 @@ def _foreign_host(host: str, own: str) -> Problem:
     )
 
 
-def _no_token() -> Problem:
-    return Problem(
+def _no_token() -> ProblemDetails:
+    return ProblemDetails(
         kind=UNAUTHORIZED,
         detail="This server asks for a token, and none (or a wrong one) came with the request.",
         remedy="Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or sign in at / in a browser.",
@@ -255,8 +255,8 @@ def _no_token() -> Problem:
     )
 
 
-def _too_many_tries(wait_s: float) -> Problem:
-    return Problem(
+def _too_many_tries(wait_s: float) -> ProblemDetails:
+    return ProblemDetails(
         kind=TOO_MANY_TRIES,
         detail=f"Too many wrong tokens came from this address; none is looked at for {wait_s:.0f} s.",
         remedy="Wait, then show the right one; a page that is signed in goes on.",

@@ -4,10 +4,10 @@ import asyncio
 
 from fastapi import APIRouter
 
-from foveacam_hardware.simulated_faults import Breakable, SimulatedFaults
+from foveacam_hardware.simulated_faults import FaultInjector, SimulatedFaults
 from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(prefix="/simulation", tags=["rig"])
@@ -36,7 +36,7 @@ async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedF
 
 
 async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
-    def put(rig: Rig) -> SimulatedFaults:
+    def put(rig: AssembledRig) -> SimulatedFaults:
         _breakable(rig).put(wanted)
         return _breakable(rig).told
 
@@ -47,7 +47,7 @@ async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
     return now
 
 
-def _breakable(rig: Rig) -> Breakable:
+def _breakable(rig: AssembledRig) -> FaultInjector:
     if rig.breakable is None:
         raise NotFound(
             "asked what is broken on purpose: this rig is no simulated one, and nothing in it can be",

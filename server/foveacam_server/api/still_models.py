@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from foveacam_pipeline.capture.still import MOST_FRAMES
 from foveacam_server.api.capture_models import CodecName, Text
-from foveacam_server.api.models import Asked, Told
+from foveacam_server.api.models import RequestModel, ResponseModel
 
 CameraName = Literal["wide", "left", "right"]
 Name = Annotated[str, Field(max_length=1000)]
@@ -14,7 +14,7 @@ Name = Annotated[str, Field(max_length=1000)]
 StateName = Literal["held", "kept", "removed"]
 
 
-class StillRequest(Asked):
+class StillRequest(RequestModel):
     """What one press takes; the mirrors stay where they stand."""
 
     stack_frames: Annotated[int, Field(ge=1, le=MOST_FRAMES)] = 5
@@ -40,21 +40,21 @@ class StillRequest(Asked):
         return self
 
 
-class StillKeepRequest(Asked):
+class StillKeepRequest(RequestModel):
     """How a still that is held shall be called from now on; what is left out stays."""
 
     name: Name | None = None
     label: Text | None = None
 
 
-class StillPatch(Asked):
+class StillPatch(RequestModel):
     """What may be changed of a still."""
 
     label: Text | None = None
     licence: Text | None = None
 
 
-class StillCamera(Told):
+class StillCamera(ResponseModel):
     """What came of one camera: `came` of `asked` frames, kept as `files`; `detail`: why no more came.
 
     Exposure, volts and angles are of the stack's middle; `gain_db` and the times of its frames.
@@ -80,7 +80,7 @@ class StillCamera(Told):
     remedy: str
 
 
-class StillDocument(Told):
+class StillDocument(ResponseModel):
     """One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: nowhere."""
 
     id: str
@@ -106,7 +106,7 @@ class StillDocument(Told):
     url: str
 
 
-class StillCheck(Told):
+class StillCheck(ResponseModel):
     """Whether every file is as it was written; `faults`: what is not, a sentence each."""
 
     id: str

@@ -30,8 +30,8 @@ from foveacam_server.api.still_models import (
 from foveacam_server.capturing.download import zip_stream
 from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
 from foveacam_server.capturing.points import readable
+from foveacam_server.capturing.still_collection import StillState
 from foveacam_server.capturing.still_pictures import still_picture
-from foveacam_server.capturing.still_shelf import Standing
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -73,7 +73,7 @@ def every(
     state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
 ) -> list[Document]:
     """Return all stills of one state, or those that hold every word of `text`."""
-    return services.stills.every(text=text, standing=Standing(state))
+    return services.stills.every(text=text, standing=StillState(state))
 
 
 @router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)

@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse
 from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.api.security import Gate, put_security_headers
+from foveacam_server.api.security import AccessRules, put_security_headers
 from foveacam_server.api.stop import stop_answer
 from foveacam_server.errors import problem_of
 from foveacam_server.runtime.stop import StopSwitch
@@ -18,7 +18,7 @@ PATH = "/api/v1/stop"
 class StopAtDoor:
     """Answers `POST /api/v1/stop` like the route: the same guard, the same document, the same headers."""
 
-    def __init__(self, stop: StopSwitch, *, gate: Gate) -> None:
+    def __init__(self, stop: StopSwitch, *, gate: AccessRules) -> None:
         self._stop = stop
         self._gate = gate
 

@@ -13,8 +13,8 @@ from starlette.types import Receive, Scope, Send
 from foveacam_hardware.contract import Busy, NotConnected
 from foveacam_server.api.answers import file_responses, problems
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.encoder import Encoded, Scale
-from foveacam_server.runtime.stream import Streams, StreamSession
+from foveacam_server.runtime.encoder import EncodedPicture, Scale
+from foveacam_server.runtime.stream import LiveStreams, StreamSession
 
 router = APIRouter(tags=["views"])
 
@@ -25,7 +25,7 @@ _TRY_AGAIN_LATER = 1013
 class _MjpegResponse(StreamingResponse):
     """Parts without end; its seat is held from the first byte to the last, however it ends."""
 
-    def __init__(self, streams: Streams, *, view: str, scale: Scale, address: str) -> None:
+    def __init__(self, streams: LiveStreams, *, view: str, scale: Scale, address: str) -> None:
         super().__init__(
             self._parts(streams, view=view, scale=scale),
             media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}",
@@ -39,7 +39,7 @@ class _MjpegResponse(StreamingResponse):
             await super().__call__(scope, receive, send)
 
     @staticmethod
-    async def _parts(streams: Streams, *, view: str, scale: Scale) -> AsyncIterator[bytes]:
+    async def _parts(streams: LiveStreams, *, view: str, scale: Scale) -> AsyncIterator[bytes]:
         async with aclosing(streams.pictures(view, scale)) as pictures:
             async for encoded in pictures:
                 yield _part(encoded)
@@ -57,13 +57,13 @@ class ViewDocument(BaseModel):
     frozen_since_ms: float | None
 
 
-async def streams(connection: HTTPConnection) -> Streams:
+async def streams(connection: HTTPConnection) -> LiveStreams:
     """Fetch the streams that the lifespan built; works for requests and for WebSockets."""
-    found: Streams = connection.app.state.services.streams
+    found: LiveStreams = connection.app.state.services.streams
     return found
 
 
-StreamsDep = Annotated[Streams, Depends(streams)]
+StreamsDep = Annotated[LiveStreams, Depends(streams)]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
 
 
@@ -146,7 +146,7 @@ async def views_socket(websocket: WebSocket) -> None:
         return  # the ordinary end
 
 
-def _known(streams: Streams, name: str) -> str:
+def _known(streams: LiveStreams, name: str) -> str:
     if name not in streams.hub.names:
         raise NotFound(
             f"there is no view '{name}'; the views are {', '.join(streams.hub.names)}",
@@ -160,7 +160,7 @@ def _scale(text: Literal["1", "2"]) -> Scale:
     return 2 if text == "2" else 1
 
 
-def _part(encoded: Encoded) -> bytes:
+def _part(encoded: EncodedPicture) -> bytes:
     head = (
         f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(encoded.jpeg)}\r\n"
         f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n\r\n"

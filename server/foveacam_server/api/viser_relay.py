@@ -16,7 +16,7 @@ from websockets.typing import Subprotocol
 
 from foveacam_hardware.contract import NotConnected
 from foveacam_server.api.page_policy import bare_viser_policy
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol
 
 router = APIRouter(include_in_schema=False)
@@ -29,13 +29,13 @@ _GOING_AWAY, _TRY_AGAIN_LATER, _PROTOCOL_ERROR = 1001, 1013, 1002
 _CLOSE_REASON_LENGTH = 120
 
 
-async def viewer(connection: HTTPConnection) -> Viewer | None:
+async def viewer(connection: HTTPConnection) -> SceneViewer | None:
     """Fetch the 3D pane that the lifespan opened; None where there is none."""
-    found: Viewer | None = connection.app.state.services.viewer
+    found: SceneViewer | None = connection.app.state.services.viewer
     return found
 
 
-ViewerDep = Annotated[Viewer | None, Depends(viewer)]
+ViewerDep = Annotated[SceneViewer | None, Depends(viewer)]
 EmbeddedQuery = Annotated[Literal["0", "1"], Query(description="1: without the docked camera views")]
 
 

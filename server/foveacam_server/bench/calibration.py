@@ -25,9 +25,9 @@ from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_server.bench.calibration_truth import (
-    AtMoment,
-    Model,
-    Ours,
+    CalibrationModel,
+    JudgedModel,
+    TruthAtMoment,
     judge,
     pointing_errors_px,
     random_poses,
@@ -37,7 +37,7 @@ from foveacam_server.calibrate_command.rig import workplace_of
 from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.wide_step import measure_wide
@@ -77,7 +77,7 @@ class _Silent:
 
 
 @dataclass(slots=True)
-class Watch:
+class StageTimer:
     """How long each stage took, on the rig's clock and on the wall's."""
 
     rig: Rig
@@ -102,10 +102,10 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dic
     ):
         truth = truth_of(rig)
         rig.mirrors.enable()
-        watch = Watch(rig)
+        watch = StageTimer(rig)
         calibration, paper = calibrated(rig, Path(folder), nodes=nodes, watch=watch)
-        then = AtMoment(truth, rig.clock.now_ns())
-        ours = judge(Ours(calibration), then, seed=JUDGE_SEED, count=poses)
+        then = TruthAtMoment(truth, rig.clock.now_ns())
+        ours = judge(CalibrationModel(calibration), then, seed=JUDGE_SEED, count=poses)
         plain = {} if paper is None else judge(paper, then, seed=JUDGE_SEED, count=poses)
         return {
             **ours,
@@ -126,10 +126,10 @@ def truth_of(rig: Rig) -> Truth:
 
 
 def calibrated(
-    rig: Rig, folder: Path, *, nodes: list[int] | None, watch: Watch, label: str = "bench"
-) -> tuple[Calibration, Model | None]:
+    rig: Rig, folder: Path, *, nodes: list[int] | None, watch: StageTimer, label: str = "bench"
+) -> tuple[Calibration, JudgedModel | None]:
     """Run all three stages as an operator would, and return what came of them, ours and the paper's."""
-    session = SessionShelf(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
+    session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
     workplace, silent = workplace_of(rig), _Silent()
     with watch.timed("wide"):
         measure_wide(session, WideOptions(), workplace=workplace, watch=silent)
@@ -202,5 +202,5 @@ def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: in
 
 def _pointing_rms_px(calibration: Calibration, truth: Truth, *, count: int, t_ns: int) -> float:
     rng = np.random.default_rng(JUDGE_SEED)
-    poses = random_poses(Ours(calibration), truth, rng=rng, count=count)
+    poses = random_poses(CalibrationModel(calibration), truth, rng=rng, count=count)
     return rms(np.linalg.norm(pointing_errors_px(truth, poses, t_ns=t_ns), axis=2))

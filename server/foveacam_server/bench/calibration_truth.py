@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolts
-from foveacam_hardware.sim.optics import FOVEA_HEIGHT, FOVEA_WIDTH, View
+from foveacam_hardware.sim.optics import FOVEA_HEIGHT, FOVEA_WIDTH, EyeProjection
 from foveacam_pipeline.geometry import homography_apply
 from foveacam_pipeline.models import Calibration, Intrinsics, eye_volts
 
@@ -23,10 +23,10 @@ COMMON_POINTS = 20
 TRIES = 40
 
 
-class Truth(Protocol):
+class TruthQueries(Protocol):
     """What is asked of the simulation."""
 
-    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye's projection with its mirror at rest under `volts`; with the drift of `t_ns`."""
         ...
 
@@ -36,13 +36,13 @@ class Truth(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class AtMoment:
+class TruthAtMoment:
     """The truth of one moment: mounts drift, and a calibration is judged as they stand then."""
 
-    truth: Truth
+    truth: TruthQueries
     t_ns: int
 
-    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> View:
+    def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye's projection with the drift of that moment, or of `t_ns`."""
         return self.truth.static_projection(role, volts, t_ns=self.t_ns if t_ns is None else t_ns)
 
@@ -51,7 +51,7 @@ class AtMoment:
         return self.truth.wide_rays(pixels)
 
 
-class Model(Protocol):
+class JudgedModel(Protocol):
     """A calibrated model of the rig, whoever made it."""
 
     @property
@@ -81,7 +81,7 @@ class Model(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ours:
+class CalibrationModel:
     """A `Calibration` as the judge sees it."""
 
     calibration: Calibration
@@ -116,7 +116,7 @@ class Ours:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pose:
+class JudgedPose:
     """A target that a wide pixel shows, and the volts with which a model looks at it."""
 
     point_rig_m: NDArray[np.float64]
@@ -125,12 +125,17 @@ class Pose:
 
 
 def random_poses(
-    model: Model, truth: Truth, *, rng: np.random.Generator, count: int, distance_m: float | None = None
-) -> list[Pose]:
+    model: JudgedModel,
+    truth: TruthQueries,
+    *,
+    rng: np.random.Generator,
+    count: int,
+    distance_m: float | None = None,
+) -> list[JudgedPose]:
     """Return targets at random wide pixels within ±9 degrees that the model can reach with both eyes."""
     limit = math.radians(FIELD_DEG)
     low, high = model.wide.pixels([[-limit, -limit], [limit, limit]]).tolist()
-    poses: list[Pose] = []
+    poses: list[JudgedPose] = []
     for _ in range(TRIES * count):
         if len(poses) == count:
             break
@@ -142,11 +147,13 @@ def random_poses(
         except OutOfRange:
             continue
         point = far_m * truth.wide_rays(pixel[None])[0]
-        poses.append(Pose(point_rig_m=point, distance_m=far_m, volts=volts))
+        poses.append(JudgedPose(point_rig_m=point, distance_m=far_m, volts=volts))
     return poses
 
 
-def pointing_errors_px(truth: Truth, poses: list[Pose], *, t_ns: int | None = None) -> NDArray[np.float64]:
+def pointing_errors_px(
+    truth: TruthQueries, poses: list[JudgedPose], *, t_ns: int | None = None
+) -> NDArray[np.float64]:
     """Return (n, 2 eyes, 2) how far from each fovea's image centre the targets really land, px."""
     errors = [
         [
@@ -162,13 +169,15 @@ def pointing_errors_px(truth: Truth, poses: list[Pose], *, t_ns: int | None = No
 
 
 def epipolar_errors_px(
-    model: Model, truth: Truth, poses: list[Pose], *, rng: np.random.Generator
+    model: JudgedModel, truth: TruthQueries, poses: list[JudgedPose], *, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return (n, m) differences of rows, left minus right, of points seen by both rectified foveae, px."""
     return np.array([_rows_apart(model, truth, pose, rng=rng) for pose in poses])
 
 
-def _rows_apart(model: Model, truth: Truth, pose: Pose, *, rng: np.random.Generator) -> NDArray[np.float64]:
+def _rows_apart(
+    model: JudgedModel, truth: TruthQueries, pose: JudgedPose, *, rng: np.random.Generator
+) -> NDArray[np.float64]:
     depth_m = float(pose.point_rig_m[2])
     left = truth.static_projection(Role.LEFT, pose.volts.left)
     pixels = rng.uniform((0.0, 0.0), 2.0 * CENTRE_PX, (COMMON_POINTS, 2))
@@ -181,7 +190,7 @@ def _rows_apart(model: Model, truth: Truth, pose: Pose, *, rng: np.random.Genera
     return np.asarray(rows[0] - rows[1], dtype=np.float64)
 
 
-def depth_errors(model: Model, truth: Truth, poses: list[Pose]) -> NDArray[np.float64]:
+def depth_errors(model: JudgedModel, truth: TruthQueries, poses: list[JudgedPose]) -> NDArray[np.float64]:
     """Return (n,) relative errors of Z of targets whose pixels in both foveae are known exactly."""
     errors = []
     for pose in poses:
@@ -200,7 +209,7 @@ def rms(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def judge(model: Model, truth: Truth, *, seed: int, count: int) -> dict[str, float]:
+def judge(model: JudgedModel, truth: TruthQueries, *, seed: int, count: int) -> dict[str, float]:
     """Return the figures of a model at `count` poses; pointing is of both eyes, as distances, fovea px."""
     rng = np.random.default_rng(seed)
     poses = random_poses(model, truth, rng=rng, count=count)

@@ -18,18 +18,25 @@ import numpy as np
 
 from foveacam_hardware.contract import FoveaError, Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_hardware.sim.presets import RIG120
-from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    DatasetHeader,
+    DatasetWriter,
+    ImageCodec,
+    PlanPosition,
+    Shot,
+)
 from foveacam_pipeline.capture.dataset.disk import sync_folder
 from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
-from foveacam_pipeline.capture.run import Report, run_capture
+from foveacam_pipeline.capture.run import CaptureReport, run_capture
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
 from foveacam_server.bench.mosaic import measure_mosaic
 from foveacam_server.bench.recording import measure_recording
 from foveacam_server.bench.stub_devices import MOST_HZ
 from foveacam_server.bench.stub_rig import StubRig
-from foveacam_server.capturing.begin import CaptureWish, begin
+from foveacam_server.capturing.begin import CaptureSpec, begin
 from foveacam_server.capturing.rig_facts import rig_facts
 from foveacam_server.runtime.calibrations import SHIPPED
 
@@ -41,10 +48,10 @@ PACE_ROUNDS = 3
 MEMORY = Path("/dev/shm")  # noqa: S108 - the pace of a rig is asked, not of a disk
 
 
-class Nobody:
+class SilentCaptureWatcher:
     """A watcher who does not watch."""
 
-    def progress(self, report: Report) -> None:
+    def progress(self, report: CaptureReport) -> None:
         """Ignore it."""
 
     def cancelled(self) -> bool:
@@ -106,11 +113,11 @@ def captured(folder: Path, plan: RasterPlan) -> tuple[float, float]:
         exposure_ns=EXPOSURE_NS,
         wide_hz=MOST_HZ,
     )
-    with begin(rig, folder, CaptureWish(plan=plan), calibration, watch=Nobody()) as writer:
+    with begin(rig, folder, CaptureSpec(plan=plan), calibration, watch=SilentCaptureWatcher()) as writer:
         begin_s = time.perf_counter()
-        run_capture(rig, writer, watch=Nobody())
+        run_capture(rig, writer, watch=SilentCaptureWatcher())
         took_s = time.perf_counter() - begin_s
-    return took_s, rig_facts(rig).estimate(plan, calibration, codec=Codec.TIFF).limit_s
+    return took_s, rig_facts(rig).estimate(plan, calibration, codec=ImageCodec.TIFF).limit_s
 
 
 def write_figures(folder: Path, *, rounds: int) -> dict[str, object]:
@@ -155,7 +162,7 @@ def paper_plan(columns: int = 9, rows: int = 9) -> RasterPlan:
     )
 
 
-def _points() -> Iterator[Point]:
+def _points() -> Iterator[CapturedPoint]:
     """Yield points of pictures like foveae's: noise of a few grey levels over a slope."""
     rng = np.random.default_rng(5)
     slope = np.add.outer(np.arange(1080) // 16, np.arange(1440) // 12).astype(np.uint8)
@@ -173,11 +180,11 @@ def _points() -> Iterator[Point]:
                 volts=volts,
             )
             shots.append(Shot(frame=frame))
-        yield Point(place=Place(index=index, column=index, row=0), shots=tuple(shots))
+        yield CapturedPoint(place=PlanPosition(index=index, column=index, row=0), shots=tuple(shots))
 
 
-def _written_s(folder: Path, points: list[Point]) -> float:
-    with DatasetWriter.create(folder, Header(points=len(points), codec=Codec.PNG)) as writer:
+def _written_s(folder: Path, points: list[CapturedPoint]) -> float:
+    with DatasetWriter.create(folder, DatasetHeader(points=len(points), codec=ImageCodec.PNG)) as writer:
         begin_s = time.perf_counter()
         for point in points:
             writer.add(point)
@@ -187,7 +194,7 @@ def _written_s(folder: Path, points: list[Point]) -> float:
     return took_s
 
 
-def _bare_s(folder: Path, points: list[Point]) -> float:
+def _bare_s(folder: Path, points: list[CapturedPoint]) -> float:
     """Encode and write one after the other: every file synced, the folder and a line a point likewise."""
     folder.mkdir()
     begin_s = time.perf_counter()
@@ -196,7 +203,7 @@ def _bare_s(folder: Path, points: list[Point]) -> float:
             for shot in point.shots:
                 path = folder / f"{point.place.index}-{shot.frame.role}.png"
                 with path.open("wb", buffering=0) as file:
-                    file.write(encode(shot.frame.image, Codec.PNG))
+                    file.write(encode(shot.frame.image, ImageCodec.PNG))
                     os.fsync(file.fileno())
             sync_folder(folder)
             lines.write(f"{point.place.index}\n".encode())

@@ -24,7 +24,7 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.context.looks import fuse_fixation
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_pipeline.verge.loop import Knowledge, fixate
+from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 from foveacam_server.bench.verge import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
 from foveacam_server.bench.verge_truth import EYES, Click, look_up, point_at, visible_from
@@ -115,7 +115,7 @@ def judge(
     shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
     click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
-    target, known = PixelTarget(x_px=x_px, y_px=y_px), Knowledge(context=context)
+    target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
     fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known)
     wall_ms = 1e3 * (time.perf_counter() - began_s)
     if context is not None:

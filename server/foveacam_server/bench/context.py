@@ -33,7 +33,7 @@ SEED = 20_25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
+class JudgedContext:
     """One look around against the truth.
 
     `coverage`: share of the steering field's cells with a depth. `rel_error`, `sigmas`: (n,), sampled cells.
@@ -70,7 +70,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     } | {f"context_{scene}": _account(one) for scene, one in scenes.items()}
 
 
-def survey(scene: str, count: int) -> Judged:
+def survey(scene: str, count: int) -> JudgedContext:
     """Look around on one scene and judge `count` cells of what is known then."""
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(scene=scene, inline=True) as rig:
@@ -88,7 +88,7 @@ def survey(scene: str, count: int) -> Judged:
             rig.clock.sleep_until_ns(rig.clock.now_ns() + 1_000_000_000)
             _see(context, rig)
         later = _judge(context, truth, calibration, t_ns=rig.clock.now_ns(), count=count)
-        return Judged(
+        return JudgedContext(
             coverage=coverage,
             rel_error=rel,
             sigmas=sigmas,
@@ -109,7 +109,7 @@ def _see(context: WideContext, rig: Rig) -> None:
     context.see(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
 
 
-def _account(judged: Judged) -> dict[str, float]:
+def _account(judged: JudgedContext) -> dict[str, float]:
     return {
         "coverage": judged.coverage,
         "rel_error_median": float(np.median(judged.rel_error)),

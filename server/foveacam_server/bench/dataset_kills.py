@@ -17,7 +17,15 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import FoveaError, Frame, MirrorVolts, Role
-from foveacam_pipeline.capture.dataset import DatasetWriter, Header, Place, Point, Shot, WriterSettings, check
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    DatasetHeader,
+    DatasetWriter,
+    PlanPosition,
+    Shot,
+    WriterSettings,
+    check,
+)
 from foveacam_pipeline.capture.dataset.checking import sha256_of
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX
@@ -96,7 +104,7 @@ def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
             return
         writer = DatasetWriter.resume(folder, settings)
     else:
-        header = Header(points=plan.points, id="stub", created_utc="2026-01-01T00:00:00+00:00")
+        header = DatasetHeader(points=plan.points, id="stub", created_utc="2026-01-01T00:00:00+00:00")
         writer = DatasetWriter.create(folder, header, settings)
     with writer:
         for index in range(writer.next_point, plan.points):
@@ -104,7 +112,7 @@ def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
         writer.finish()
 
 
-def stub_point(index: int, plan: KillPlan) -> Point:
+def stub_point(index: int, plan: KillPlan) -> CapturedPoint:
     """Return the same noise for the same point, whoever asks and when."""
     rng = np.random.default_rng((plan.seed, index))
     shots = []
@@ -118,7 +126,7 @@ def stub_point(index: int, plan: KillPlan) -> Point:
             volts=None if role is Role.WIDE else MirrorVolts(x_v=float(index), y_v=0.5),
         )
         shots.append(Shot(frame=frame))
-    return Point(place=Place(index=index, column=index, row=0), shots=tuple(shots))
+    return CapturedPoint(place=PlanPosition(index=index, column=index, row=0), shots=tuple(shots))
 
 
 def _killed(folder: Path, plan: KillPlan, rng: np.random.Generator, acknowledged: set[int]) -> bool:

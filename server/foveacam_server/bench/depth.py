@@ -39,7 +39,7 @@ from foveacam_pipeline.stereo.search import (
     semi_global,
 )
 from foveacam_pipeline.stereo.values import RectifiedPair
-from foveacam_server.bench.depth_looks import TrueLook, true_looks
+from foveacam_server.bench.depth_looks import RenderedLook, true_looks
 from foveacam_server.bench.matching import (
     PAIRS,
     QUICK_PAIRS,
@@ -67,7 +67,7 @@ Estimator: TypeAlias = type[SemiGlobalEstimator] | type[LiveEstimator]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Judged:
+class JudgedDepth:
     """Errors, the same without what a look shares, and sigmas, (n,) px, of answered among `asked` pixels."""
 
     error_px: NDArray[np.float64]
@@ -108,7 +108,7 @@ def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
     }
 
 
-def rendered_figures(looks: list[TrueLook]) -> dict[str, object]:
+def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
     """Return what the default backend makes of the rendered looks, all and each scene's."""
     judged = [(look, _judge_look(look, SemiGlobalEstimator)) for look in looks]
     every = _together([one for _, one in judged])
@@ -125,7 +125,7 @@ def rendered_figures(looks: list[TrueLook]) -> dict[str, object]:
     return figures
 
 
-def _rendered(judged: Judged, pair: RectifiedPair) -> dict[str, object]:
+def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> dict[str, object]:
     rel_per_px = AT_M / (pair.f_px * pair.baseline_m)
     return {
         "depth_rel_rms": _rms(judged.error_px) * rel_per_px,
@@ -135,7 +135,7 @@ def _rendered(judged: Judged, pair: RectifiedPair) -> dict[str, object]:
     }
 
 
-def _gross_fraction(looks: list[TrueLook]) -> float:
+def _gross_fraction(looks: list[RenderedLook]) -> float:
     """Return the share of all answers, whatever their surface's distance, off by 3 px and 5 sigma."""
     gross, answers = 0, 0
     for look in looks:
@@ -180,7 +180,7 @@ def _rounding_px(pair: RealPair) -> float:
     return pair.truth_sigma_px * math.sqrt(12.0)
 
 
-def live_figures(looks: list[TrueLook], pairs: dict[str, RealPair]) -> dict[str, object]:
+def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[str, object]:
     """Return the live backend's figures; `bad1_ratio`: wrong pixels over bare SGBM's, the worst of its size.
 
     Live is made for 720 x 540 px; half of a much smaller picture holds too little.
@@ -252,7 +252,7 @@ def _seconds(work: Callable[[], object]) -> tuple[float, float]:
     return time.perf_counter() - began_s[0], time.process_time() - began_s[1]
 
 
-def _judge_look(look: TrueLook, estimator: Estimator) -> Judged:
+def _judge_look(look: RenderedLook, estimator: Estimator) -> JudgedDepth:
     found = estimator().estimate(look.pair)
     judged = _judged(found.residual_px, found.sigma_px, look.truth_px, look.judged)
     shared_px = float(np.median(judged.error_px))
@@ -261,20 +261,20 @@ def _judge_look(look: TrueLook, estimator: Estimator) -> Judged:
     )
 
 
-def _judge_bare_look(look: TrueLook) -> Judged:
+def _judge_bare_look(look: RenderedLook) -> JudgedDepth:
     grays = gray(look.pair.left), gray(look.pair.right)
     first, count = scene_window(look.pair, grays)
     found = np.asarray(_bare(grays, first, count)(), dtype=np.float32)
     return _judged(found, np.ones_like(found), look.truth_px, look.judged)
 
 
-def _judge_real(pair: RealPair, estimator: Estimator) -> Judged:
+def _judge_real(pair: RealPair, estimator: Estimator) -> JudgedDepth:
     rectified, settings = rectified_real(pair)
     found = estimator(settings=settings).estimate(rectified)
     return _judged(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
 
 
-def _judge_bare(pair: RealPair, *, margins: bool) -> Judged:
+def _judge_bare(pair: RealPair, *, margins: bool) -> JudgedDepth:
     rectified, settings = rectified_real(pair)
     grays = gray(rectified.left), gray(rectified.right)
     first, count = scene_window(rectified, grays, settings)
@@ -315,10 +315,10 @@ def _judged(
     sigma_px: NDArray[np.float32],
     truth_px: NDArray[np.floating],
     asked: NDArray[np.bool_],
-) -> Judged:
+) -> JudgedDepth:
     answered = asked & np.isfinite(residual_px)
     error_px = (residual_px - truth_px)[answered].astype(np.float64)
-    return Judged(
+    return JudgedDepth(
         error_px=error_px,
         own_error_px=error_px,
         sigma_px=sigma_px[answered].astype(np.float64),
@@ -326,8 +326,8 @@ def _judged(
     )
 
 
-def _together(judged: list[Judged]) -> Judged:
-    return Judged(
+def _together(judged: list[JudgedDepth]) -> JudgedDepth:
+    return JudgedDepth(
         error_px=np.concatenate([one.error_px for one in judged]),
         own_error_px=np.concatenate([one.own_error_px for one in judged]),
         sigma_px=np.concatenate([one.sigma_px for one in judged]),

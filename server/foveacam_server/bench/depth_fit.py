@@ -81,7 +81,7 @@ def _pairs(backend: DepthBackend) -> Iterator[FitData]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Matched:
+class MatchedPixels:
     """Disparities (h, w) px, NaN where unknown, and for every `step` th pixel its cues and what is alike."""
 
     residual_px: FloatImage
@@ -90,7 +90,7 @@ class Matched:
     step: int
 
 
-def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings) -> Matched:
+def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings) -> MatchedPixels:
     if backend == "sgbm":
         found, refinement = find_and_refine(pair, settings)
         residual = np.where(np.isfinite(found) & refinement.seen, refinement.residual_px, np.float32(np.nan))
@@ -106,14 +106,19 @@ def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings
 
 def _as_matched(
     residual_px: FloatImage, found_px: FloatImage, refinement: Refinement, *, step: int
-) -> Matched:
+) -> MatchedPixels:
     windows = (SEMI_GLOBAL if step == 1 else LIVE).windows
     cues = match_cues(found_px, refinement, windows)
-    return Matched(residual_px=residual_px, cues=cues, alike=alike(refinement), step=step)
+    return MatchedPixels(residual_px=residual_px, cues=cues, alike=alike(refinement), step=step)
 
 
 def _sampled(
-    found: Matched, truth_px: NDArray[np.floating], rng: np.random.Generator, *, count: int, share: float
+    found: MatchedPixels,
+    truth_px: NDArray[np.floating],
+    rng: np.random.Generator,
+    *,
+    count: int,
+    share: float,
 ) -> FitData:
     """Return `count` of the pixels that have a disparity and a true one, drawn by chance."""
     error_px = (found.residual_px - truth_px)[:: found.step, :: found.step]

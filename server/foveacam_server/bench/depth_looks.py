@@ -19,7 +19,7 @@ from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.bench.stereo import true_residual_px
 from foveacam_server.bench.verge import BORDER_PX, CERTIFICATE, SCENES
-from foveacam_server.bench.verge_truth import Kind, look_up
+from foveacam_server.bench.verge_truth import ClickKind, look_up
 
 NEAREST_M, FARTHEST_M = 7.0, 13.0
 HIDDEN_PX = 1.0
@@ -28,7 +28,7 @@ SEED = 20_31
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TrueLook:
+class RenderedLook:
     """A rectified look and its truth; `truth_px`: (h, w) residual disparity, NaN where no surface is seen.
 
     `judged`: (h, w), true where both eyes see the surface and it is as far away as asked.
@@ -42,7 +42,7 @@ class TrueLook:
 
 def true_looks(
     count: int, *, seed: int = SEED, nearest_m: float = NEAREST_M, farthest_m: float = FARTHEST_M
-) -> Iterator[TrueLook]:
+) -> Iterator[RenderedLook]:
     """Yield `count` looks of each scene, at places between both distances."""
     for scene in SCENES:
         rng = np.random.default_rng([seed, *scene.encode()])
@@ -54,7 +54,7 @@ def true_looks(
 
 def _look(
     rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator, between_m: tuple[float, float]
-) -> TrueLook | None:
+) -> RenderedLook | None:
     """Return a look at a random place, None where that is not textured, out of reach or not `between_m`."""
     truth = rig.truth
     if truth is None:
@@ -63,7 +63,7 @@ def _look(
     x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
     click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())
     nearest_m, farthest_m = between_m
-    if click is None or click.kind is not Kind.TEXTURED or not nearest_m <= click.range_m <= farthest_m:
+    if click is None or click.kind is not ClickKind.TEXTURED or not nearest_m <= click.range_m <= farthest_m:
         return None
     x_m, y_m, z_m = click.point_rig_m
     try:
@@ -79,7 +79,7 @@ def _look(
     true_z_m = pair.f_px * pair.baseline_m / (truth_px + pair.offset_px)
     distant = (true_z_m >= nearest_m) & (true_z_m <= farthest_m)
     both = seen & _seen_by_right(truth, pair, truth_px, t_ns=sighting.right.t_ns)
-    return TrueLook(scene=scene, pair=pair, truth_px=truth_px, judged=both & distant)
+    return RenderedLook(scene=scene, pair=pair, truth_px=truth_px, judged=both & distant)
 
 
 def _seen_by_right(

@@ -31,7 +31,7 @@ STOP = "/api/v1/stop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
+class TimedStop:
     """One stop as the one who asked for it saw it."""
 
     took_ms: float
@@ -55,7 +55,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return {**figures, "load": counts}
 
 
-def _stopped(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[Stop], dict[str, int]]:
+def _stopped(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
     """Return the server's peak memory, MB, the stops, and what was asked meanwhile."""
     with _server(folder) as server, _load(server.url, bodies=bodies) as load:
         time.sleep(WARM_UP_S)
@@ -83,7 +83,7 @@ def _load(url: str, *, bodies: bool) -> Iterator[subprocess.Popen[str]]:
         load.communicate()
 
 
-def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> Stop:
+def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> TimedStop:
     """Press the stop as a program does that asks for the first time; release it after half a pause."""
     address = urlsplit(url)
     connection = kept or http.client.HTTPConnection(address.hostname or "", address.port, timeout=60.0)
@@ -96,14 +96,14 @@ def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> Stop:
     connection.getresponse().read()
     connection.close()
     time.sleep(PAUSE_S / 2)
-    return Stop(
+    return TimedStop(
         took_ms=took_ms,
         confirmed=answer.get("parked") is True,
         controller_ms=answer.get("parked_in_ms"),
     )
 
 
-def _stop_figures(stops: list[Stop]) -> dict[str, object]:
+def _stop_figures(stops: list[TimedStop]) -> dict[str, object]:
     took_ms = sorted(stop.took_ms for stop in stops)
     controller_ms = [stop.controller_ms for stop in stops if stop.controller_ms is not None]
     return {

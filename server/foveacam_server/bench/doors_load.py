@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import httpx
 
-from foveacam_server.bench.stream_clients import Viewer
+from foveacam_server.bench.stream_clients import StreamViewer
 
 BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024
@@ -32,7 +32,7 @@ SEED = 15
 _PATIENCE_S = 120.0
 
 
-class Load:
+class OutsiderLoad:
     """Outsiders of every kind, and how often each asked."""
 
     def __init__(self, url: str) -> None:
@@ -80,7 +80,7 @@ class Load:
 
     async def _viewer(self) -> None:
         url = f"ws://{self._address.netloc}/api/v1/views/ws"
-        await Viewer(url, choice={"wide": 2, "left": 2, "right": 2}).watch()
+        await StreamViewer(url, choice={"wide": 2, "left": 2, "right": 2}).watch()
 
     async def _unread_viewer(self) -> None:
         reader, writer = await self._connect()
@@ -118,7 +118,7 @@ def upgrade(host: str, *, path: str = "/api/v1/views/ws", origin: str | None = N
 
 def main() -> None:
     """Run until stdin is closed."""
-    load = Load(sys.argv[1])
+    load = OutsiderLoad(sys.argv[1])
 
     async def whole() -> None:
         ended = asyncio.get_running_loop().run_in_executor(None, sys.stdin.read)

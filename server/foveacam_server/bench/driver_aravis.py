@@ -21,7 +21,7 @@ from foveacam_hardware.camera_config import AravisCameraConfig
 from foveacam_hardware.contract import CameraSettings, MonotonicClock, NotConnected, Role
 from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary, discover, listed
 from foveacam_hardware.rig_cameras import build_camera
-from foveacam_server.bench.driver_race import Entry, OurRacer, Race, Racer, frames_per_s
+from foveacam_server.bench.driver_race import DriverLoop, Entry, PictureLoop, RaceSettings, frames_per_s
 
 PROGRAM = "arv-fake-gv-camera-0.8"
 SERIAL = "BENCH-1"
@@ -36,7 +36,7 @@ TIMEOUT_US = 5_000_000
 STARTS_WITHIN_S = 20.0
 
 
-class BareRacer:
+class BareAravisLoop:
     """Pop, copy, push: the least that a client of the library does."""
 
     def __init__(self, library: AravisLibrary, stream: int) -> None:
@@ -65,7 +65,11 @@ class BareRacer:
 
 def figures(*, quick: bool) -> dict[str, float]:
     """Return the figures of the driver for GigE Vision cameras."""
-    race = Race(rounds=3, frames=40, triggers=0) if quick else Race(rounds=15, frames=60, triggers=0)
+    race = (
+        RaceSettings(rounds=3, frames=40, triggers=0)
+        if quick
+        else RaceSettings(rounds=15, frames=60, triggers=0)
+    )
     with alone_on_the_interface(), _fake_camera():
         ours_hz, bare_hz = frames_per_s(race, STREAM, _ours, _bare)
         most_hz, bare_most_hz = frames_per_s(race, FLOOD, _ours, _bare)
@@ -121,7 +125,7 @@ def _fake_camera() -> Iterator[None]:
 
 
 @contextmanager
-def _ours(settings: CameraSettings) -> Iterator[Racer]:
+def _ours(settings: CameraSettings) -> Iterator[PictureLoop]:
     given = AravisCameraConfig(
         kind="aravis",
         serial=SERIAL,
@@ -135,13 +139,13 @@ def _ours(settings: CameraSettings) -> Iterator[Racer]:
     try:
         camera.configure(settings)
         camera.start()
-        yield OurRacer(camera)
+        yield DriverLoop(camera)
     finally:
         camera.close()
 
 
 @contextmanager
-def _bare(settings: CameraSettings) -> Iterator[Racer]:
+def _bare(settings: CameraSettings) -> Iterator[PictureLoop]:
     library, who = AravisLibrary(), f"serial {SERIAL}"
     name = next(name for name, found in listed(library) if found.info.serial == SERIAL)
     camera = library.call("arv_camera_new", name.encode(), who=who)
@@ -159,7 +163,7 @@ def _bare(settings: CameraSettings) -> Iterator[Racer]:
         library.plain("arv_stream_push_buffer")(stream, library.plain("arv_buffer_new_allocate")(payload))
     library.call("arv_camera_start_acquisition", camera, who=who)
     try:
-        yield BareRacer(library, stream)
+        yield BareAravisLoop(library, stream)
     finally:
         library.call("arv_camera_stop_acquisition", camera, who=who)
         library.plain("g_object_unref")(stream)

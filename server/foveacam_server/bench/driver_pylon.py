@@ -12,9 +12,9 @@ from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
 from foveacam_hardware.rig_cameras import build_camera
 from foveacam_server.bench.driver_race import (
     TRIGGER_TIMEOUT_MS,
-    OurRacer,
-    Race,
-    Racer,
+    DriverLoop,
+    PictureLoop,
+    RaceSettings,
     frames_per_s,
     trigger_to_array_ms,
 )
@@ -29,7 +29,7 @@ TRIGGERED = replace(STREAM, exposure_ns=5_000_000, triggered=True, trigger_sourc
 TIMEOUT_MS = 5000
 
 
-class BareRacer:
+class BarePylonLoop:
     """The loop that the vendor's examples show."""
 
     def __init__(self, pylon: Vendor, camera: Vendor) -> None:
@@ -57,7 +57,11 @@ class BareRacer:
 def figures(*, quick: bool) -> dict[str, float]:
     """Return the figures of the driver for Basler cameras."""
     os.environ.setdefault("PYLON_CAMEMU", "1")  # read by the library when it is loaded
-    race = Race(rounds=3, frames=60, triggers=10) if quick else Race(rounds=9, frames=160, triggers=30)
+    race = (
+        RaceSettings(rounds=3, frames=60, triggers=10)
+        if quick
+        else RaceSettings(rounds=9, frames=160, triggers=30)
+    )
     ours_hz, bare_hz = frames_per_s(race, STREAM, _ours, _bare)
     most_hz, bare_most_hz = frames_per_s(race, FLOOD, _ours, _bare)
     ours_ms, bare_ms = trigger_to_array_ms(race, TRIGGERED, _ours, _bare)
@@ -76,20 +80,20 @@ def figures(*, quick: bool) -> dict[str, float]:
 
 
 @contextmanager
-def _ours(settings: CameraSettings) -> Iterator[Racer]:
+def _ours(settings: CameraSettings) -> Iterator[PictureLoop]:
     given = PylonCameraConfig(kind="pylon", serial=SERIAL, width_px=WIDTH, height_px=HEIGHT, trigger="none")
     camera = build_camera(Role.LEFT, given, clock=MonotonicClock())
     camera.connect()
     try:
         camera.configure(settings)
         camera.start()
-        yield OurRacer(camera)
+        yield DriverLoop(camera)
     finally:
         camera.close()
 
 
 @contextmanager
-def _bare(settings: CameraSettings) -> Iterator[Racer]:
+def _bare(settings: CameraSettings) -> Iterator[PictureLoop]:
     pylon = load_library()
     found = find_serial(pylon, SERIAL)
     camera = pylon.InstantCamera(pylon.TlFactory.GetInstance().CreateDevice(found))
@@ -104,7 +108,7 @@ def _bare(settings: CameraSettings) -> Iterator[Racer]:
     camera.StartGrabbing(pylon.GrabStrategy_OneByOne)
     camera.WaitForFrameTriggerReady(TIMEOUT_MS, pylon.TimeoutHandling_Return)
     try:
-        yield BareRacer(pylon, camera)
+        yield BarePylonLoop(pylon, camera)
     finally:
         camera.StopGrabbing()
         camera.Close()

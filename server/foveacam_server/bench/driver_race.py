@@ -19,7 +19,7 @@ WARM_UP_FRAMES = 40
 """More than any buffer between camera and reader holds: frames that waited there come faster than sent."""
 
 
-class Racer(Protocol):
+class PictureLoop(Protocol):
     """One way of getting pictures out of a camera that streams already."""
 
     def next(self) -> None:
@@ -31,12 +31,12 @@ class Racer(Protocol):
         ...
 
 
-Entry = Callable[[CameraSettings], AbstractContextManager[Racer]]
+Entry = Callable[[CameraSettings], AbstractContextManager[PictureLoop]]
 """Opens a camera with settings and starts it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Race:
+class RaceSettings:
     """How much is measured: rounds of each, pictures and triggers in a round."""
 
     rounds: int
@@ -44,7 +44,7 @@ class Race:
     triggers: int
 
 
-def frames_per_s(race: Race, settings: CameraSettings, *entries: Entry) -> list[float]:
+def frames_per_s(race: RaceSettings, settings: CameraSettings, *entries: Entry) -> list[float]:
     """Return each entry's median rate."""
     rates_hz: list[list[float]] = [[] for _ in entries]
     for _ in range(race.rounds):
@@ -59,7 +59,7 @@ def frames_per_s(race: Race, settings: CameraSettings, *entries: Entry) -> list[
     return [median(found) for found in rates_hz]
 
 
-def trigger_to_array_ms(race: Race, settings: CameraSettings, *entries: Entry) -> list[float]:
+def trigger_to_array_ms(race: RaceSettings, settings: CameraSettings, *entries: Entry) -> list[float]:
     """Return each entry's median time from a software trigger to its picture."""
     times_ms: list[list[float]] = [[] for _ in entries]
     for _ in range(race.rounds):
@@ -76,7 +76,7 @@ def trigger_to_array_ms(race: Race, settings: CameraSettings, *entries: Entry) -
     return [median(found) for found in times_ms]
 
 
-class OurRacer:
+class DriverLoop:
     """Any camera behind the contract, as the rig uses it."""
 
     def __init__(self, camera: Camera) -> None:

@@ -23,7 +23,7 @@ from foveacam_server.bench.faults_bench_host import (
 )
 from foveacam_server.bench.faults_host import random_volts
 from foveacam_server.bench.faults_tally import FaultTally, LimitCables
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 SEQUENCES, QUICK_SEQUENCES = 16, 2
 SEED = 1606
@@ -138,7 +138,7 @@ class _Outages:
         self._epoch = epoch
         return True
 
-    def _epoch_of_a_frame(self, rig: Rig) -> int:
+    def _epoch_of_a_frame(self, rig: AssembledRig) -> int:
         camera = rig.wide if self._role is Role.WIDE else rig.left
         if self._role is not Role.WIDE:
             camera.software_trigger()

@@ -37,7 +37,7 @@ LATE_IN_A_ROW = 3
 ANY_PAGES = 1_073_741_823
 
 
-class Disk(Protocol):
+class FillableDisk(Protocol):
     """A disk that can be full."""
 
     def fill(self, host: BenchHost) -> None:
@@ -92,7 +92,7 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
         return {"disk_was_real": isinstance(disk, SmallDisk), "events_lost": lost}
 
 
-def _one_sequence(tally: FaultTally, number: int, disk: Disk, folder: Path) -> int:
+def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Path) -> int:
     """Fill the disk once, or twice in a row; return how many events were lost."""
     rng = random.Random(SEED + number)  # noqa: S311 - not a secret
     cables = LimitCables(MirrorLimits())
@@ -110,7 +110,7 @@ def _one_sequence(tally: FaultTally, number: int, disk: Disk, folder: Path) -> i
     return lost
 
 
-def _suffer(tally: FaultTally, disk: Disk, host: BenchHost, rng: random.Random) -> None:
+def _suffer(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.Random) -> None:
     disk.fill(host)
     began_ns = time.monotonic_ns()
     for number in range(EVENTS):
@@ -157,7 +157,7 @@ def _lost(host: BenchHost) -> int:
 
 
 @contextmanager
-def _disk(folder: Path) -> Iterator[Disk]:
+def _disk(folder: Path) -> Iterator[FillableDisk]:
     mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "foveacam-bench", str(folder)]
     try:
         mounted = subprocess.run(mount, capture_output=True, check=False).returncode == 0  # noqa: S603 - constant

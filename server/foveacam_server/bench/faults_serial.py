@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from foveacam_hardware.contract import FoveaError, MirrorLimits, Mirrors, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_server.bench.faults_bench_host import BenchHost, controller_rig, seconds_until, sleep_until
 from foveacam_server.bench.faults_host import random_volts
 from foveacam_server.bench.faults_tally import FaultTally, LimitCables
@@ -142,12 +142,14 @@ class _Line:
         for _ in range(self._rng.randint(1, 6)):
             kind = self._rng.choice((DamageKind.INSERT, DamageKind.CORRUPT))
             count, value = self._rng.randint(1, 30), self._rng.randint(1, 255)
-            damage(Damage(kind=kind, skip=self._rng.randint(0, 40), count=count, value=value))
+            damage(LineDamage(kind=kind, skip=self._rng.randint(0, 40), count=count, value=value))
         return _nothing, False
 
     def _half(self, _silence_s: float) -> _Fault:
         damage = self._rng.choice((self._controller.damage_to_host, self._controller.damage_to_device))
-        damage(Damage(kind=DamageKind.DROP, skip=self._rng.randint(1, 20), count=self._rng.randint(1, 30)))
+        damage(
+            LineDamage(kind=DamageKind.DROP, skip=self._rng.randint(1, 20), count=self._rng.randint(1, 30))
+        )
         return _nothing, False
 
     def _stop(self, _silence_s: float) -> _Fault:

@@ -16,7 +16,7 @@ from foveacam_hardware.sim.world import World
 from foveacam_server.bench.faults_bench_host import BenchHost, seconds_until, sleep_until
 from foveacam_server.bench.faults_host import random_volts
 from foveacam_server.bench.faults_tally import FaultTally, LimitCables
-from foveacam_server.runtime.ports import Rig as RigPort
+from foveacam_server.runtime.ports import AssembledRig as RigPort
 
 SEQUENCES, QUICK_SEQUENCES = 18, 3
 SEED = 1818

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_hardware.sim.render.sensor import Exposure, expose
+from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.sensor import PSF_SIGMA_PX, REFERENCE_S
-from foveacam_pipeline.matching.picture import Picture, Placement
-from foveacam_pipeline.matching.point import Prior, match_point
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
+from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_server.bench.matching_curve import write_curve
 from foveacam_server.bench.matching_real import real_figures
 
@@ -30,11 +30,11 @@ F32 = NDArray[np.float32]
 SIDE_PX = 256
 PHASES = tuple(k / 16 for k in range(17))
 QUIET_SIGMA_PX = 1.5
-FLAT = Window(half_px=40, weight_sigma_px=1e4)
+FLAT = MatchWindow(half_px=40, weight_sigma_px=1e4)
 """All its pixels weigh alike, so that the bound over them is the matcher's own."""
-BELL = Window(half_px=64, weight_sigma_px=28.0)
-EXPOSURE = Exposure(exposure_s=0.008, reference_s=REFERENCE_S, psf_sigma_px=PSF_SIGMA_PX[Role.LEFT])
-NOISELESS = Exposure(
+BELL = MatchWindow(half_px=64, weight_sigma_px=28.0)
+EXPOSURE = SensorExposure(exposure_s=0.008, reference_s=REFERENCE_S, psf_sigma_px=PSF_SIGMA_PX[Role.LEFT])
+NOISELESS = SensorExposure(
     exposure_s=0.008,
     reference_s=REFERENCE_S,
     psf_sigma_px=PSF_SIGMA_PX[Role.LEFT],
@@ -91,8 +91,8 @@ def bias_curve(through_optics: bool, *, scenes: int) -> NDArray[np.float64]:
         first = _seen(_shifted(scene, 0.0, 0.0), through_optics, key=(scene, 0, 0))
         for k, phase in enumerate(PHASES):
             second = _seen(_shifted(scene, phase, 1.0 - phase), through_optics, key=(scene, 1, k))
-            start = Placement(x_px=round(phase), y_px=1.0 - round(phase))
-            found = match_point(first, second, start, window=BELL, prior=Prior())
+            start = WindowPlacement(x_px=round(phase), y_px=1.0 - round(phase))
+            found = match_point(first, second, start, window=BELL, prior=PlacePrior())
             if found is None:
                 raise AssertionError(f"bench matching: scene {scene} at phase {phase} was not matched")
             errors[scene, k] = found.place_px - (phase, 1.0 - phase)
@@ -112,7 +112,7 @@ def against_bound(*, pairs: int) -> dict[str, float]:
             _picture(expose(image, EXPOSURE, (SEED, eye, pair)).astype(np.float32))
             for eye, image in enumerate(shown)
         )
-        found = match_point(one, two, Placement(), window=FLAT, prior=Prior())
+        found = match_point(one, two, WindowPlacement(), window=FLAT, prior=PlacePrior())
         if found is None:
             raise AssertionError(f"bench matching: pair {pair} was not matched")
         errors.append(found.place.x_px - x)
@@ -145,14 +145,14 @@ def _bound_px(radiance: F32) -> float:
     return math.sqrt(float(np.linalg.inv(matrix @ matrix.T)[0, 0]))
 
 
-def _seen(radiance: F32, through_optics: bool, *, key: tuple[int, int, int]) -> Picture:
+def _seen(radiance: F32, through_optics: bool, *, key: tuple[int, int, int]) -> InterpolatedPicture:
     """Return the picture of a scene: as it is, or blurred and counted by a noiseless camera."""
     return _picture(expose(radiance, NOISELESS, key).astype(np.float32) if through_optics else 255 * radiance)
 
 
-def _picture(image: F32) -> Picture:
+def _picture(image: F32) -> InterpolatedPicture:
     quiet = cv2.GaussianBlur(image, (0, 0), QUIET_SIGMA_PX)[1:, 1:]
-    return Picture.of(np.asarray(quiet, dtype=np.float32))
+    return InterpolatedPicture.of(np.asarray(quiet, dtype=np.float32))
 
 
 def _shifted(seed: int, x_px: float, y_px: float) -> F32:

@@ -13,12 +13,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.point import Prior
-from foveacam_pipeline.matching.search import FoundPoint, Reach, find_point
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.point import PlacePrior
+from foveacam_pipeline.matching.search import FoundPoint, SearchReach, find_point
+from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_server.bench.stereo import motorcycle
 
-WINDOW = Window(half_px=10, weight_sigma_px=4.0)
+WINDOW = MatchWindow(half_px=10, weight_sigma_px=4.0)
 QUIET_SIGMA_PX = 0.8
 ROW_SIGMA_PX = 0.2
 WRONG_PX = 1.5
@@ -79,7 +79,7 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
     known[:RIM_PX], known[-RIM_PX:], known[:, :RIM_PX], known[:, -RIM_PX:] = False, False, False, False
     rows, columns = np.nonzero(known)
     least, most = (float(f(pair.truth_px[known])) for f in (np.min, np.max))
-    reach = Reach(low_px=-math.ceil(most) - SPARE_PX, high_px=-math.floor(least) + SPARE_PX)
+    reach = SearchReach(low_px=-math.ceil(most) - SPARE_PX, high_px=-math.floor(least) + SPARE_PX)
     left, right = (
         np.asarray(cv2.GaussianBlur(i.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
         for i in (pair.left, pair.right)
@@ -87,7 +87,7 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
     for k in np.random.default_rng(SEED).choice(len(rows), points, replace=False).tolist():
         x, y = int(columns[k]), int(rows[k])
         one = find_point(
-            left, right, (x, y), reach=reach, window=WINDOW, prior=Prior(y_sigma_px=ROW_SIGMA_PX)
+            left, right, (x, y), reach=reach, window=WINDOW, prior=PlacePrior(y_sigma_px=ROW_SIGMA_PX)
         )
         yield one, math.nan if one is None else -one.x_px - float(pair.truth_px[y, x])
 

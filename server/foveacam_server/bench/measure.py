@@ -59,7 +59,7 @@ class TrueLook:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
+class JudgedLength:
     """One measured length against the truth, m."""
 
     true_m: float
@@ -78,7 +78,7 @@ class JudgedPlane:
 
 def run(*, quick: bool = False) -> dict[str, object]:
     """Look, measure, judge, and return the figures."""
-    lengths: list[Judged] = []
+    lengths: list[JudgedLength] = []
     planes: list[JudgedPlane] = []
     looks = 0
     for number, seen in enumerate(true_looks(QUICK_LOOKS if quick else LOOKS)):
@@ -139,7 +139,7 @@ def true_look(truth: Truth, look: LookDepth, sighting: Sighting) -> TrueLook:
     return TrueLook(look=look, points_m=points_m.reshape(height, width, 3), ids=ids.reshape(height, width))
 
 
-def judge_lengths(seen: TrueLook, rng: np.random.Generator) -> Iterator[Judged]:
+def judge_lengths(seen: TrueLook, rng: np.random.Generator) -> Iterator[JudgedLength]:
     """Yield lengths between random known pixels of one object."""
     look = seen.look
     rows, columns = np.nonzero(np.isfinite(look.z_m) & (seen.ids >= 0))
@@ -149,7 +149,7 @@ def judge_lengths(seen: TrueLook, rng: np.random.Generator) -> Iterator[Judged]:
             continue
         found = length_between(point_at(look, *a, look_id="look"), point_at(look, *b, look_id="look"))
         true_m = float(np.linalg.norm(seen.points_m[a[1], a[0]] - seen.points_m[b[1], b[0]]))
-        yield Judged(
+        yield JudgedLength(
             true_m=true_m,
             error_m=found.length_m - true_m,
             sigma_m=found.length_sigma_m,
@@ -189,7 +189,7 @@ def _true_normal(points_m: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArr
     return np.asarray(axes[2], dtype=np.float64) if flat else None
 
 
-def length_figures(lengths: list[Judged]) -> dict[str, object]:
+def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
     """Return what lengths are worth; those with an end beside an edge, of which the tool warns, apart."""
     clear = [length for length in lengths if not length.at_edge]
     relative = np.array([abs(length.error_m) / length.true_m for length in clear])

@@ -30,11 +30,18 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, Header, Place, Point, Shot
-from foveacam_pipeline.capture.mosaic.build import Laidout, build_mosaic
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    Dataset,
+    DatasetHeader,
+    DatasetWriter,
+    PlanPosition,
+    Shot,
+)
+from foveacam_pipeline.capture.mosaic.build import PlacedScan, build_mosaic
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.links import places
-from foveacam_pipeline.capture.mosaic.views import View
+from foveacam_pipeline.capture.mosaic.views import MosaicView
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, steer
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.values import DepthMesh
@@ -60,7 +67,7 @@ BLANK_PX, BLANK_SHARE = 64, 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Judged:
+class JudgedMosaic:
     """Distances of seams, px, and which are of blank places, (n,); errors of depth carried to 10 m, (m,)."""
 
     seams_px: Floats
@@ -131,11 +138,11 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan)
     began_s = time.perf_counter()
     rig.mirrors.enable()
     wanted = list(points(plan))
-    header = Header(points=len(wanted), calibration=calibration, label="bench mosaic")
+    header = DatasetHeader(points=len(wanted), calibration=calibration, label="bench mosaic")
     with DatasetWriter.create(folder, header) as writer:
         for point in wanted:
             seen = rig.head.look(steer(point, calibration))
-            place = Place(
+            place = PlanPosition(
                 index=point.index,
                 column=point.column,
                 row=point.row,
@@ -143,7 +150,7 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan)
                 distance_m=point.distance_m,
             )
             frames = (seen.left, seen.right, seen.wide)
-            writer.add(Point(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
+            writer.add(CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in frames)))
         writer.finish()
     return time.perf_counter() - began_s
 
@@ -153,7 +160,7 @@ def glb_of(mesh: DepthMesh) -> bytes:
     return write_glb(mesh, y_up=True)
 
 
-def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = Role.LEFT) -> Judged:
+def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role = Role.LEFT) -> JudgedMosaic:
     """Compare a scan as it was laid out with what the simulation knows."""
     chart, depth = laid.chart, laid.depth
     eye_rig_m = calibration.reference_rig_m(eye)
@@ -174,7 +181,7 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
     known = np.isfinite(relative)
     carried = relative * REFERENCE_M / true_z_m
     seams_px, unadjusted_px, one_depth_px = np.array(seams).T
-    return Judged(
+    return JudgedMosaic(
         seams_px=seams_px,
         blank=np.array(blank, dtype=np.bool_),
         unadjusted_px=unadjusted_px,
@@ -186,7 +193,7 @@ def judge(laid: Laidout, truth: Truth, calibration: Calibration, *, eye: Role = 
 
 
 def apart_px(
-    pair: Sequence[View], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
+    pair: Sequence[MosaicView], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
 ) -> tuple[float, float, float]:
     """Return how far a thing lies apart in two views: as laid, not adjusted, and at the pairs' own depths."""
     raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing_rig_m[None]) for view in pair]
@@ -198,7 +205,7 @@ def apart_px(
     return as_laid, unadjusted, one_depth
 
 
-def figures_of(judged: Judged) -> dict[str, object]:
+def figures_of(judged: JudgedMosaic) -> dict[str, object]:
     """Return the figures of a mosaic."""
     own, shown = judged.depth_rel, ~judged.blank
     return {
@@ -262,7 +269,7 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _frame_ns(view: View, eye: Role) -> int:
+def _frame_ns(view: MosaicView, eye: Role) -> int:
     return view.point.frame(eye).t_ns
 
 

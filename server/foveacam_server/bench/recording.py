@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import MirrorVolts
 from foveacam_pipeline.capture.recording.pixels import stream_format
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import Session
+from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import FramePose, RawFrame
 
@@ -78,7 +78,7 @@ def _paced(
     path: Path, pictures: dict[str, list[NDArray[np.uint8]]], *, seconds: float
 ) -> dict[str, StreamStatistics]:
     """Record at the cameras' rate; return what became of the frames."""
-    recorder = Recorder(path, Session(timestamp=""))
+    recorder = Recorder(path, RecordingSession(timestamp=""))
     begin_s = time.monotonic()
     with recorder:
         for number, (stream, frame) in enumerate(_frames(pictures, round(seconds * RATE_HZ))):
@@ -109,7 +109,9 @@ def _ratio(folder: Path, pictures: dict[str, list[NDArray[np.uint8]]]) -> tuple[
     frames = list(_frames(pictures, ticks))
     path, bytes_mb = folder / "ratio.fcap", len(frames) * HEIGHT * WIDTH / 1e6
     begin_s = time.perf_counter()
-    recorder = Recorder(path, Session(timestamp=""), options=RecordingOptions(ring_frames=len(frames)))
+    recorder = Recorder(
+        path, RecordingSession(timestamp=""), options=RecordingOptions(ring_frames=len(frames))
+    )
     with recorder:
         for stream, frame in frames:
             recorder.publish(stream, frame)

@@ -23,14 +23,22 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import project
-from foveacam_pipeline.capture.dataset import Dataset, DatasetPoint, DatasetWriter, Header, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    Dataset,
+    DatasetHeader,
+    DatasetPoint,
+    DatasetWriter,
+    PlanPosition,
+    Shot,
+)
 from foveacam_pipeline.capture.reference import (
-    Reference,
     ReferenceSettings,
+    WideBaselineReference,
     build_reference,
     write_reference,
 )
-from foveacam_pipeline.capture.reference.values import Row
+from foveacam_pipeline.capture.reference.values import ReferenceSample
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_server.bench.calibration import truth_of
 from foveacam_server.runtime.calibrations import SHIPPED
@@ -46,7 +54,7 @@ WRONG = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Raster:
+class RailRaster:
     """What to take; the last stop is the judged one: of it the simulation can still be asked."""
 
     columns_deg: tuple[float, ...] = (-6.45, -4.3, -2.15, 0.0, 2.15, 4.3, 6.45)
@@ -55,8 +63,8 @@ class Raster:
     across: int = 12
 
 
-FULL = Raster()
-QUICK = Raster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3, 0.3, 0.0), across=8)
+FULL = RailRaster()
+QUICK = RailRaster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3, 0.3, 0.0), across=8)
 """One wall 8 m away, from three places."""
 
 
@@ -76,14 +84,16 @@ def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dic
         return {**judged(reference, true_m), "reference_cpu_s": round(took_s, 1)}
 
 
-def captured(rig: Rig, calibration: Calibration, folder: Path, raster: Raster) -> None:
+def captured(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaster) -> None:
     """Take a scan from every stop."""
     rig.mirrors.enable()
     rail = _rail(rig)
     rail.home()
     _rest(rig, rail)
     aims = [(column, row) for row in raster.rows_deg for column in raster.columns_deg]
-    header = Header(points=len(aims) * len(raster.stops_m), calibration=calibration, label="bench reference")
+    header = DatasetHeader(
+        points=len(aims) * len(raster.stops_m), calibration=calibration, label="bench reference"
+    )
     with DatasetWriter.create(folder, header) as writer:
         for scan, stop_m in enumerate(raster.stops_m):
             rail.move_to(stop_m)
@@ -93,7 +103,7 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, raster: Raster) -
         writer.finish()
 
 
-def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[Row]) -> Floats:
+def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[ReferenceSample]) -> Floats:
     """Return (n,) true depth along z of what the left px of samples show; NaN at edges."""
     true_m = np.full(len(rows), np.nan)
     for point in dataset:
@@ -104,7 +114,7 @@ def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[Row]) -> Floats
     return true_m
 
 
-def judged(reference: Reference, true_m: Floats) -> dict[str, object]:
+def judged(reference: WideBaselineReference, true_m: Floats) -> dict[str, object]:
     """Return the figures of a reference against the truth of its samples."""
     names = ("short_m", "reference_m", "sigma_m", "baseline_m")
     short, found, sigma, longest = (
@@ -145,11 +155,11 @@ def rms(values: Floats) -> float:
 
 def _taken(
     rig: Rig, calibration: Calibration, aim_deg: tuple[float, float], *, index: int, scan: int, rail_m: float
-) -> Point:
+) -> CapturedPoint:
     aim_rad = math.radians(aim_deg[0]), math.radians(aim_deg[1])
     seen = rig.head.look(calibration.steer(*aim_rad, distance_m=DISTANCE_M))
-    place = Place(index=index, scan=scan, aim_rad=aim_rad, distance_m=DISTANCE_M, rail_m=rail_m)
-    return Point(place=place, shots=tuple(Shot(frame=frame) for frame in (seen.left, seen.right)))
+    place = PlanPosition(index=index, scan=scan, aim_rad=aim_rad, distance_m=DISTANCE_M, rail_m=rail_m)
+    return CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in (seen.left, seen.right)))
 
 
 def _true_m(truth: Truth, point: DatasetPoint, places_px: Floats) -> Floats:

@@ -16,7 +16,7 @@ from statistics import median
 
 import numpy as np
 
-from foveacam_hardware.sim.render import Exposure, Projection, Renderer, expose, place, warm_up
+from foveacam_hardware.sim.render import Projection, Renderer, SensorExposure, expose, place, warm_up
 from foveacam_server.bench.render_accuracy import (
     bits_are_equal,
     depth_max_rel_error,
@@ -34,7 +34,11 @@ from foveacam_server.bench.render_scene import (
 
 ON_STATUE_M = (STATUE_M[0], -0.2, STATUE_M[2] - 0.4)
 ON_BOX_M = (BOX_M[0] + 0.3, BOX_M[1], BOX_M[2] - 0.7)
-EXPOSURES = (Exposure(psf_sigma_px=0.6), Exposure(psf_sigma_px=1.4), Exposure(psf_sigma_px=1.4))
+EXPOSURES = (
+    SensorExposure(psf_sigma_px=0.6),
+    SensorExposure(psf_sigma_px=1.4),
+    SensorExposure(psf_sigma_px=1.4),
+)
 START = "from foveacam_server.bench.render import start_up; start_up()"
 
 

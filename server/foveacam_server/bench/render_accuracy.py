@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from foveacam_hardware.sim.render import Exposure, Projection, Renderer, Scene, expose, place
+from foveacam_hardware.sim.render import Projection, Renderer, Scene, SensorExposure, expose, place
 from foveacam_server.bench.render_scene import (
     FOVEA_F_PX,
     PANEL_M,
@@ -39,7 +39,7 @@ def disparity_errors_px(*, points: int) -> tuple[F64, F64]:
             truth, seen = renderer.disparity(left, right)
         where = _points(points, seen)
         clean.append([_lucas_kanade(a, b, x, y, float(truth[y, x])) - truth[y, x] for x, y in where])
-        exposure = Exposure(psf_sigma_px=psf_sigma_px, bits=8)
+        exposure = SensorExposure(psf_sigma_px=psf_sigma_px, bits=8)
         p = expose(a, exposure, (1, 1, 1)).astype(np.float32)
         q = expose(b, exposure, (1, 2, 1)).astype(np.float32)
         noisy.append([_correlate(p, q, x, y, float(truth[y, x])) - truth[y, x] for x, y in where])

@@ -3,7 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.render import Box, Noise, Projection, Quad, Scene, flat, ground, place, statue
+from foveacam_hardware.sim.render import (
+    Box,
+    NoiseSurface,
+    Projection,
+    Quad,
+    Scene,
+    flat,
+    ground,
+    place,
+    statue,
+)
 
 F64 = NDArray[np.float64]
 
@@ -19,15 +29,15 @@ STATUE_M = (1.3, 0.3, 8.0)
 def measured_scene() -> Scene:
     """Return the scene of the timings."""
     scene = Scene()
-    soil = Noise(seed=1, scale_m=4.0, color_a=(0.18, 0.2, 0.14), color_b=(0.6, 0.58, 0.45))
+    soil = NoiseSurface(seed=1, scale_m=4.0, color_a=(0.18, 0.2, 0.14), color_b=(0.6, 0.58, 0.45))
     scene.add(ground(width_m=30.0, length_m=40.0), soil, flat((0.0, 1.2, 20.0)), "ground")
-    crate = Noise(seed=2, color_a=(0.3, 0.12, 0.08), color_b=(0.85, 0.6, 0.4))
+    crate = NoiseSurface(seed=2, color_a=(0.3, 0.12, 0.08), color_b=(0.85, 0.6, 0.4))
     scene.add(Box(width_m=1.4, height_m=1.4, depth_m=1.4), crate, place(BOX_M, yaw_rad=0.6), "box")
     post = Box(width_m=0.5, height_m=2.2, depth_m=0.5)
     scene.add(post, crate, place((-0.2, 0.1, 16.0), yaw_rad=0.3), "post")
-    paper = Noise(seed=3, color_a=(0.1, 0.2, 0.4), color_b=(0.8, 0.85, 0.9))
+    paper = NoiseSurface(seed=3, color_a=(0.1, 0.2, 0.4), color_b=(0.8, 0.85, 0.9))
     scene.add(Quad(width_m=1.4, height_m=1.2), paper, place(PANEL_M, yaw_rad=0.2), "panel")
-    stone = Noise(seed=4, color_a=(0.35, 0.3, 0.25), color_b=(0.95, 0.9, 0.8))
+    stone = NoiseSurface(seed=4, color_a=(0.35, 0.3, 0.25), color_b=(0.95, 0.9, 0.8))
     scene.add(statue(height_m=1.8), stone, place(STATUE_M), "statue")
     return scene
 
@@ -35,7 +45,7 @@ def measured_scene() -> Scene:
 def panel_scene(distance_m: float) -> Scene:
     """Return an oblique textured wall at a distance, and nothing else."""
     scene = Scene()
-    wall = Noise(seed=11, scale_m=2.0)
+    wall = NoiseSurface(seed=11, scale_m=2.0)
     pose = place((0.0, 0.0, distance_m), yaw_rad=0.3, pitch_rad=0.15)
     scene.add(Quad(width_m=distance_m, height_m=distance_m), wall, pose, "wall")
     return scene

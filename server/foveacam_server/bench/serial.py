@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from statistics import median
 
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, NotConnected, StereoVolts, Timeout
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_hardware.sim.far_ends.echo_process import echo_port
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.bare_port import bare_round_trips_ms
 
 ROUNDS = 5
@@ -82,7 +82,9 @@ def _round_trips(*, count: int) -> dict[str, float | int | bool]:
 def _updates(*, count: int) -> dict[str, float | int | bool]:
     cables = RecordingCables()
     with ControllerProcess(cables, strict=True) as controller:
-        mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=Care(ceiling_hz=UNGOVERNED_HZ))
+        mirrors = ControllerMirrors(
+            controller.open, MonotonicClock(), care=LinkSupervision(ceiling_hz=UNGOVERNED_HZ)
+        )
         mirrors.connect()
         controller.status()
         before = len(cables.drives)
@@ -112,7 +114,7 @@ def _damage_bytes(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind, .
                 for damage_line in (controller.damage_to_device, controller.damage_to_host):
                     mirrors.steer(_aside(20.0))
                     mirrors.ping()
-                    damage_line(Damage(kind=kind, skip=skip))
+                    damage_line(LineDamage(kind=kind, skip=skip))
                     if _noticed(damages, mirrors, controller):
                         controller.status()
                         damages.parked &= _at_rest(cables)

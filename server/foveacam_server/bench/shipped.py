@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import save_calibration
-from foveacam_server.bench.calibration import Watch, calibrated
+from foveacam_server.bench.calibration import StageTimer, calibrated
 from foveacam_server.runtime.calibrations import SHIPPED
 
 PRESETS = ("rig120", "paper")
@@ -25,7 +25,7 @@ def write(preset: str, folder: Path) -> dict[str, float]:
         open_simulated("calibration", preset=preset, inline=True) as rig,
     ):
         rig.mirrors.enable()
-        watch = Watch(rig)
+        watch = StageTimer(rig)
         calibration, _ = calibrated(
             rig, Path(session), nodes=None, watch=watch, label=f"shipped with {rig.rig_id}"
         )

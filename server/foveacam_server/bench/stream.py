@@ -16,7 +16,7 @@ import httpx
 import numpy as np
 
 from foveacam_hardware.contract import DeviceFault
-from foveacam_server.bench.stream_clients import Viewer, thin_line
+from foveacam_server.bench.stream_clients import StreamViewer, thin_line
 from foveacam_server.bench.stream_server import LIVE
 from foveacam_server.runtime.encoder import Scale
 
@@ -91,10 +91,10 @@ async def _measure(port: int, *, phase_s: float) -> dict[str, float]:
         await _wait_until_up(control)
         idle = await _phase(control, [], duration_s=_IDLE_S)
         path = "/api/v1/views/ws"
-        fast = [Viewer(root + path, dict(_CHOICES[index % 3])) for index in range(FAST_CLIENTS)]
-        slow = Viewer(f"ws://127.0.0.1:{thin_port}{path}", dict(_CHOICES[0]))
+        fast = [StreamViewer(root + path, dict(_CHOICES[index % 3])) for index in range(FAST_CLIENTS)]
+        slow = StreamViewer(f"ws://127.0.0.1:{thin_port}{path}", dict(_CHOICES[0]))
         ours = await _phase(control, [*fast, slow], duration_s=phase_s)
-        naive = Viewer(f"ws://127.0.0.1:{thin_port}/bench/naive")
+        naive = StreamViewer(f"ws://127.0.0.1:{thin_port}/bench/naive")
         queued = await _phase(control, [naive], duration_s=phase_s, drain=False)
     pictures = {(a.view, a.scale, a.seq) for viewer in (*fast, slow) for a in viewer.arrivals}
     slow_age_s = _age_p95_s(slow, phase=ours)
@@ -119,7 +119,7 @@ async def _measure(port: int, *, phase_s: float) -> dict[str, float]:
 
 
 async def _phase(
-    control: httpx.AsyncClient, viewers: list[Viewer], *, duration_s: float, drain: bool = True
+    control: httpx.AsyncClient, viewers: list[StreamViewer], *, duration_s: float, drain: bool = True
 ) -> _Phase:
     first = await _counters(control)
     async with _watching(viewers):
@@ -140,7 +140,7 @@ async def _phase(
 
 
 @asynccontextmanager
-async def _watching(viewers: list[Viewer]) -> AsyncIterator[None]:
+async def _watching(viewers: list[StreamViewer]) -> AsyncIterator[None]:
     tasks = [asyncio.create_task(viewer.watch()) for viewer in viewers]
     try:
         yield
@@ -153,7 +153,7 @@ async def _watching(viewers: list[Viewer]) -> AsyncIterator[None]:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _drain(control: httpx.AsyncClient, viewers: list[Viewer]) -> None:
+async def _drain(control: httpx.AsyncClient, viewers: list[StreamViewer]) -> None:
     """Wait until everything that the server sent has arrived, and nothing more is being sent."""
     last = -1.0
     for _ in range(_DRAIN_ROUNDS):
@@ -192,12 +192,12 @@ async def _counters(control: httpx.AsyncClient) -> dict[str, float]:
     return counters
 
 
-def _age_p95_s(viewer: Viewer, *, phase: _Phase) -> float:
+def _age_p95_s(viewer: StreamViewer, *, phase: _Phase) -> float:
     ages_s = [a.age_s for a in viewer.arrivals if phase.settled_s <= a.t_s <= phase.ended_s]
     if not ages_s:
         raise DeviceFault("a viewer got no picture at all; the machine is too busy for this measurement")
     return float(np.percentile(ages_s, 95))
 
 
-def _rate_fraction(viewer: Viewer, *, published: float) -> float:
+def _rate_fraction(viewer: StreamViewer, *, published: float) -> float:
     return len(viewer.arrivals) / (published * len(viewer.choice))

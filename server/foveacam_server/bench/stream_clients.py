@@ -18,7 +18,7 @@ _RECEIVE_BUFFER_BYTES = 32 * 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class PictureArrival:
     """One picture, whole, at a client."""
 
     view: int
@@ -29,13 +29,13 @@ class Arrival:
 
 
 @dataclass(slots=True)
-class Viewer:
+class StreamViewer:
     """One client and what it got."""
 
     url: str
     choice: dict[str, Scale] = field(default_factory=dict)
     """Views to subscribe to and acknowledge; empty for the naive route, which does neither."""
-    arrivals: list[Arrival] = field(default_factory=list)
+    arrivals: list[PictureArrival] = field(default_factory=list)
 
     async def watch(self) -> None:
         """Watch until cancelled."""
@@ -52,10 +52,12 @@ class Viewer:
                         await socket_.send(json.dumps(ack))
 
 
-def _arrival(message: bytes) -> Arrival:
+def _arrival(message: bytes) -> PictureArrival:
     view, scale, _flags, seq, capture_us, _age_us, _reserved = HEADER.unpack_from(message)
     now_us = time.monotonic_ns() // 1000
-    return Arrival(view=view, scale=scale, seq=seq, t_s=now_us / 1e6, age_s=(now_us - capture_us) / 1e6)
+    return PictureArrival(
+        view=view, scale=scale, seq=seq, t_s=now_us / 1e6, age_s=(now_us - capture_us) / 1e6
+    )
 
 
 @asynccontextmanager

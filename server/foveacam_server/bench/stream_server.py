@@ -23,7 +23,7 @@ from foveacam_server.api import views
 from foveacam_server.runtime import stream_messages
 from foveacam_server.runtime.encoder import Scale
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.stream import LiveStreams
 from foveacam_server.runtime.stream_socket import listen
 
 LIVE = ("wide", "left", "right")
@@ -83,7 +83,7 @@ class Publisher(threading.Thread):
             self._hub.publish(view, image, t_ns=time.monotonic_ns(), seq=self.published)
 
 
-async def send_naively(streams: Streams, websocket: WebSocket) -> None:
+async def send_naively(streams: LiveStreams, websocket: WebSocket) -> None:
     """Queue every picture for the client and send one after the other, as most programs do."""
     queue: asyncio.Queue[bytes] = asyncio.Queue()
 
@@ -110,7 +110,7 @@ def bench_app() -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        streams = Streams(hub, boot_id="bench")
+        streams = LiveStreams(hub, boot_id="bench")
         app.state.services = SimpleNamespace(streams=streams, viewer=None)
         publisher.start()
         yield
@@ -131,7 +131,7 @@ def bench_app() -> FastAPI:
 
     @app.get("/bench/counters")
     async def counters() -> dict[str, float]:
-        streams: Streams = app.state.services.streams
+        streams: LiveStreams = app.state.services.streams
         return {
             "cpu_s": time.process_time(),
             "t_s": time.monotonic(),

@@ -30,9 +30,9 @@ from foveacam_hardware.contract import (
     RailLimits,
     RailState,
     Role,
-    Span,
     StereoVolts,
     Timeout,
+    ValueRange,
 )
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
 
@@ -40,7 +40,7 @@ T = TypeVar("T")
 READOUT_NS = 4_380_000
 LINES = 1122
 MOST_HZ = 228.0
-ANYTHING = Span(low=0.0, high=1e9)
+ANYTHING = ValueRange(low=0.0, high=1e9)
 
 
 @dataclass
@@ -65,9 +65,9 @@ class StubCamera:
     @property
     def ranges(self) -> CameraRanges:
         return CameraRanges(
-            exposure_ns=Span(low=30_000, high=1e9),
+            exposure_ns=ValueRange(low=30_000, high=1e9),
             gain_db=ANYTHING,
-            frame_rate_hz=Span(low=0.1, high=MOST_HZ),
+            frame_rate_hz=ValueRange(low=0.1, high=MOST_HZ),
             black_level=ANYTHING,
             pixel_formats=tuple(PixelFormat),
         )

@@ -24,12 +24,12 @@ from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
 from foveacam_server.bench.verge_knock import knock_figures
-from foveacam_server.bench.verge_truth import Click, Kind, look_up, point_at, residual_px
+from foveacam_server.bench.verge_truth import Click, ClickKind, look_up, point_at, residual_px
 
 CERTIFICATE = Path(__file__).resolve().parent.parent / "shipped" / "sim-rig120.json"
 SCENES = ("bench", "street")
-QUOTA = {Kind.TEXTURED: 75, Kind.PLAIN: 15, Kind.AWKWARD: 10}
-QUICK_QUOTA = {Kind.TEXTURED: 8, Kind.PLAIN: 3, Kind.AWKWARD: 1}
+QUOTA = {ClickKind.TEXTURED: 75, ClickKind.PLAIN: 15, ClickKind.AWKWARD: 10}
+QUICK_QUOTA = {ClickKind.TEXTURED: 8, ClickKind.PLAIN: 3, ClickKind.AWKWARD: 1}
 NEAREST_M, FARTHEST_M = 1.5, 30.0
 BORDER_PX = 30.0
 WRONG_SHARE, WRONG_SIGMA = 0.03, 5.0
@@ -38,7 +38,7 @@ SEED = 20_25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Result:
+class ClickResult:
     """One click, what became of it, and the truth at the moment of the last look."""
 
     click: Click
@@ -69,7 +69,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
 
 
-def fixations(scene: str, quota: dict[Kind, int], *, seed: int = SEED) -> Iterator[Result]:
+def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> Iterator[ClickResult]:
     """Yield the result of each click on one scene; clicks come from the whole wide view, as chance has it."""
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng([seed, *scene.encode()])
@@ -90,13 +90,13 @@ def fixations(scene: str, quota: dict[Kind, int], *, seed: int = SEED) -> Iterat
             yield judge(rig, calibration, click)
 
 
-def judge(rig: Rig, calibration: Calibration, click: Click) -> Result:
+def judge(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
     """Fixate one click and compare with the truth."""
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
     if fixation.distance_m is None or fixation.sighting is None or rig.truth is None:
-        return Result(click=click, fixation=fixation)
+        return ClickResult(click=click, fixation=fixation)
     point = point_at(rig.truth, click, fixation.sighting.left.t_ns)
-    return Result(
+    return ClickResult(
         click=click,
         fixation=fixation,
         error_m=fixation.distance_m - float(np.linalg.norm(point)),
@@ -104,9 +104,9 @@ def judge(rig: Rig, calibration: Calibration, click: Click) -> Result:
     )
 
 
-def figures(results: list[Result]) -> dict[str, object]:
+def figures(results: list[ClickResult]) -> dict[str, object]:
     """Return the figures of a list of results."""
-    textured = [r for r in results if r.click.kind is Kind.TEXTURED]
+    textured = [r for r in results if r.click.kind is ClickKind.TEXTURED]
     verged = [r for r in textured if r.verged]
     good = [r for r in verged if not r.wrong]
     residuals = [r.residual_px for r in verged]
@@ -116,9 +116,9 @@ def figures(results: list[Result]) -> dict[str, object]:
         "clicks": len(results),
         "textured_clicks": len(textured),
         "verged_fraction": len(verged) / max(1, len(textured)),
-        "false_verged": sum(r.wrong for r in results if r.click.kind is Kind.PLAIN),
+        "false_verged": sum(r.wrong for r in results if r.click.kind is ClickKind.PLAIN),
         "false_verged_textured": sum(r.wrong for r in textured),
-        "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is Kind.AWKWARD),
+        "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is ClickKind.AWKWARD),
         "knock_claimed": sum(r.fixation.astray is not None for r in results),
         "residual_median_px": median(residuals),
         "residual_p95_px": float(np.quantile(residuals, 0.95)),
@@ -130,22 +130,22 @@ def figures(results: list[Result]) -> dict[str, object]:
         "compute_p95_ms_per_step": float(np.quantile(steps_ms, 0.95)),
         "distance_rel_error_median": median(abs(r.error_m) / r.click.range_m for r in verged),
         "duration_median_ms": median(r.fixation.duration_ms for r in verged),
-        **{f"{kind}_states": _states(results, kind) for kind in Kind},
+        **{f"{kind}_states": _states(results, kind) for kind in ClickKind},
         "failures": [_account(r) for r in results if _failed(r)],
     }
 
 
-def _states(results: list[Result], kind: Kind) -> dict[str, int]:
+def _states(results: list[ClickResult], kind: ClickKind) -> dict[str, int]:
     return dict(Counter(r.fixation.state.value for r in results if r.click.kind is kind))
 
 
-def _failed(result: Result) -> bool:
-    if result.click.kind is Kind.TEXTURED:
+def _failed(result: ClickResult) -> bool:
+    if result.click.kind is ClickKind.TEXTURED:
         return not result.verged or abs(result.sigmas) > 3.0 or result.residual_px > 1.0
     return result.wrong
 
 
-def _account(result: Result) -> dict[str, object]:
+def _account(result: ClickResult) -> dict[str, object]:
     """Return all that helps to study one click."""
     click, fixation = result.click, result.fixation
     return {

@@ -1,7 +1,7 @@
 """Whether clicks tell that the mounts have moved: both eyes knocked as if the rig had been carried.
 
 Clicks on texture that both eyes can see, with the calibration of before the knock. A click tells by what it
-says (`Fixation.astray`) or by what it leaves (`Checkup`); what matters is after how many of them the
+says (`Fixation.astray`) or by what it leaves (`HealthMonitor`); what matters is after how many of them the
 calibration's health asks to recalibrate.
 """
 
@@ -14,12 +14,12 @@ import numpy as np
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_hardware.simulated_faults import Knock, SimulatedFaults
-from foveacam_pipeline.calibrate.drift.health import Checkup, Verdict
+from foveacam_hardware.simulated_faults import MountKnock, SimulatedFaults
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdict
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import FixationState, PixelTarget
-from foveacam_server.bench.verge_truth import Click, Kind, look_up
+from foveacam_server.bench.verge_truth import Click, ClickKind, look_up
 
 KNOCKS, QUICK_KNOCKS = 3, 1
 """A scene."""
@@ -31,7 +31,7 @@ SEED = 7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Knocked:
+class KnockResult:
     """What the clicks after one knock came to; `told_after`: clicks, None when the verdict stayed good."""
 
     failed: int
@@ -53,7 +53,7 @@ def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: b
     }
 
 
-def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[Knocked]:
+def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[KnockResult]:
     rng = np.random.default_rng([SEED, *scene.encode()])
     with open_simulated(scene=scene, inline=True) as rig:
         if rig.breakable is None:
@@ -63,22 +63,22 @@ def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[Kn
             yield _clicked(rig, calibration, [_textured(rig, calibration, scene, rng) for _ in range(CLICKS)])
 
 
-def _clicked(rig: Rig, calibration: Calibration, clicks: list[Click]) -> Knocked:
-    checkup, failed, explained, told_after = Checkup(calibration), 0, 0, None
+def _clicked(rig: Rig, calibration: Calibration, clicks: list[Click]) -> KnockResult:
+    checkup, failed, explained, told_after = HealthMonitor(calibration), 0, 0, None
     for number, click in enumerate(clicks, start=1):
         target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
         fixation = fixate(rig.head, calibration, target, clock=rig.clock)
         failed += fixation.state is not FixationState.VERGED
         explained += fixation.astray is not None
         checkup.add(fixation)
-        if told_after is None and checkup.health.verdict is Verdict.RECALIBRATE:
+        if told_after is None and checkup.health.verdict is HealthVerdict.RECALIBRATE:
             told_after = number
-    return Knocked(failed=failed, explained=explained, told_after=told_after)
+    return KnockResult(failed=failed, explained=explained, told_after=told_after)
 
 
-def _knock(rng: np.random.Generator) -> Knock:
+def _knock(rng: np.random.Generator) -> MountKnock:
     heading = rng.uniform(0.0, 2.0 * math.pi)
-    return Knock(
+    return MountKnock(
         shift_x_deg=SHIFT_DEG * math.cos(heading),
         shift_y_deg=SHIFT_DEG * math.sin(heading),
         rotation_deg=math.copysign(ROLL_DEG, rng.uniform(-1.0, 1.0)),
@@ -93,5 +93,9 @@ def _textured(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Gen
     while True:
         x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
         click = look_up(rig.truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
-        if click is not None and click.kind is Kind.TEXTURED and NEAREST_M <= click.range_m <= FARTHEST_M:
+        if (
+            click is not None
+            and click.kind is ClickKind.TEXTURED
+            and NEAREST_M <= click.range_m <= FARTHEST_M
+        ):
             return click

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
-from foveacam_hardware.sim.render.materials import Cells, Plain
+from foveacam_hardware.sim.render.materials import CellSurface, PlainSurface
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance
 from foveacam_hardware.sim.scenes.motion import pose
@@ -27,7 +27,7 @@ HIDDEN_SHARE = 3e-3
 """A ray to the point may end this far from it, as a share of the distance: the probe has pixels."""
 
 
-class Kind(StrEnum):
+class ClickKind(StrEnum):
     """What a click falls on."""
 
     TEXTURED = "textured"
@@ -47,7 +47,7 @@ class Click:
     x_px: float
     y_px: float
     t_ns: int
-    kind: Kind
+    kind: ClickKind
     name: str
     range_m: float
     point_rig_m: tuple[float, float, float]
@@ -62,10 +62,10 @@ def look_up(
         return None
     number = truth.world.stage.scene.names.index(seen.name)
     material = truth.world.stage.scene.material(number)
-    if isinstance(material, Plain):
-        kind = Kind.PLAIN
+    if isinstance(material, PlainSurface):
+        kind = ClickKind.PLAIN
     else:
-        kind = Kind.AWKWARD if isinstance(material, Cells) else Kind.TEXTURED
+        kind = ClickKind.AWKWARD if isinstance(material, CellSurface) else ClickKind.TEXTURED
     click = Click(
         scene=scene,
         x_px=pixel[0],
@@ -76,8 +76,10 @@ def look_up(
         range_m=seen.range_m,
         point_rig_m=seen.point_rig_m,
     )
-    if kind is Kind.TEXTURED and not _clear(truth, calibration, np.array(seen.point_rig_m), number, t_ns):
-        return replace(click, kind=Kind.AWKWARD)
+    if kind is ClickKind.TEXTURED and not _clear(
+        truth, calibration, np.array(seen.point_rig_m), number, t_ns
+    ):
+        return replace(click, kind=ClickKind.AWKWARD)
     return click
 
 

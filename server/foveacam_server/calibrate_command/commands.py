@@ -9,7 +9,14 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.calibrate_command.choices import LabelOption, SessionOption, Wish, checked, on_rig, pair
+from foveacam_server.calibrate_command.choices import (
+    CalibrateOptions,
+    LabelOption,
+    SessionOption,
+    checked,
+    on_rig,
+    pair,
+)
 from foveacam_server.calibrate_command.record_commands import app as records_app
 from foveacam_server.calibrate_command.settle_command import app as settle_app
 from foveacam_server.calibrating import options as of_step
@@ -38,7 +45,7 @@ OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' pol
 @app.command()
 @on_rig(usual_scene=ROOM)
 def wide(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
     pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
@@ -52,7 +59,7 @@ def wide(
     label: LabelOption = None,
 ) -> None:
     """Stage 1: measure the wide camera with a board, or from a folder of images."""
-    from foveacam_server.calibrate_command.runs import Place, run_in_session, run_on_images
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session, run_on_images
     from foveacam_server.calibrating.steps import ImageFolder
 
     options = checked(
@@ -64,7 +71,7 @@ def wide(
             "model": model,
         },
     )
-    place = Place(session=session, label=label, begin=True)
+    place = SessionChoice(session=session, label=label, begin=True)
     if images is None:
         run = of_step.WideRun(step="wide", options=options)
         run_in_session(wish, run, place)
@@ -77,7 +84,7 @@ def wide(
 @app.command()
 @on_rig(usual_scene=ROOM)
 def mirrors(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     station: StationOption = None,
     nodes: NodesOption = None,
@@ -88,7 +95,7 @@ def mirrors(
     session: SessionOption = None,
 ) -> None:
     """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
-    from foveacam_server.calibrate_command.runs import Place, run_in_session
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     grid = pair(nodes, option="--nodes", example="9x9")
     options = checked(
@@ -102,13 +109,13 @@ def mirrors(
             "restart": restart,
         },
     )
-    run_in_session(wish, of_step.MirrorsRun(step="mirrors", options=options), Place(session=session))
+    run_in_session(wish, of_step.MirrorsRun(step="mirrors", options=options), SessionChoice(session=session))
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def rectify(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     label: LabelOption = None,
     order: OrderOption = None,
@@ -119,33 +126,33 @@ def rectify(
     session: SessionOption = None,
 ) -> None:
     """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
-    from foveacam_server.calibrate_command.runs import Place, run_fit_in_session
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_fit_in_session
 
     options = checked(
         of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
     )
-    run_fit_in_session(wish, options, Place(session=session), activate=activate)
+    run_fit_in_session(wish, options, SessionChoice(session=session), activate=activate)
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def check(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     poses: Annotated[int | None, typer.Option(help="how many poses outside the sweep")] = None,
     session: SessionOption = None,
 ) -> None:
     """Check the fitted calibration at poses that no sweep visited."""
-    from foveacam_server.calibrate_command.runs import Place, run_in_session
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     options = checked(of_step.CheckOptions, {"poses": poses})
-    run_in_session(wish, of_step.CheckRun(step="check", options=options), Place(session=session))
+    run_in_session(wish, of_step.CheckRun(step="check", options=options), SessionChoice(session=session))
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def settle(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     apply: Annotated[
         bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
@@ -153,16 +160,16 @@ def settle(
     session: SessionOption = None,
 ) -> None:
     """Measure how fast each mirror axis comes to rest, and its resonance."""
-    from foveacam_server.calibrate_command.runs import Place, run_in_session
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     run = of_step.SettleRun(step="settle", options=of_step.SettleOptions(apply=apply))
-    run_in_session(wish, run, Place(session=session))
+    run_in_session(wish, run, SessionChoice(session=session))
 
 
 @app.command(name="all")
 @on_rig(usual_scene=ROOM)
 def everything(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     nodes: NodesOption = None,
     station: StationOption = None,
@@ -185,7 +192,7 @@ def everything(
     session: SessionOption = None,
 ) -> None:
     """Calibrate from nothing: every step after the other."""
-    from foveacam_server.calibrate_command.runs import Place, run_in_session
+    from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     grid = pair(nodes, option="--nodes", example="9x9")
     options = checked(
@@ -203,13 +210,13 @@ def everything(
         },
     )
     run = of_step.AllRun(step="all", options=options)
-    run_in_session(wish, run, Place(session=session, label=label, begin=True))
+    run_in_session(wish, run, SessionChoice(session=session, label=label, begin=True))
 
 
 @app.command()
 @on_rig(usual_scene="bench")
 def drift(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     distance_m: Annotated[
         float | None,

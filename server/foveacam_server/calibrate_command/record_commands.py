@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.calibrate_command.choices import DataOption, JsonOption, Wish, on_rig
+from foveacam_server.calibrate_command.choices import CalibrateOptions, DataOption, JsonOption, on_rig
 from foveacam_server.settings import checked_settings
 
 app = typer.Typer(add_completion=False)
@@ -22,9 +22,9 @@ ROOM = "calibration"
 @app.command(name="list")
 def every(data: DataOption = None, as_json: JsonOption = False) -> None:
     """List all calibrations, newest first."""
-    from foveacam_server.calibrating.shelves import Shelves
+    from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    shelves = Shelves(checked_settings({"data": data}).data)
+    shelves = CalibrationData(checked_settings({"data": data}).data)
     documents = [shelves.document(calibration) for calibration in shelves.every()]
     if as_json:
         typer.echo(json.dumps(documents))
@@ -43,12 +43,12 @@ def every(data: DataOption = None, as_json: JsonOption = False) -> None:
 
 @app.command()
 @on_rig(usual_scene=ROOM)
-def use(wish: Wish, *, calibration: WhichOne) -> None:
+def use(wish: CalibrateOptions, *, calibration: WhichOne) -> None:
     """Put a calibration in force."""
     from foveacam_server.calibrate_command.rig import RigChoice, opened_shop
-    from foveacam_server.calibrating.shelves import Shelves
+    from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    wanted = Shelves(wish.settings.data).find(calibration)
+    wanted = CalibrationData(wish.settings.data).find(calibration)
     with opened_shop(RigChoice.of(wish)) as shop:
         shop.calibration.activate(wanted.id)
     typer.echo(json.dumps({"id": wanted.id}) if wish.as_json else f"{wanted.id} ({wanted.label}) is in force")
@@ -61,10 +61,10 @@ def report(
     data: DataOption = None,
 ) -> None:
     """Write what is known of a calibration as one HTML page: measured values beside the paper's."""
+    from foveacam_server.calibrating.calibration_data import CalibrationData
     from foveacam_server.calibrating.reports import report_page
-    from foveacam_server.calibrating.shelves import Shelves
 
-    shelves = Shelves(checked_settings({"data": data}).data)
+    shelves = CalibrationData(checked_settings({"data": data}).data)
     found = shelves.find(calibration)
     path = output or Path(f"calibration-{found.id}.html")
     path.write_text(report_page(found, sessions=shelves.sessions, drift=shelves.drift), encoding="utf-8")
@@ -80,10 +80,10 @@ def export(
 ) -> None:
     """Write a calibration to a file."""
     from foveacam_pipeline.calibrate.records.new_file import write_new
+    from foveacam_server.calibrating.calibration_data import CalibrationData
     from foveacam_server.calibrating.record_files import exported, known_format
-    from foveacam_server.calibrating.shelves import Shelves
 
-    shelves = Shelves(checked_settings({"data": data}).data)
+    shelves = CalibrationData(checked_settings({"data": data}).data)
     found = shelves.find(calibration)
     write_new(output, exported(found, known_format(file_format), sessions=shelves.sessions))
     typer.echo(str(output))
@@ -92,7 +92,7 @@ def export(
 @app.command(name="import")
 @on_rig(usual_scene=ROOM)
 def take(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
     distance_m: Annotated[
@@ -101,8 +101,8 @@ def take(
 ) -> None:
     """Keep the calibration of a file; `use` puts it in force."""
     from foveacam_server.calibrate_command.rig import RigChoice
+    from foveacam_server.calibrating.calibration_data import CalibrationData
     from foveacam_server.calibrating.record_files import ImportFacts, imported
-    from foveacam_server.calibrating.shelves import Shelves
 
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
@@ -111,7 +111,7 @@ def take(
     except (OSError, ValueError) as error:
         raise InvalidInput(f"{file} cannot be read as JSON ({error}); export it again") from error
     facts = ImportFacts(rig_id=RigChoice.of(wish).rig_id, distance_m=distance_m)
-    shelves = Shelves(wish.settings.data)
+    shelves = CalibrationData(wish.settings.data)
     found = imported(document, facts)
     shelves.add(found)
     document = shelves.document(found)
@@ -124,9 +124,9 @@ def take(
 @app.command()
 def discard(calibration: WhichOne, data: DataOption = None) -> None:
     """Put a calibration in the trash; `restore` brings it back."""
-    from foveacam_server.calibrating.shelves import Shelves
+    from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    shelves = Shelves(checked_settings({"data": data}).data)
+    shelves = CalibrationData(checked_settings({"data": data}).data)
     found = shelves.find(calibration)
     shelves.discard(found)
     typer.echo(
@@ -140,9 +140,9 @@ def restore(
     data: DataOption = None,
 ) -> None:
     """Take a calibration out of the trash."""
-    from foveacam_server.calibrating.shelves import Shelves
+    from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    found = Shelves(checked_settings({"data": data}).data).restore(calibration)
+    found = CalibrationData(checked_settings({"data": data}).data).restore(calibration)
     typer.echo(f"{found.id} ({found.label}) is kept again")
 
 
@@ -154,9 +154,9 @@ def combine(
     as_json: JsonOption = False,
 ) -> None:
     """Put the sweeps of several sessions together, to be fitted as one."""
-    from foveacam_server.calibrating.shelves import Shelves
+    from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    made = Shelves(checked_settings({"data": data}).data).sessions.combine(session, label=label)
+    made = CalibrationData(checked_settings({"data": data}).data).sessions.combine(session, label=label)
     if as_json:
         typer.echo(json.dumps({"id": made.id, "label": made.head.label}))
         return

@@ -15,12 +15,12 @@ from rich.table import Column
 from foveacam_hardware.contract import NotConnected, Role
 from foveacam_hardware.rig import Rig, open_rig
 from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig, SimulatedRigConfig
-from foveacam_pipeline.calibrate.fit.measured import RigDrawing
+from foveacam_pipeline.calibrate.fit.measured import NominalRig
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrate_command.choices import Wish
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrate_command.choices import CalibrateOptions
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.calibrating.settle_times import SettleTime, SettleTimes
-from foveacam_server.calibrating.workplace import Hands, Workplace
+from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.opening import rig_config
@@ -29,7 +29,7 @@ from foveacam_server.settings import Settings
 from foveacam_server.simulation import check_simulation, compile_renderer
 
 if TYPE_CHECKING:
-    from foveacam_hardware.sim.presets import Preset
+    from foveacam_hardware.sim.presets import RigPreset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +41,7 @@ class RigChoice:
     real_time: bool = False
 
     @classmethod
-    def of(cls, wish: Wish) -> "RigChoice":
+    def of(cls, wish: CalibrateOptions) -> "RigChoice":
         """Return what a command was told."""
         return cls(settings=wish.settings, seed=wish.seed, real_time=wish.real_time)
 
@@ -62,7 +62,7 @@ class RigChoice:
         return _preset(config).rig_id(config.seed)
 
     @property
-    def drive(self) -> "SerialMirrorsConfig | Preset":
+    def drive(self) -> "SerialMirrorsConfig | RigPreset":
         """Its drive filter and how long it waits after a move, as its file says."""
         config = self.config
         return config.mirrors if isinstance(config, SerialRigConfig) else _preset(config)
@@ -71,29 +71,29 @@ class RigChoice:
     def baseline_m(self) -> float:
         """Nominal distance between its mirrors."""
         config = self.config
-        return config.baseline_m if isinstance(config, SerialRigConfig) else RigDrawing(rig_id="").baseline_m
+        return config.baseline_m if isinstance(config, SerialRigConfig) else NominalRig(rig_id="").baseline_m
 
 
-def _preset(config: SimulatedRigConfig) -> "Preset":
+def _preset(config: SimulatedRigConfig) -> "RigPreset":
     from foveacam_hardware.sim.presets import find_preset
 
     return find_preset(config.preset)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shop:
+class LockedDataDirectory:
     """The data directory while one command works in it."""
 
     rig_id: str
     baseline_m: float
     calibration: CalibrationService
-    sessions: SessionShelf
+    sessions: SessionCollection
     drift_folder: Path
     settle_times: SettleTimes
 
 
 @contextmanager
-def opened_shop(choice: RigChoice) -> Iterator[Shop]:
+def opened_shop(choice: RigChoice) -> Iterator[LockedDataDirectory]:
     """Take the data directory for one command; raise `Busy` while a server has it."""
     with ExitStack() as stack:
         store = stack.enter_context(Store(choice.settings.data))
@@ -102,18 +102,18 @@ def opened_shop(choice: RigChoice) -> Iterator[Shop]:
         folder = store.subfolder("calibrations")
         calibration = CalibrationService(chosen=choice.settings.calibration, folder=folder, events=events)
         calibration.choose_for(choice.rig_id)
-        yield Shop(
+        yield LockedDataDirectory(
             rig_id=choice.rig_id,
             baseline_m=choice.baseline_m,
             calibration=calibration,
-            sessions=SessionShelf(folder / "sessions"),
+            sessions=SessionCollection(folder / "sessions"),
             drift_folder=folder / "drift",
             settle_times=SettleTimes(folder / "settle"),
         )
 
 
 @contextmanager
-def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Workplace]:
+def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[StepEnvironment]:
     """Open the rig as the steps see it, and park it again at the end."""
     with opened_rig(choice, times, console=console) as rig:
         yield workplace_of(rig, times)
@@ -145,7 +145,7 @@ def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) ->
     return simulated_rig(config, inline=True)
 
 
-def workplace_of(rig: Rig, times: SettleTimes | None = None) -> Workplace:
+def workplace_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironment:
     """Return a rig that is opened and enabled as the steps see it; `times`: where settle times are kept."""
 
     def wait_after_moves(time: SettleTime) -> None:
@@ -154,10 +154,10 @@ def workplace_of(rig: Rig, times: SettleTimes | None = None) -> Workplace:
         rig.settle_us = time.settle_us
 
     @contextmanager
-    def use(_what: str) -> Iterator[Hands]:
-        yield Hands(head=rig.head, pan_tilt=rig.pan_tilt)
+    def use(_what: str) -> Iterator[ExclusiveRig]:
+        yield ExclusiveRig(head=rig.head, pan_tilt=rig.pan_tilt)
 
-    return Workplace(
+    return StepEnvironment(
         rig_id=rig.rig_id,
         baseline_m=rig.baseline_m,
         stations=rig.stations,
@@ -171,7 +171,7 @@ def workplace_of(rig: Rig, times: SettleTimes | None = None) -> Workplace:
     )
 
 
-class BarWatch:
+class CalibrationProgressBar:
     """Implements `StepWatcher` with a bar and the time left on the terminal; silent with `--json`."""
 
     def __init__(self, progress: Progress | None) -> None:
@@ -215,10 +215,10 @@ class BarWatch:
 
 
 @contextmanager
-def watching(console: Console, *, silent: bool) -> Iterator[BarWatch]:
+def watching(console: Console, *, silent: bool) -> Iterator[CalibrationProgressBar]:
     """Show what a step does, unless `silent`."""
     if silent:
-        yield BarWatch(None)
+        yield CalibrationProgressBar(None)
         return
     columns = (
         TextColumn("{task.description:>7}", table_column=Column(no_wrap=True, min_width=7)),
@@ -228,6 +228,6 @@ def watching(console: Console, *, silent: bool) -> Iterator[BarWatch]:
         TextColumn("{task.fields[note]}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
     )
     with Progress(*columns, console=console, expand=True) as progress:
-        watch = BarWatch(progress)
+        watch = CalibrationProgressBar(progress)
         yield watch
         watch.finish()

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_server.calibrate_command.choices import Wish
+from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import (
-    BarWatch,
+    CalibrationProgressBar,
+    LockedDataDirectory,
     RigChoice,
-    Shop,
     opened_shop,
     opened_workplace,
     watching,
@@ -33,7 +33,7 @@ _INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class SessionChoice:
     """In which session a step shall work: the one named, else a new one (`begin`) or the newest."""
 
     session: str | None
@@ -41,7 +41,9 @@ class Place:
     begin: bool = False
 
 
-def run_in_session(wish: Wish, run: BaseModel, place: Place, *, activate: bool = False) -> None:
+def run_in_session(
+    wish: CalibrateOptions, run: BaseModel, place: SessionChoice, *, activate: bool = False
+) -> None:
     """Run a step and print the session; `activate`: put in force what it fits."""
     choice, console = RigChoice.of(wish), Console(stderr=True)
     with opened_shop(choice) as shop:
@@ -57,7 +59,9 @@ def run_in_session(wish: Wish, run: BaseModel, place: Place, *, activate: bool =
         print_session(session, shop, watch, as_json=wish.as_json)
 
 
-def run_fit_in_session(wish: Wish, options: FitOptions, place: Place, *, activate: bool) -> None:
+def run_fit_in_session(
+    wish: CalibrateOptions, options: FitOptions, place: SessionChoice, *, activate: bool
+) -> None:
     """Fit what a session measured, without a rig, and print the session."""
     with opened_shop(RigChoice.of(wish)) as shop:
         session = found_session(shop, place.session)
@@ -68,7 +72,9 @@ def run_fit_in_session(wish: Wish, options: FitOptions, place: Place, *, activat
         print_session(session, shop, watch, as_json=wish.as_json)
 
 
-def run_on_images(wish: Wish, images: ImageFolder, options: WideOptions, place: Place) -> None:
+def run_on_images(
+    wish: CalibrateOptions, images: ImageFolder, options: WideOptions, place: SessionChoice
+) -> None:
     """Measure the wide camera from a folder of images and print the session."""
     console = Console(stderr=True)
     if not images.folder.is_dir():
@@ -83,7 +89,7 @@ def run_on_images(wish: Wish, images: ImageFolder, options: WideOptions, place: 
         print_session(session, shop, watch, as_json=wish.as_json)
 
 
-def run_drift(wish: Wish, *, distance_m: float | None, apply: bool) -> None:
+def run_drift(wish: CalibrateOptions, *, distance_m: float | None, apply: bool) -> None:
     """Check the drift of the calibration in force and print what was found."""
     choice, console = RigChoice.of(wish), Console(stderr=True)
     with opened_shop(choice) as shop:
@@ -114,7 +120,7 @@ def run_drift(wish: Wish, *, distance_m: float | None, apply: bool) -> None:
 
 @contextmanager
 def worked_in(
-    known: CalibrationSession | None, shop: Shop, place: Place, *, console: Console
+    known: CalibrationSession | None, shop: LockedDataDirectory, place: SessionChoice, *, console: Console
 ) -> Iterator[CalibrationSession]:
     """Give the session, or begin one; say of an interrupted step where it can be gone on with.
 
@@ -133,7 +139,7 @@ def worked_in(
         raise
 
 
-def found_session(shop: Shop, wanted: str | None) -> CalibrationSession:
+def found_session(shop: LockedDataDirectory, wanted: str | None) -> CalibrationSession:
     """Return the session named, or the newest of this rig."""
     if wanted is None:
         for session in shop.sessions.every():
@@ -151,7 +157,9 @@ def found_session(shop: Shop, wanted: str | None) -> CalibrationSession:
     return session
 
 
-def print_session(session: CalibrationSession, shop: Shop, watch: BarWatch, *, as_json: bool) -> None:
+def print_session(
+    session: CalibrationSession, shop: LockedDataDirectory, watch: CalibrationProgressBar, *, as_json: bool
+) -> None:
     """Print what a session holds, as a table or as JSON."""
     document = session_document(session, url="", running=None, waits=shop.settle_times.of(shop.rig_id))
     current = shop.calibration.current

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.calibrate_command.choices import SessionOption, Wish, on_rig
+from foveacam_server.calibrate_command.choices import CalibrateOptions, SessionOption, on_rig
 
 app = typer.Typer(add_completion=False)
 
@@ -14,7 +14,7 @@ app = typer.Typer(add_completion=False)
 @app.command(name="settle-time")
 @on_rig(usual_scene="calibration")
 def settle_time(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     apply: Annotated[
         bool, typer.Option("--apply", help="wait as long as the session has measured, from now on")

@@ -16,9 +16,9 @@ from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import CheckOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
 from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.turning import turn_to_station
-from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.store import Document
 
@@ -30,8 +30,8 @@ def check_session(
     session: CalibrationSession,
     options: CheckOptions,
     *,
-    workplace: Workplace,
-    registry: Registry,
+    workplace: StepEnvironment,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> CheckResult:
     """Look, over the farthest markers, at places all over the field, and keep what was found."""
@@ -71,7 +71,7 @@ def _told(calibration: Calibration, options: CheckOptions) -> Document:
     return {"calibration_id": calibration.id, **options.model_dump()}
 
 
-def newest_of(session: CalibrationSession, registry: Registry) -> Calibration:
+def newest_of(session: CalibrationSession, registry: CalibrationRegistry) -> Calibration:
     """Return the calibration that was fitted last; raise `NotCalibrated` before the first."""
     fitted = session.head.calibrations
     if not fitted:
@@ -109,5 +109,5 @@ def _swept_rad(session: CalibrationSession) -> NDArray[np.float64]:
     return np.array(nodes, dtype=np.float64).reshape(-1, 2)
 
 
-def _has_markers(workplace: Workplace) -> bool:
+def _has_markers(workplace: StepEnvironment) -> bool:
     return any(station.target is StationTarget.MARKERS for station in workplace.stations)

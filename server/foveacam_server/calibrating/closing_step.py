@@ -7,7 +7,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.drift import applied
 from foveacam_pipeline.calibrate.drift.drift_markers import marker_shot
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck
-from foveacam_pipeline.calibrate.fit.measured import Distance
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
@@ -16,7 +16,7 @@ from foveacam_server.calibrating.drift_step import CORRECTED
 from foveacam_server.calibrating.mirrors_step import revisit, sweep_settings, swept_stations
 from foveacam_server.calibrating.options import FitOptions
 from foveacam_server.calibrating.sessions import CalibrationSession
-from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
 from foveacam_server.runtime.documents import deg
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document
@@ -27,8 +27,8 @@ def close_drift(
     calibration: Calibration,
     options: FitOptions,
     *,
-    workplace: Workplace,
-    registry: Registry,
+    workplace: StepEnvironment,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> Calibration:
     """Look at nodes of the first station again and return the calibration as it is right now.
@@ -37,7 +37,7 @@ def close_drift(
     nodes were seen, it comes back as it was; the session says which.
     """
     watch.stage("check")
-    if Distance(options.distance) is Distance.UNKNOWN:
+    if DistanceSource(options.distance) is DistanceSource.UNKNOWN:
         return calibration  # its angles count from elsewhere
     with workplace.use("asking the pan-tilt") as hands:
         if hands.pan_tilt is None or not hands.pan_tilt.moves_itself:
@@ -49,7 +49,7 @@ def close_drift(
     )
     used = stations if options.use_all_distances else stations[:1]
     sweeps = [load_sweep(session.folder / sweep_filename(station)) for station in used]
-    found = marker_shot(sweeps, visits, calibration, distance=Distance(options.distance))
+    found = marker_shot(sweeps, visits, calibration, distance=DistanceSource(options.distance))
     corrected = _corrected(calibration, found)
     session.write(DRIFT, closing_document(found, corrected, f_px=calibration.fovea_f_px))
     if corrected.id != calibration.id:

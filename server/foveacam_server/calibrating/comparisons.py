@@ -1,6 +1,6 @@
 """Two calibrations of one rig beside each other, as a document and as a picture."""
 
-from foveacam_pipeline.calibrate.records.compare import Spread, compare
+from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare
 from foveacam_pipeline.calibrate.records.compare_picture import comparison_picture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.runtime.store import Document
@@ -22,5 +22,5 @@ def compared(a: Calibration, b: Calibration) -> tuple[Document, bytes]:
     return document, comparison_picture(found)
 
 
-def _spread(spread: Spread) -> Document:
+def _spread(spread: DifferenceSpread) -> Document:
     return {"rms": round(spread.rms_px, 4), "max": round(spread.max_px, 4)}

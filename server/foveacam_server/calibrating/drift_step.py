@@ -7,7 +7,7 @@ from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
-from foveacam_server.calibrating.workplace import Registry, StepWatcher
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepWatcher
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document
 
@@ -34,7 +34,7 @@ def keep_check(
     *,
     apply: bool,
     records: DriftRecords,
-    registry: Registry,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> Document:
     """Write a check down; with `apply`, correct a drift that is surely there and put the result in force."""

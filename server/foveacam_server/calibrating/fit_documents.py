@@ -3,7 +3,7 @@
 import math
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.parallax import Parallax
+from foveacam_pipeline.calibrate.fit.parallax import StationParallax
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.calibrate.fit.variants import VariantScore
 from foveacam_server.runtime.store import Document
@@ -86,7 +86,7 @@ def _variant(variant: VariantScore) -> Document:
     }
 
 
-def _parallax(parallax: Parallax) -> Document:
+def _parallax(parallax: StationParallax) -> Document:
     return {
         "print_m": round(parallax.print_m, 4),
         "print_scatter_m": round(parallax.print_scatter_m, 5),

@@ -9,10 +9,10 @@ from foveacam_hardware.contract import FoveaError, NotCalibrated
 from foveacam_pipeline.calibrate.fit import session_fit
 from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
-from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -22,8 +22,8 @@ from foveacam_server.calibrating.fit_documents import fit_document
 from foveacam_server.calibrating.options import FitOptions
 from foveacam_server.calibrating.pictures import drawn, write_picture
 from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepWatcher
 from foveacam_server.calibrating.sweep_documents import sweep_paths
-from foveacam_server.calibrating.workplace import Registry, StepWatcher
 from foveacam_server.runtime.names import utc_now
 
 STEP = "fit"
@@ -36,7 +36,7 @@ def fit_session(
     options: FitOptions,
     wide: Intrinsics,
     *,
-    registry: Registry,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> Calibration:
     """Fit, keep and return a calibration; its pictures are drawn as well.
@@ -61,7 +61,7 @@ def fit_session(
 
 
 def known_fit(
-    session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, registry: Registry
+    session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, registry: CalibrationRegistry
 ) -> Calibration | None:
     """Return the calibration that such a fit of these measurements has made already; None when none has."""
     how = finished(session, STEP)
@@ -84,7 +84,7 @@ def inputs_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics
 class _Longer:
     """Passes a fit's progress on, with room for the pictures that are drawn after it."""
 
-    def __init__(self, watch: Watcher) -> None:
+    def __init__(self, watch: ProcedureWatcher) -> None:
         self._watch = watch
         self.total = PICTURES
 
@@ -115,7 +115,11 @@ def _pictures(session: CalibrationSession, result: FitResult, *, watch: _Longer)
 
 
 def fit_of(
-    session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, watch: Watcher | None = None
+    session: CalibrationSession,
+    options: FitOptions,
+    wide: Intrinsics,
+    *,
+    watch: ProcedureWatcher | None = None,
 ) -> FitResult:
     """Return what can be fitted to the sweeps of a session; nothing is written.
 
@@ -133,7 +137,7 @@ def fit_of(
     result = session_fit.fit_session(
         sweeps,
         wide,
-        drawing=RigDrawing(rig_id=head.rig_id, baseline_m=head.baseline_m),
+        drawing=NominalRig(rig_id=head.rig_id, baseline_m=head.baseline_m),
         label=options.label or head.label,
         settings=_settings(options),
         session_id=session.id,
@@ -150,6 +154,6 @@ def _settings(options: FitOptions) -> FitSettings:
         field_order=options.field_order,
         pose_by_pose=options.pose_by_pose,
         all_distances=options.use_all_distances,
-        distance=Distance(options.distance),
+        distance=DistanceSource(options.distance),
         compare=options.compare,
     )

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Role, Station
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
-from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_reference import return_to_nodes, returned
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
@@ -23,7 +23,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.calibrating.options import MirrorsOptions
 from foveacam_server.calibrating.sessions import CalibrationSession
-from foveacam_server.calibrating.workplace import StepWatcher, Workplace, no_pan_tilt
+from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher, no_pan_tilt
 from foveacam_server.runtime.names import utc_now
 
 
@@ -32,7 +32,7 @@ def measure_mirrors(
     options: MirrorsOptions,
     wide: Intrinsics,
     *,
-    workplace: Workplace,
+    workplace: StepEnvironment,
     watch: StepWatcher,
     retry: bool = True,
 ) -> None:
@@ -59,7 +59,7 @@ def measure_mirrors(
                 wide,
                 plan=planned(options, path),
                 clock=workplace.clock,
-                watch=PoseTeller(watch, station=station.name, path=path),
+                watch=PoseReporter(watch, station=station.name, path=path),
                 folder=session.folder,
                 settings=settings,
             )
@@ -78,7 +78,7 @@ def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bo
     return known.complete and not (retry and any(pose.eyes_measured < len(EYES) for pose in known.poses))
 
 
-def swept_stations(session: CalibrationSession, workplace: Workplace) -> tuple[Station, ...]:
+def swept_stations(session: CalibrationSession, workplace: StepEnvironment) -> tuple[Station, ...]:
     """Return the stations of markers at which a session holds a sweep, the farthest first."""
     stations = workplace.sweep_stations(None)
     return tuple(station for station in stations if (session.folder / sweep_filename(station)).exists())
@@ -89,7 +89,7 @@ def revisit(
     station: Station,
     wide: Intrinsics,
     *,
-    workplace: Workplace,
+    workplace: StepEnvironment,
     watch: StepWatcher,
     settings: SweepSettings,
 ) -> tuple[SweepPose, ...]:
@@ -104,7 +104,7 @@ def revisit(
             station,
             wide,
             clock=workplace.clock,
-            watch=PoseTeller(watch, station=station.name, path=path),
+            watch=PoseReporter(watch, station=station.name, path=path),
             folder=session.folder,
             settings=settings,
         )
@@ -119,7 +119,7 @@ def planned(options: MirrorsOptions, path: Path) -> SweepPlan:
         rows=rows,
         half_width_rad=_rad(options.extent_ax_deg, known.half_width_rad),
         half_height_rad=_rad(options.extent_ay_deg, known.half_height_rad),
-        spacing=known.spacing if options.spacing is None else Spacing(options.spacing),
+        spacing=known.spacing if options.spacing is None else NodeSpacing(options.spacing),
     )
 
 
@@ -133,7 +133,7 @@ def set_aside(path: Path) -> None:
     path.rename(aside)
 
 
-class PoseTeller:
+class PoseReporter:
     """Passes everything on to a watcher, and tells of every pose that has come to the sweep's file."""
 
     def __init__(self, watch: StepWatcher, *, station: str, path: Path) -> None:
@@ -180,7 +180,7 @@ def _state(eye: "dict[str, object] | None") -> str:
     return "rim" if eye["rim"] else "centred"
 
 
-def sweep_settings(workplace: Workplace) -> SweepSettings:
+def sweep_settings(workplace: StepEnvironment) -> SweepSettings:
     """Return what a sweep must be told of this rig, with a name of its own for this run."""
     now_utc = utc_now()
     return SweepSettings(

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT, calibration_bytes, calibration_from
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.errors import NotFound
 
 FileFormat = Literal["foveacam", "authors"]
@@ -38,7 +38,7 @@ class ImportFacts:
     wide_size: tuple[int, int] | None = None
 
 
-def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionShelf) -> bytes:
+def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionCollection) -> bytes:
     """Return the file of a calibration; the authors' format needs the session that measured it."""
     if file_format == "foveacam":
         return calibration_bytes(calibration)
@@ -80,7 +80,7 @@ def imported(document: object, facts: ImportFacts) -> Calibration:
 def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibration:
     from foveacam_pipeline.calibrate.exchange import (
         ImportedRig,
-        Optics,
+        NominalOptics,
         bundle_from,
         intrinsics_of,
         record_of,
@@ -110,7 +110,7 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
         record_of(bundle, Role.RIGHT),
         wide=wide,
         rig=rig,
-        optics=Optics(baseline_m=settings.baseline_m or facts.baseline_m),
+        optics=NominalOptics(baseline_m=settings.baseline_m or facts.baseline_m),
         drift_rad=settings.drift_rad,
     )
     return replace(fit_calibration(sweep), origin="imported")
@@ -129,7 +129,7 @@ def _check_wide(found: tuple[int, int], here: tuple[int, int] | None) -> None:
     )
 
 
-def _sweeps_of(calibration: Calibration, sessions: SessionShelf) -> tuple[Path, ...]:
+def _sweeps_of(calibration: Calibration, sessions: SessionCollection) -> tuple[Path, ...]:
     if calibration.session_id is not None:
         try:
             return sweep_paths(sessions.get(calibration.session_id).folder)

@@ -14,10 +14,10 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.pictures import MEASURED, TITLES
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
 
 
-def report_page(calibration: Calibration, *, sessions: SessionShelf, drift: DriftRecords) -> str:
+def report_page(calibration: Calibration, *, sessions: SessionCollection, drift: DriftRecords) -> str:
     """Return one self-contained HTML page; what is not kept is said to be missing."""
     session = _session_of(calibration, sessions)
     told = None if session is None else _facts(session, calibration)
@@ -31,7 +31,7 @@ def report_page(calibration: Calibration, *, sessions: SessionShelf, drift: Drif
     )
 
 
-def _session_of(calibration: Calibration, sessions: SessionShelf) -> CalibrationSession | None:
+def _session_of(calibration: Calibration, sessions: SessionCollection) -> CalibrationSession | None:
     if calibration.session_id is None:
         return None
     try:

@@ -114,7 +114,7 @@ class CalibrationSession:
         return sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file())
 
 
-class SessionShelf:
+class SessionCollection:
     """All sessions of one data directory."""
 
     def __init__(self, folder: Path) -> None:

@@ -15,16 +15,16 @@ from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.settle_measured import REPORT
 from foveacam_server.calibrating.settle_times import SettleTime
+from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.calibrating.wide_documents import lens_of
-from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document
 
 
 def measure_settle(
-    session: CalibrationSession, options: SettleOptions, *, workplace: Workplace, watch: StepWatcher
+    session: CalibrationSession, options: SettleOptions, *, workplace: StepEnvironment, watch: StepWatcher
 ) -> SettleReport:
     """Measure all four axes where the rig's markers stand, or where the rig happens to look."""
     watch.stage("settle")

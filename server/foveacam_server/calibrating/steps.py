@@ -19,10 +19,10 @@ from foveacam_server.calibrating.options import (
 )
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.settle_step import measure_settle
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
 from foveacam_server.calibrating.whole_run import run_all
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.wide_step import ImageFolder, measure_wide, measure_wide_images
-from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
 
 __all__ = ["ImageFolder", "measure_on_images", "run_fit", "run_step"]
 
@@ -31,8 +31,8 @@ def run_step(
     session: CalibrationSession,
     run: BaseModel,
     *,
-    workplace: Workplace,
-    registry: Registry,
+    workplace: StepEnvironment,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> None:
     """Run a step as its options say."""
@@ -54,7 +54,7 @@ def run_step(
 
 
 def run_fit(
-    session: CalibrationSession, options: FitOptions, *, registry: Registry, watch: StepWatcher
+    session: CalibrationSession, options: FitOptions, *, registry: CalibrationRegistry, watch: StepWatcher
 ) -> Calibration:
     """Fit a calibration to what was measured; no rig is needed."""
     return fit_session(session, options, lens_of(session), registry=registry, watch=watch)

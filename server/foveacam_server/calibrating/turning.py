@@ -13,9 +13,9 @@ from foveacam_hardware.contract import (
     StationTarget,
     Timeout,
 )
-from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned, TurnSettings
+from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase, StationBase, TurnSettings
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 TURN_S = 40.0
@@ -30,7 +30,7 @@ def turn_to_station(
     station: Station,
     *,
     clock: Clock,
-    watch: Watcher,
+    watch: ProcedureWatcher,
     head: Head | None = None,
     wide: Intrinsics | None = None,
 ) -> None:
@@ -57,13 +57,19 @@ def turn_to_station(
 
 
 def _wait_for_markers(
-    pan_tilt: PanTilt, station: Station, head: Head, wide: Intrinsics, *, clock: Clock, watch: Watcher
+    pan_tilt: PanTilt,
+    station: Station,
+    head: Head,
+    wide: Intrinsics,
+    *,
+    clock: Clock,
+    watch: ProcedureWatcher,
 ) -> None:
     """Wait until the markers rest in the middle of the wide view of a rig that is turned by hand."""
     settings = TurnSettings()
-    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings)
+    base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings)
     base.ask(AHEAD)
-    HandTurned(
+    HandTurnedBase(
         head=head,
         clock=clock,
         watch=watch,
@@ -74,7 +80,7 @@ def _wait_for_markers(
     ).wait_for(AHEAD[None], done=0, total=1)
 
 
-def _wait(pan_tilt: PanTilt, longest_s: float, *, what: str, clock: Clock, watch: Watcher) -> None:
+def _wait(pan_tilt: PanTilt, longest_s: float, *, what: str, clock: Clock, watch: ProcedureWatcher) -> None:
     deadline_ns = clock.now_ns() + round(longest_s * 1e9)
     while (state := pan_tilt.state).moving:
         if watch.cancelled():

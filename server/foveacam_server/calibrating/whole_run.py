@@ -10,9 +10,9 @@ from foveacam_server.calibrating.options import AllOptions, SettleOptions, WideO
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.settle_measured import measured_time
 from foveacam_server.calibrating.settle_step import measure_settle
+from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
 from foveacam_server.calibrating.wide_documents import lens_of
 from foveacam_server.calibrating.wide_step import is_measured, measure_wide
-from foveacam_server.calibrating.workplace import Registry, StepWatcher, Workplace
 
 KNOWN = "complete already"
 
@@ -21,8 +21,8 @@ def run_all(
     session: CalibrationSession,
     options: AllOptions,
     *,
-    workplace: Workplace,
-    registry: Registry,
+    workplace: StepEnvironment,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> None:
     """Run every step that is not complete, and put the result in force when that was asked for.
@@ -39,7 +39,7 @@ def run_all(
 
 
 def _wide(
-    session: CalibrationSession, options: WideOptions, *, workplace: Workplace, watch: StepWatcher
+    session: CalibrationSession, options: WideOptions, *, workplace: StepEnvironment, watch: StepWatcher
 ) -> None:
     if is_measured(session, options):
         _pass_over("wide", watch)
@@ -51,8 +51,8 @@ def _fitted(
     session: CalibrationSession,
     options: AllOptions,
     *,
-    workplace: Workplace,
-    registry: Registry,
+    workplace: StepEnvironment,
+    registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> Calibration:
     """Fit, take out what has drifted since, check; return what came of it."""
@@ -72,7 +72,9 @@ def _fitted(
     return calibration
 
 
-def _settle(session: CalibrationSession, *, apply: bool, workplace: Workplace, watch: StepWatcher) -> None:
+def _settle(
+    session: CalibrationSession, *, apply: bool, workplace: StepEnvironment, watch: StepWatcher
+) -> None:
     try:
         known = measured_time(session)
         if apply:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.calibrate.wide.board_attitude import attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import attitude_of
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide

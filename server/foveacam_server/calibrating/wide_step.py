@@ -15,10 +15,10 @@ from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
+from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.calibrating.wide_documents import RESULT, views_id
 from foveacam_server.calibrating.wide_results import samples_of, write_result
-from foveacam_server.calibrating.workplace import StepWatcher, Workplace
 
 STEP = "wide"
 
@@ -32,7 +32,7 @@ class ImageFolder:
 
 
 def measure_wide(
-    session: CalibrationSession, options: WideOptions, *, workplace: Workplace, watch: StepWatcher
+    session: CalibrationSession, options: WideOptions, *, workplace: StepEnvironment, watch: StepWatcher
 ) -> None:
     """Turn the rig to the board, take views, fit the lens; views of an earlier run count as well."""
     watch.stage(STEP)
@@ -113,7 +113,7 @@ def board_of(given: BoardOption) -> Board:
     )
 
 
-def _station(options: WideOptions, board: Board, workplace: Workplace) -> Station:
+def _station(options: WideOptions, board: Board, workplace: StepEnvironment) -> Station:
     """Return where the board is shown: the station named, else one of the board's kind, else the first."""
     if options.station is not None:
         return workplace.station(options.station)

@@ -6,12 +6,12 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.calibrate_command.choices import Wish, on_rig
+from foveacam_server.calibrate_command.choices import CalibrateOptions, on_rig
 
 
 @on_rig(usual_scene="bench")
 def capture(
-    wish: Wish,
+    wish: CalibrateOptions,
     plan: Annotated[
         Path | None, typer.Argument(help="plan (.json), or set points as text; without one, a grid")
     ] = None,
@@ -53,7 +53,7 @@ def capture(
 ) -> None:
     """Take a raster of both foveae into a dataset; Ctrl-C leaves a valid partial one."""
     from foveacam_server.capture_command.plans import plan_of
-    from foveacam_server.capture_command.remote import Deed, run_at
+    from foveacam_server.capture_command.remote import CaptureAction, run_at
     from foveacam_server.capture_command.run import CaptureOrder, run_order
 
     verging: dict[str, object] = {"each_point": each_point} if each_point else {}
@@ -89,4 +89,6 @@ def capture(
     if server is None:
         run_order(wish, order)
     else:
-        run_at(wish, order, Deed(given[0].lstrip("-")) if given else Deed.TAKE, server=server)
+        run_at(
+            wish, order, CaptureAction(given[0].lstrip("-")) if given else CaptureAction.TAKE, server=server
+        )

@@ -14,11 +14,11 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_server.calibrate_command.choices import Wish
+from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.capture_command.run import (
     INTERRUPTED,
-    BarWatch,
     CaptureOrder,
+    CaptureProgressBar,
     capture_words,
     estimate_words,
     watching,
@@ -30,7 +30,7 @@ POLL_S = 0.2
 _ENDED = ("succeeded", "failed", "cancelled")
 
 
-class Deed(StrEnum):
+class CaptureAction(StrEnum):
     """What is done with a capture."""
 
     TAKE = "take"
@@ -40,45 +40,47 @@ class Deed(StrEnum):
     ESTIMATE = "estimate"
 
 
-def run_at(wish: Wish, order: CaptureOrder, deed: Deed, *, server: str) -> None:
+def run_at(wish: CalibrateOptions, order: CaptureOrder, deed: CaptureAction, *, server: str) -> None:
     """Have the server do it and print what became of it; end with status 130 where it was not finished."""
     console = Console(stderr=True, quiet=wish.as_json)
     with ServerClient(server, token=wish.settings.token) as client:
-        if deed is Deed.ESTIMATE:
+        if deed is CaptureAction.ESTIMATE:
             document = client.post("/captures/estimates", _estimate_request(order))
             typer.echo(json.dumps(document) if wish.as_json else estimate_words(document))
             return
         job = _begun(client, order, deed)
         with watching(console, order.name) as watch:
-            ended = _followed(client, job, watch, cancels=deed is not Deed.WATCH)
+            ended = _followed(client, job, watch, cancels=deed is not CaptureAction.WATCH)
         if ended is None:
             console.print(_goes_on(order, server), markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED)
         _tell(client, order, ended, as_json=wish.as_json)
-    if ended["state"] == "cancelled" and deed is not Deed.CANCEL:
+    if ended["state"] == "cancelled" and deed is not CaptureAction.CANCEL:
         raise typer.Exit(INTERRUPTED)
 
 
-def _begun(client: ServerClient, order: CaptureOrder, deed: Deed) -> Document:
+def _begun(client: ServerClient, order: CaptureOrder, deed: CaptureAction) -> Document:
     """Return the job that is to be followed."""
-    if deed is Deed.TAKE:
+    if deed is CaptureAction.TAKE:
         body: Document = {"name": order.name, "label": order.label, "codec": order.codec}
         if order.plan is not None:
             body["plan"] = order.plan.model_dump(mode="json")
         return _document(client.post("/captures", body))
     kept = _named(client, order.name)
-    if deed is Deed.RESUME:
+    if deed is CaptureAction.RESUME:
         return _document(client.post(f"/captures/{kept['id']}/resume"))
     if kept["job_id"] is None:
         raise InvalidInput(
             f"capture {order.name}: there is nothing to {deed.value}, it does not run; it is {kept['state']}"
         )
-    if deed is Deed.CANCEL:
+    if deed is CaptureAction.CANCEL:
         return _document(client.post(f"/jobs/{kept['job_id']}/cancel"))
     return _document(client.get(f"/jobs/{kept['job_id']}"))
 
 
-def _followed(client: ServerClient, job: Document, watch: BarWatch, *, cancels: bool) -> Document | None:
+def _followed(
+    client: ServerClient, job: Document, watch: CaptureProgressBar, *, cancels: bool
+) -> Document | None:
     """Return the job once it has ended; None when Ctrl-C ended the watching alone."""
     told = False
     while job["state"] not in _ENDED:

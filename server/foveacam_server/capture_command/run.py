@@ -17,16 +17,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, InvalidInput
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_pipeline.capture.run import CaptureRig, Report, prepare, run_capture
+from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare, run_capture
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrate_command.choices import Wish
+from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
-from foveacam_server.capturing.begin import CaptureWish, begin, check_resumable, go_on
+from foveacam_server.capturing.begin import CaptureSpec, begin, check_resumable, go_on
+from foveacam_server.capturing.capture_collection import CAPTURES, CaptureCollection
 from foveacam_server.capturing.documents import capture_document, estimate_document
 from foveacam_server.capturing.rig_facts import rig_facts
-from foveacam_server.capturing.shelf import CAPTURES, CaptureShelf
 from foveacam_server.runtime.store import Document
 from foveacam_server.settings import Settings, default_data_dir
 
@@ -73,7 +73,7 @@ class OwnRig:
         return work(self._rig)
 
 
-class BarWatch:
+class CaptureProgressBar:
     """Implements `CaptureWatcher` with a bar; the first Ctrl-C ends the capture well, the second at once."""
 
     def __init__(self, progress: Progress, *, name: str) -> None:
@@ -81,7 +81,7 @@ class BarWatch:
         self._task: TaskID = progress.add_task(name, total=None, told="")
         self._over = False
 
-    def progress(self, report: Report) -> None:
+    def progress(self, report: CaptureReport) -> None:
         """Move the bar."""
         told = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
         self.show(report.done, total=report.total, told=told)
@@ -114,11 +114,11 @@ class BarWatch:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def run_order(wish: Wish, order: CaptureOrder) -> None:
+def run_order(wish: CalibrateOptions, order: CaptureOrder) -> None:
     """Take the capture and print what became of it; Ctrl-C ends with status 130."""
     choice, console = RigChoice.of(wish), Console(stderr=True, quiet=wish.as_json)
     with opened_shop(choice) as shop:
-        shelf = CaptureShelf(choice.settings.data / CAPTURES)
+        shelf = CaptureCollection(choice.settings.data / CAPTURES)
         folder = _folder(shelf, order)
         calibration = shop.calibration.require()
         with (
@@ -139,7 +139,7 @@ def run_order(wish: Wish, order: CaptureOrder) -> None:
         _show(shelf, folder, as_json=wish.as_json)
 
 
-def _folder(shelf: CaptureShelf, order: CaptureOrder) -> Path:
+def _folder(shelf: CaptureCollection, order: CaptureOrder) -> Path:
     """Return where the capture goes, or lies; refuse what cannot be before a device is opened."""
     _codec(order.codec)
     if order.plan is not None:
@@ -150,12 +150,12 @@ def _folder(shelf: CaptureShelf, order: CaptureOrder) -> Path:
 
 
 def _take(
-    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, folder: Path, watch: BarWatch
+    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, folder: Path, watch: CaptureProgressBar
 ) -> None:
     if order.plan is None:
         writer = go_on(access, folder)
     else:
-        wanted = CaptureWish(plan=order.plan, label=order.label, codec=_codec(order.codec))
+        wanted = CaptureSpec(plan=order.plan, label=order.label, codec=_codec(order.codec))
         writer = begin(access, folder, wanted, calibration, watch=watch)
     with writer:
         run_capture(access, writer, watch=watch)
@@ -170,7 +170,7 @@ def _resuming(folder: Path, settings: Settings) -> str:
 
 
 def _estimated(
-    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, watch: BarWatch, folder: Path
+    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, watch: CaptureProgressBar, folder: Path
 ) -> Document:
     if order.plan is None:
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
@@ -188,14 +188,14 @@ def estimate_words(document: Document) -> str:
     )
 
 
-def _codec(text: str) -> Codec:
+def _codec(text: str) -> ImageCodec:
     try:
-        return Codec(text)
+        return ImageCodec(text)
     except ValueError as error:
         raise InvalidInput(f"--codec {text}: images are kept as tiff or png; choose one") from error
 
 
-def _show(shelf: CaptureShelf, folder: Path, *, as_json: bool) -> None:
+def _show(shelf: CaptureCollection, folder: Path, *, as_json: bool) -> None:
     if not (folder / "dataset.json").exists():
         return  # it ended before its first point
     document = capture_document(shelf.named(folder.name)) | {"folder": str(folder)}
@@ -215,7 +215,7 @@ def capture_words(document: Document) -> str:
 
 
 @contextmanager
-def watching(console: Console, name: str) -> Iterator[BarWatch]:
+def watching(console: Console, name: str) -> Iterator[CaptureProgressBar]:
     """Give a bar that also hears Ctrl-C."""
     columns = (
         TextColumn("{task.description}"),
@@ -225,7 +225,7 @@ def watching(console: Console, name: str) -> Iterator[BarWatch]:
         TextColumn("{task.fields[told]}", markup=False),
     )
     with Progress(*columns, console=console, disable=console.quiet) as progress:
-        watch = BarWatch(progress, name=name.replace("[", "\\["))
+        watch = CaptureProgressBar(progress, name=name.replace("[", "\\["))
         before = signal.signal(signal.SIGINT, watch.interrupt)
         try:
             yield watch

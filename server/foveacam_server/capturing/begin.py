@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header
+from foveacam_pipeline.capture.dataset import DatasetHeader, DatasetWriter, ImageCodec
 from foveacam_pipeline.capture.dataset.document import LICENCE, read_document
 from foveacam_pipeline.capture.dataset.journal import read_journal
 from foveacam_pipeline.capture.plan import RasterPlan, check_disk, plan_from
@@ -19,25 +19,25 @@ from foveacam_pipeline.capture.run import (
     writer_settings,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.documents import capture_document
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
-from foveacam_server.capturing.shelf import Kept
 from foveacam_server.runtime.names import new_id
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CaptureWish:
+class CaptureSpec:
     """What is to be captured, and under which name."""
 
     plan: RasterPlan
     label: str = ""
     licence: str = LICENCE
-    codec: Codec = Codec.TIFF
+    codec: ImageCodec = ImageCodec.TIFF
     capture_id: str = field(default_factory=lambda: new_id("cap"))
 
 
 def begin(
-    access: RigAccess, folder: Path, wish: CaptureWish, calibration: Calibration, *, watch: CaptureWatcher
+    access: RigAccess, folder: Path, wish: CaptureSpec, calibration: Calibration, *, watch: CaptureWatcher
 ) -> DatasetWriter:
     """Measure what the plan lacks, check it, and return the writer of a new dataset in `folder`."""
     access.check_may_move()
@@ -45,8 +45,8 @@ def begin(
     facts = access.still(rig_facts)
     check_room(plan, facts, calibration, codec=wish.codec, folder=folder.parent)
 
-    def described(rig: CaptureRig) -> Header:
-        return Header(
+    def described(rig: CaptureRig) -> DatasetHeader:
+        return DatasetHeader(
             points=plan.scans * plan.points_per_scan,
             plan=plan.model_dump(mode="json"),
             rig=rig_document(rig),
@@ -77,7 +77,7 @@ def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
     return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
 
 
-def check_resumable(kept: Kept) -> None:
+def check_resumable(kept: StoredCapture) -> None:
     """Raise InvalidInput for a capture that is not partial."""
     document = capture_document(kept)
     if not document["resumable"]:
@@ -102,7 +102,13 @@ def check_rest(folder: Path, facts: RigFacts) -> None:
 
 
 def check_room(
-    plan: RasterPlan, facts: RigFacts, calibration: Calibration, *, codec: Codec, folder: Path, done: int = 0
+    plan: RasterPlan,
+    facts: RigFacts,
+    calibration: Calibration,
+    *,
+    codec: ImageCodec,
+    folder: Path,
+    done: int = 0,
 ) -> None:
     """Raise OutOfRange when the disk, or the memory for one point, is too small for what is to come."""
     fovea, wide = facts.sizes(calibration)

@@ -15,7 +15,7 @@ NICENESS = 10
 """Below the server's own work."""
 
 
-class TellingWatch:
+class StdoutProgress:
     """Implements `MakingWatch`: tells each step on stdout. To be cancelled, its process is ended.
 
     `rounds`: how often there is a step of each kind in `costs`, which tells what it takes, in times of any

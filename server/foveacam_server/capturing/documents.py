@@ -4,15 +4,15 @@ from dataclasses import asdict
 from urllib.parse import quote
 
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.plan import Coverage, Estimate
-from foveacam_pipeline.capture.run import Report
-from foveacam_server.capturing.shelf import Kept
+from foveacam_pipeline.capture.plan import CaptureEstimate, PlanCoverage
+from foveacam_pipeline.capture.run import CaptureReport
+from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.runtime.store import Document
 
 URL = "/api/v1/captures"
 
 
-def capture_document(kept: Kept) -> Document:
+def capture_document(kept: StoredCapture) -> Document:
     """Return one capture on the disk; what runs is added by whoever runs it."""
     dataset = kept.dataset
     if dataset is None:
@@ -30,7 +30,7 @@ def capture_document(kept: Kept) -> Document:
     )
 
 
-def report_document(report: Report) -> Document:
+def report_document(report: CaptureReport) -> Document:
     """Return how far a running capture is."""
     return {
         "phase": report.phase.value,
@@ -44,7 +44,7 @@ def report_document(report: Report) -> Document:
     }
 
 
-def estimate_document(needed: Estimate, *, free_bytes: int) -> Document:
+def estimate_document(needed: CaptureEstimate, *, free_bytes: int) -> Document:
     """Return what a plan takes."""
     return {
         "points": needed.points,
@@ -62,7 +62,7 @@ def estimate_document(needed: Estimate, *, free_bytes: int) -> Document:
     }
 
 
-def coverage_document(cover: Coverage) -> Document:
+def coverage_document(cover: PlanCoverage) -> Document:
     """Return how the views of a plan lie in the wide image: corners, wide px, clockwise from the top left."""
     return {
         "footprints": [
@@ -89,7 +89,7 @@ def _points(dataset: Dataset | None) -> Document:
 
 
 def _document(
-    kept: Kept, *, state: str, why: str, header: Dataset | None, points: Document, size_bytes: int
+    kept: StoredCapture, *, state: str, why: str, header: Dataset | None, points: Document, size_bytes: int
 ) -> Document:
     own = None if header is None else header.document.header
     calibration = None if own is None else own.calibration

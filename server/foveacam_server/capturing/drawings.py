@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.points import point_of, readable
-from foveacam_server.capturing.shelf import CaptureShelf, Kept
 from foveacam_server.runtime.encoder import encode_jpeg
 
 QUALITY = 85
@@ -21,13 +21,15 @@ _KINDS: dict[str, Callable[[Dataset], NDArray[np.uint8]]] = {
 }
 
 
-def drawing(shelf: CaptureShelf, kept: Kept, name: str, *, form: str) -> Path:
+def drawing(shelf: CaptureCollection, kept: StoredCapture, name: str, *, form: str) -> Path:
     """Return the file of the thumbnail, contact sheet or coverage of a capture; `form`: jpg or png."""
     dataset = readable(kept)
     return _file(shelf, kept, name, form=form, draw=lambda: _KINDS[name](dataset))
 
 
-def anaglyph_drawing(shelf: CaptureShelf, kept: Kept, *, index: int, bracket: int, form: str) -> Path:
+def anaglyph_drawing(
+    shelf: CaptureCollection, kept: StoredCapture, *, index: int, bracket: int, form: str
+) -> Path:
     """Return the file of the red and cyan picture of one point, by its number in the plan."""
     point = point_of(kept, index)
     name = f"anaglyph-{index}-{bracket}"
@@ -35,7 +37,12 @@ def anaglyph_drawing(shelf: CaptureShelf, kept: Kept, *, index: int, bracket: in
 
 
 def _file(
-    shelf: CaptureShelf, kept: Kept, name: str, *, form: str, draw: Callable[[], NDArray[np.uint8]]
+    shelf: CaptureCollection,
+    kept: StoredCapture,
+    name: str,
+    *,
+    form: str,
+    draw: Callable[[], NDArray[np.uint8]],
 ) -> Path:
     folder = shelf.pictures(kept.id)
     path = folder / f"{name}-{len(readable(kept))}.{form}"

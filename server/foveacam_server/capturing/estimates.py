@@ -4,7 +4,7 @@ import math
 import shutil
 from pathlib import Path
 
-from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan, check_plan, check_rail, coverage, prepared
 from foveacam_pipeline.capture.run import check_exposures
 from foveacam_pipeline.models.calibration import Calibration
@@ -25,7 +25,7 @@ def estimated(
     calibration: Calibration,
     facts: RigFacts,
     *,
-    codec: Codec,
+    codec: ImageCodec,
     assumed_m: float,
     folder: Path,
 ) -> Document:

@@ -6,7 +6,7 @@ from typing import TypeAlias
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.capturing.documents import URL
-from foveacam_server.capturing.mosaic_shelf import FORMS, KeptMosaic
+from foveacam_server.capturing.mosaic_collection import FORMS, StoredMosaic
 from foveacam_server.capturing.points import brackets_of
 from foveacam_server.runtime.store import Document
 
@@ -25,7 +25,7 @@ def mosaic_url(capture_id: str) -> str:
     return f"{URL}/{capture_id}/mosaic"
 
 
-def made_document(capture_id: str, made: KeptMosaic, dataset: Dataset | None) -> Document:
+def made_document(capture_id: str, made: StoredMosaic, dataset: Dataset | None) -> Document:
     """Return one mosaic that is whole."""
     recipe, figures, url = made.document["recipe"], made.document["figures"], mosaic_url(capture_id)
     settings, chart = recipe["settings"], recipe["chart"]
@@ -92,7 +92,7 @@ def choices_document(dataset: Dataset | None) -> Document:
     return {"scans": [] if dataset is None else list(dataset.scans), "brackets": brackets_of(dataset)}
 
 
-def outlook(made: KeptMosaic) -> tuple[Point, Point]:
+def outlook(made: StoredMosaic) -> tuple[Point, Point]:
     """Return whence and whither one sees a field best, rig frame: before its nearest end, to its middle."""
     chart, near_m, far_m = made.document["recipe"]["chart"], made.depth["near_m"], made.depth["far_m"]
     if near_m is None:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, free_bytes, no_room
-from foveacam_server.capturing.mosaic_process import MosaicWish
+from foveacam_server.capturing.mosaic_process import MosaicSpec
 
 if TYPE_CHECKING:
-    from foveacam_pipeline.capture.mosaic.views import View
+    from foveacam_pipeline.capture.mosaic.views import MosaicView
 
 BYTES_PER_PX = 0.5
 """Of a grey picture, all levels: JPEG at quality 90 takes 0.17 in the `bench` scene, 0.44 of pure grain."""
@@ -34,7 +34,7 @@ class MosaicNeeds:
     free_bytes: int
 
 
-def needs_of(dataset: Dataset, wish: MosaicWish, folder: Path) -> MosaicNeeds:
+def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
     """Return what a mosaic takes in `folder`; raise InvalidInput or NotCalibrated where none can be made."""
     # scipy comes with these: they are loaded when somebody asks
     from foveacam_pipeline.capture.mosaic.build import chart_of
@@ -87,13 +87,13 @@ def check_room(needs: MosaicNeeds) -> None:
         )
 
 
-def _scan(dataset: Dataset, wish: MosaicWish) -> Dataset:
+def _scan(dataset: Dataset, wish: MosaicSpec) -> Dataset:
     if len(dataset) == 0:
         raise InvalidInput(f"dataset {dataset.folder.name} has no point yet; capture it first")
     return dataset.scan(wish.scan)
 
 
-def _check_overlap(views: Sequence["View"], name: str) -> None:
+def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
     if len(views) == 1:
         raise InvalidInput(
             f"dataset {name} has a single point with this eye's frame: there is nothing to lay beside it; "
@@ -112,6 +112,6 @@ def _check_overlap(views: Sequence["View"], name: str) -> None:
         )
 
 
-def _overlap(a: "View", b: "View") -> bool:
+def _overlap(a: "MosaicView", b: "MosaicView") -> bool:
     """Tell whether two views share something: boxes hold left, top, right, bottom."""
     return a.box[0] < b.box[2] and b.box[0] < a.box[2] and a.box[1] < b.box[3] and b.box[1] < a.box[3]

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
-from foveacam_server.capturing.child_work import TellingWatch, work
-from foveacam_server.capturing.mosaic_shelf import begun_as
+from foveacam_server.capturing.child_work import StdoutProgress, work
+from foveacam_server.capturing.mosaic_collection import begun_as
 
 COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
 """What one fovea's step takes, in times of a tile; measured at full resolution."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MosaicWish:
+class MosaicSpec:
     """Which mosaic is asked for: whose picture, of which scan and exposure."""
 
     eye: str = Role.LEFT.value
@@ -26,7 +26,7 @@ class MosaicWish:
     bracket: int = 0
 
 
-def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
+def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
     """Make the mosaic of a dataset in `folder`, with mesh and depth tiles; go on where one was begun.
 
     What was begun of other frames or for another wish is thrown away.
@@ -51,7 +51,7 @@ def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
         opened,
         folder,
         settings,
-        watch=TellingWatch(len(views), COSTS),
+        watch=StdoutProgress(len(views), COSTS),
         mesh_file=lambda mesh: write_glb(mesh, y_up=True),
     )
     with disk_errors("the mosaic", folder.parent):
@@ -61,7 +61,7 @@ def make(dataset: Path, folder: Path, wish: MosaicWish) -> None:
 def main() -> int:
     """Do what the arguments say: dataset, folder, wish as JSON. Return 0, or 1 when it was told why not."""
     dataset, folder, wish = sys.argv[1:]
-    return work(lambda: make(Path(dataset), Path(folder), MosaicWish(**json.loads(wish))))
+    return work(lambda: make(Path(dataset), Path(folder), MosaicSpec(**json.loads(wish))))
 
 
 if __name__ == "__main__":

@@ -10,14 +10,14 @@ from foveacam_pipeline.capture.dataset.pictures import png, sheet_cells
 from foveacam_pipeline.capture.dataset.reader import DatasetPoint
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_server.capturing.shelf import Kept
+from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.runtime.encoder import encode_jpeg
 from foveacam_server.runtime.store import Document
 
 QUALITY = 90
 
 
-def readable(kept: Kept) -> Dataset:
+def readable(kept: StoredCapture) -> Dataset:
     """Return the dataset of a capture; raise InvalidInput for one that is damaged."""
     if kept.dataset is None:
         raise InvalidInput(f"capture {kept.name} cannot be read: {kept.trouble}")
@@ -29,7 +29,7 @@ def brackets_of(dataset: Dataset | None) -> list[int]:
     return sorted({frame.bracket for point in dataset or () for frame in point.frames})
 
 
-def point_of(kept: Kept, index: int) -> DatasetPoint:
+def point_of(kept: StoredCapture, index: int) -> DatasetPoint:
     """Return a point by its number in the plan; raise InvalidInput when it was not taken."""
     dataset = readable(kept)
     point = next((point for point in dataset if point.index == index), None)

@@ -13,8 +13,8 @@ from foveacam_pipeline.capture.dataset.derived import (
     reference_files,
 )
 from foveacam_pipeline.capture.rail_stops import footing_of, rail_places_m
+from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.documents import URL
-from foveacam_server.capturing.shelf import Kept
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.store import Document
 
@@ -24,7 +24,7 @@ def reference_url(capture_id: str) -> str:
     return f"{URL}/{capture_id}/reference"
 
 
-def made_document(kept: Kept) -> Document | None:
+def made_document(kept: StoredCapture) -> Document | None:
     """Return the reference of a capture, if it has one that can be read."""
     path = kept.folder / REFERENCE / REFERENCE_DOCUMENT
     try:
@@ -68,7 +68,7 @@ def stops_document(dataset: Dataset | None) -> list[Document]:
     return [{"scan": scan, "rail_m": rail_m} for scan, rail_m in places_m.items()]
 
 
-def reference_file(kept: Kept, name: str) -> bytes:
+def reference_file(kept: StoredCapture, name: str) -> bytes:
     """Return one file of a capture's reference or raise NotFound; `name` is never what a request says."""
     try:
         return (kept.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment

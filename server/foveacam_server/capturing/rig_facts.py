@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import CameraSettings, PixelFormat, RailLimits, Span
-from foveacam_pipeline.capture.dataset import Codec
-from foveacam_pipeline.capture.plan import Estimate, ImageSize, Pace, RasterPlan, estimate
+from foveacam_hardware.contract import CameraSettings, PixelFormat, RailLimits, ValueRange
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.plan import CaptureEstimate, CapturePace, ImageSize, RasterPlan, estimate
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
 from foveacam_pipeline.capture.run import CaptureRig, image_size, trigger_head
 from foveacam_pipeline.models.calibration import Calibration
@@ -23,14 +23,14 @@ class RigFacts:
     settle_us: int
     fovea: CameraSettings
     wide: CameraSettings
-    exposures_ns: tuple[Span, ...]
+    exposures_ns: tuple[ValueRange, ...]
     rail: RailLimits | None
     rail_by_hand: bool
 
-    def pace(self) -> Pace:
+    def pace(self) -> CapturePace:
         """Return what the rig takes for each thing that a capture does."""
         twelve = self.fovea.pixel_format in _TWELVE_BITS
-        return Pace(
+        return CapturePace(
             settle_ms=self.settle_us / 1e3,
             exposure_ms=self.fovea.exposure_ns / 1e6,
             readout_ms=READOUT_12BIT_MS if twelve else READOUT_10BIT_MS,
@@ -45,11 +45,11 @@ class RigFacts:
         return fovea, image_size(self.wide, width=calibration.wide.width, height=calibration.wide.height)
 
     def estimate(
-        self, plan: RasterPlan, calibration: Calibration, *, codec: Codec, done: int = 0
-    ) -> Estimate:
+        self, plan: RasterPlan, calibration: Calibration, *, codec: ImageCodec, done: int = 0
+    ) -> CaptureEstimate:
         """Return what the points from `done` on take."""
         fovea, wide = self.sizes(calibration)
-        ratio = 1.0 if codec is Codec.TIFF else None
+        ratio = 1.0 if codec is ImageCodec.TIFF else None
         return estimate(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
 
 

@@ -8,7 +8,7 @@ from pydantic import JsonValue
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.dataset.values import FrameRecord
-from foveacam_server.capturing.still_shelf import URL, FoundStill
+from foveacam_server.capturing.still_collection import URL, StoredStill
 from foveacam_server.runtime.store import Document
 
 UNCALIBRATED = (
@@ -17,7 +17,7 @@ UNCALIBRATED = (
 _CAMERAS = (Role.WIDE, Role.LEFT, Role.RIGHT)
 
 
-def still_document(found: FoundStill) -> Document:
+def still_document(found: StoredStill) -> Document:
     """Return one still; one that is damaged has no cameras and says why."""
     kept, dataset = found.kept, found.kept.dataset
     document: Document = {

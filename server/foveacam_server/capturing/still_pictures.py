@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import Frame, Role
-from foveacam_pipeline.capture.dataset import Codec, DatasetPoint
+from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_server.capturing.points import point_of
-from foveacam_server.capturing.still_shelf import FoundStill, StillShelf
+from foveacam_server.capturing.still_collection import StillCollection, StoredStill
 from foveacam_server.runtime.encoder import encode_jpeg
 
 QUALITY = 90
@@ -19,7 +19,7 @@ PREVIEW = "jpg"
 
 
 def still_picture(
-    shelf: StillShelf, found: FoundStill, camera: Role, *, form: str, frame: int | None
+    shelf: StillCollection, found: StoredStill, camera: Role, *, form: str, frame: int | None
 ) -> Path:
     """Return the file of what one camera saw: `jpg` with 8 bits, `png` or `tiff` with all of them.
 
@@ -52,5 +52,5 @@ def _as_kept(point: DatasetPoint, camera: Role, *, form: str, frame: int | None)
 
 def _encoded(frame: Frame, form: str) -> memoryview:
     if form != PREVIEW:
-        return encode(frame.image, Codec(form))
+        return encode(frame.image, ImageCodec(form))
     return memoryview(encode_jpeg(np.ascontiguousarray(rgb(to_uint8(frame))), quality=QUALITY))

@@ -36,7 +36,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object 
 ScaleOption = Annotated[float, typer.Option(help="scale of the images: 0.5 or 1.0")]
 
 
-class Kind(StrEnum):
+class PictureKind(StrEnum):
     """What a picture shows."""
 
     SHEET = "sheet"
@@ -123,8 +123,8 @@ def picture(
     dataset: WhichDataset,
     output: Annotated[Path, typer.Argument(help="PNG file to write")],
     kind: Annotated[
-        Kind, typer.Option(help="all left foveae, what they cover, or one pair in red and cyan")
-    ] = (Kind.SHEET),
+        PictureKind, typer.Option(help="all left foveae, what they cover, or one pair in red and cyan")
+    ] = (PictureKind.SHEET),
     position: Annotated[int, typer.Option(help="which point, from 0, of an anaglyph", min=0)] = 0,
     data: DataOption = None,
 ) -> None:
@@ -134,12 +134,12 @@ def picture(
     from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png
 
     opened = Dataset.open(dataset_folder(dataset, data))
-    if kind is Kind.ANAGLYPH and position >= len(opened):
+    if kind is PictureKind.ANAGLYPH and position >= len(opened):
         raise InvalidInput(f"point {position} was asked for, {opened.folder} has {len(opened)}; count from 0")
     drawn = {
-        Kind.SHEET: lambda: contact_sheet(opened),
-        Kind.COVERAGE: lambda: coverage(opened),
-        Kind.ANAGLYPH: lambda: anaglyph(opened[position]),
+        PictureKind.SHEET: lambda: contact_sheet(opened),
+        PictureKind.COVERAGE: lambda: coverage(opened),
+        PictureKind.ANAGLYPH: lambda: anaglyph(opened[position]),
     }[kind]()
     with disk_errors("the picture", output.parent):
         write_file(output, memoryview(png(drawn)))

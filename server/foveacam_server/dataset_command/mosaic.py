@@ -25,7 +25,7 @@ _CANCELLED = 130
 """What a shell calls the status of a program that Ctrl-C ended."""
 
 
-class BarWatch:
+class MosaicProgressBar:
     """Shows a mosaic's progress as a bar."""
 
     def __init__(self, bar: Progress, task: TaskID) -> None:
@@ -64,7 +64,7 @@ def mosaic(
     opened = Dataset.open(dataset_folder(dataset, data))
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), disable=as_json) as bar:
-        watch = BarWatch(bar, bar.add_task("mosaic", total=None))
+        watch = MosaicProgressBar(bar, bar.add_task("mosaic", total=None))
         try:
             made = build_mosaic(
                 opened, output, settings, watch=watch, mesh_file=lambda mesh: write_glb(mesh, y_up=True)

@@ -14,7 +14,7 @@ from foveacam_server.dataset_command.commands import (
     WhichDataset,
     dataset_folder,
 )
-from foveacam_server.dataset_command.mosaic import BarWatch
+from foveacam_server.dataset_command.mosaic import MosaicProgressBar
 
 _CANCELLED = 130
 """What a shell calls the status of a program that Ctrl-C ended."""
@@ -48,7 +48,7 @@ def reference(
     opened = Dataset.open(dataset_folder(dataset, data))
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), disable=as_json) as bar:
-        watch = BarWatch(bar, bar.add_task("reference", total=None))
+        watch = MosaicProgressBar(bar, bar.add_task("reference", total=None))
         try:
             made = build_reference(opened, settings, watch=watch)
         except KeyboardInterrupt:

@@ -7,7 +7,7 @@ from pathlib import Path
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
 from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import Needs
+from foveacam_server.doctor.needs import RigNeeds
 from foveacam_server.doctor.ports import RELOAD, UDEV_FILE
 
 CAMERA_MAKERS = {
@@ -50,7 +50,7 @@ def check_usb_permission(machine: Machine) -> Finding:
     return fine("usb_permission", ", ".join(name for name, _ in found) or "no USB camera is plugged in")
 
 
-def check_usbfs(machine: Machine, needs: Needs) -> Finding:
+def check_usbfs(machine: Machine, needs: RigNeeds) -> Finding:
     """Say whether USB transfers have enough memory."""
     path = "/sys/module/usbcore/parameters/usbfs_memory_mb"
     memory_mb = machine.number(path)
@@ -68,7 +68,7 @@ def check_usbfs(machine: Machine, needs: Needs) -> Finding:
     )
 
 
-def check_receive_buffer(machine: Machine, needs: Needs) -> Finding:
+def check_receive_buffer(machine: Machine, needs: RigNeeds) -> Finding:
     """Say whether the network's receive buffer holds a few frames."""
     size_bytes = machine.number("/proc/sys/net/core/rmem_max")
     if size_bytes is None:

@@ -8,14 +8,14 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.drivers.cameras.video_devices import is_device, is_named
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.needs import MACHINE_VISION, NamedCamera, Needs
+from foveacam_server.doctor.needs import MACHINE_VISION, NamedCamera, RigNeeds
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
 """Looks for cameras without opening any; raises `NotConnected` when its library is missing."""
 
 
 def look_for_cameras(
-    discoveries: Mapping[str, Discover], needs: Needs
+    discoveries: Mapping[str, Discover], needs: RigNeeds
 ) -> tuple[list[FoundCamera], list[Finding]]:
     """Let every driver look; return what they found, and a finding for each."""
     cameras: list[FoundCamera] = []
@@ -37,7 +37,7 @@ def look_for_cameras(
     return cameras, findings
 
 
-def check_named(cameras: Sequence[FoundCamera], needs: Needs) -> list[Finding]:
+def check_named(cameras: Sequence[FoundCamera], needs: RigNeeds) -> list[Finding]:
     """Say for each camera that the rig file names whether it was found; streams and files are passed over."""
     findings = []
     for named in needs.cameras:

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, serial_of_link
 from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import Needs
+from foveacam_server.doctor.needs import RigNeeds
 
 PATTERNS = ("/dev/ttyACM*", "/dev/ttyUSB*")
 NO_PATH = (
@@ -20,7 +20,7 @@ NO_PATH = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Port:
+class UsbSerialPort:
     """A serial port on USB, as the system describes it."""
 
     path: Path
@@ -54,7 +54,7 @@ class ChosenPort:
     remedy: str = ""
 
 
-def usb_serial_ports(machine: Machine) -> list[Port]:
+def usb_serial_ports(machine: Machine) -> list[UsbSerialPort]:
     """Return the serial ports on USB that the machine has."""
     links = {link.resolve(): link.name for link in machine.all("/dev/serial/by-id/*")}
     return [
@@ -64,13 +64,13 @@ def usb_serial_ports(machine: Machine) -> list[Port]:
     ]
 
 
-def chosen_ports(machine: Machine, needs: Needs) -> list[ChosenPort]:
+def chosen_ports(machine: Machine, needs: RigNeeds) -> list[ChosenPort]:
     """Return the ports that the rig file names, as they are to be found now."""
     present = usb_serial_ports(machine)
     return [_chosen(machine, present, use, named) for use, named in needs.ports.items()]
 
 
-def uses_of_ports(machine: Machine, needs: Needs) -> dict[str, str]:
+def uses_of_ports(machine: Machine, needs: RigNeeds) -> dict[str, str]:
     """Return the rig's ports that are there, by their names: what each is for; one board may serve two."""
     uses: dict[str, str] = {}
     for port in chosen_ports(machine, needs):
@@ -80,7 +80,7 @@ def uses_of_ports(machine: Machine, needs: Needs) -> dict[str, str]:
     return uses
 
 
-def _chosen(machine: Machine, present: Sequence[Port], use: str, named: str) -> ChosenPort:
+def _chosen(machine: Machine, present: Sequence[UsbSerialPort], use: str, named: str) -> ChosenPort:
     if named.startswith("/"):
         if machine.at(named).exists():
             device = machine.at(named).resolve().relative_to(machine.root.resolve())
@@ -96,11 +96,11 @@ def _chosen(machine: Machine, present: Sequence[Port], use: str, named: str) -> 
         return ChosenPort(use=use, named=named, problem=f"{use}: {problem}", remedy=remedy)
 
 
-def _port(machine: Machine, path: Path, link: str) -> Port:
+def _port(machine: Machine, path: Path, link: str) -> UsbSerialPort:
     usb = _usb_device(machine, path.name)
     told = {part: machine.text(usb / part) or "" for part in ("idVendor", "idProduct", "product", "serial")}
     ids = (told["idVendor"], told["idProduct"])
-    return Port(
+    return UsbSerialPort(
         path=path,
         name=f"/dev/{path.name}",
         usb_id=":".join(part for part in ids if part),

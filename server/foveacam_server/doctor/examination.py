@@ -17,7 +17,7 @@ from foveacam_server.settings import Settings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Surroundings:
+class ExaminationContext:
     """Where the doctor looks; a test has its own."""
 
     machine: Machine = field(default_factory=Machine)
@@ -26,10 +26,10 @@ class Surroundings:
 
 
 def examine(
-    settings: Settings, *, trigger_test: bool = False, surroundings: Surroundings | None = None
+    settings: Settings, *, trigger_test: bool = False, surroundings: ExaminationContext | None = None
 ) -> list[Finding]:
     """Check everything; nothing is left open or changed. Raise `InvalidInput` for a bad rig file."""
-    where = surroundings or Surroundings()
+    where = surroundings or ExaminationContext()
     machine, config = where.machine, rig_config(settings)
     needs = needs_of(config)
     cameras, searched = look_for_cameras(where.searches, needs)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from rich.table import Table
 
 
-class Level(StrEnum):
+class Severity(StrEnum):
     """How much a finding is in the way."""
 
     OK = "ok"
@@ -17,7 +17,7 @@ class Level(StrEnum):
     """It will not work."""
 
 
-COLORS = {Level.OK: "green", Level.WARNING: "yellow", Level.PROBLEM: "red"}
+COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.PROBLEM: "red"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +25,7 @@ class Finding:
     """One thing that was checked. `remedy`: what to do about it, with commands to paste, or nothing."""
 
     name: str
-    level: Level
+    level: Severity
     found: str
     remedy: str = ""
 
@@ -36,30 +36,30 @@ class Finding:
 
 def fine(name: str, found: str) -> Finding:
     """Return a finding of something that is as it should be."""
-    return Finding(name=name, level=Level.OK, found=found)
+    return Finding(name=name, level=Severity.OK, found=found)
 
 
 def warning(name: str, found: str, remedy: str) -> Finding:
     """Return a finding of something that may get in the way."""
-    return Finding(name=name, level=Level.WARNING, found=found, remedy=remedy)
+    return Finding(name=name, level=Severity.WARNING, found=found, remedy=remedy)
 
 
 def problem(name: str, found: str, remedy: str = "") -> Finding:
     """Return a finding of something that is in the way."""
-    return Finding(name=name, level=Level.PROBLEM, found=found, remedy=remedy)
+    return Finding(name=name, level=Severity.PROBLEM, found=found, remedy=remedy)
 
 
 def healthy(findings: Sequence[Finding]) -> bool:
     """Return whether nothing is in the way."""
-    return all(finding.level is not Level.PROBLEM for finding in findings)
+    return all(finding.level is not Severity.PROBLEM for finding in findings)
 
 
 def findings_document(findings: Sequence[Finding]) -> dict[str, object]:
     """Return all findings as one JSON object, by their names in the order of the checks."""
     return {
         "ok": healthy(findings),
-        "problems": sum(finding.level is Level.PROBLEM for finding in findings),
-        "warnings": sum(finding.level is Level.WARNING for finding in findings),
+        "problems": sum(finding.level is Severity.PROBLEM for finding in findings),
+        "warnings": sum(finding.level is Severity.WARNING for finding in findings),
         "checks": {finding.name: finding.document() for finding in findings},
     }
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Holder:
+class DeviceHolder:
     """A process that has a device open."""
 
     pid: int
@@ -56,13 +56,13 @@ class Machine:
         except (OSError, KeyError):
             return "dialout"
 
-    def holders(self, device: Path) -> list[Holder]:
+    def holders(self, device: Path) -> list[DeviceHolder]:
         """Return the other processes that have a device open, as far as this user may see."""
         target = str(device.resolve())
         holders = []
         for process in self.all("/proc/[0-9]*"):
             if int(process.name) != self.own_pid and target in self._open_files(process):
-                holders.append(Holder(pid=int(process.name), name=self.text(process / "comm") or "?"))
+                holders.append(DeviceHolder(pid=int(process.name), name=self.text(process / "comm") or "?"))
         return holders
 
     def _open_files(self, process: Path) -> set[str]:

@@ -24,7 +24,7 @@ class NamedCamera:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Needs:
+class RigNeeds:
     """What the rig file names. `ports`: serial ports by what they are for."""
 
     simulated: bool
@@ -42,10 +42,10 @@ class Needs:
         return not self.kinds.isdisjoint(MACHINE_VISION)
 
 
-def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> Needs:
+def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> RigNeeds:
     """Return what a rig needs."""
     if isinstance(config, SimulatedRigConfig):
-        return Needs(simulated=True)
+        return RigNeeds(simulated=True)
     cameras = []
     for role in ROLES:
         camera = getattr(config.cameras, role)
@@ -59,4 +59,4 @@ def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> Needs:
         port = getattr(device, "port", None)  # what is moved by hand has none
         if port is not None:
             ports[use] = port
-    return Needs(simulated=False, cameras=tuple(cameras), ports=ports)
+    return RigNeeds(simulated=False, cameras=tuple(cameras), ports=ports)

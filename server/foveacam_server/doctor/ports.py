@@ -3,14 +3,14 @@
 from foveacam_server.doctor.chosen_ports import chosen_ports, usb_serial_ports, uses_of_ports
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
 from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import Needs
+from foveacam_server.doctor.needs import RigNeeds
 
 LATENCY_MS = 1
 UDEV_FILE = "/etc/udev/rules.d/99-foveacam.rules"
 RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
 
 
-def check_ports(machine: Machine, needs: Needs) -> Finding:
+def check_ports(machine: Machine, needs: RigNeeds) -> Finding:
     """Say which ports there are, and whether those that the rig file names are among them."""
     present = ", ".join(map(str, usb_serial_ports(machine))) or "none"
     chosen = chosen_ports(machine, needs)
@@ -27,7 +27,7 @@ def check_ports(machine: Machine, needs: Needs) -> Finding:
     return fine("serial_ports", present + searched)
 
 
-def check_port_permission(machine: Machine, needs: Needs) -> Finding:
+def check_port_permission(machine: Machine, needs: RigNeeds) -> Finding:
     """Say whether this user may open the ports, those of the rig before all."""
     paths = {port.path: port.name for port in usb_serial_ports(machine)}
     used = {machine.at(name): f"{name} ({use})" for name, use in uses_of_ports(machine, needs).items()}
@@ -42,7 +42,7 @@ def check_port_permission(machine: Machine, needs: Needs) -> Finding:
     )
 
 
-def check_holders(machine: Machine, needs: Needs) -> Finding:
+def check_holders(machine: Machine, needs: RigNeeds) -> Finding:
     """Say whether another process has a port of the rig, or a video device."""
     devices = uses_of_ports(machine, needs)
     devices |= {f"/dev/{path.name}": "camera" for path in machine.all("/dev/video[0-9]*")}
@@ -56,7 +56,7 @@ def check_holders(machine: Machine, needs: Needs) -> Finding:
     return fine("held_devices", "no other program has a device of the rig")
 
 
-def check_latency(machine: Machine, needs: Needs) -> Finding:
+def check_latency(machine: Machine, needs: RigNeeds) -> Finding:
     """Say whether FTDI converters wait before they hand bytes on, and which of them the rig uses."""
     used = uses_of_ports(machine, needs)
     uses = {machine.at(name).name: f" ({use})" for name, use in used.items()}

@@ -8,7 +8,7 @@ from importlib import metadata
 from foveacam_hardware.contract import install_command
 from foveacam_hardware.drivers.cameras.aravis_library import LIBRARY
 from foveacam_server.doctor.findings import Finding, fine, problem
-from foveacam_server.doctor.needs import Needs
+from foveacam_server.doctor.needs import RigNeeds
 
 REMEDIES = {
     "pypylon": install_command("pylon"),
@@ -34,7 +34,7 @@ def installed() -> dict[str, Callable[[], str | None]]:
     return found
 
 
-def check_versions(needs: Needs, told: Mapping[str, Callable[[], str | None]]) -> Finding:
+def check_versions(needs: RigNeeds, told: Mapping[str, Callable[[], str | None]]) -> Finding:
     """Say all versions; what the rig's cameras need must be there."""
     versions = {name: version() for name, version in told.items()}
     text = ", ".join(f"{name} {version or 'missing'}" for name, version in versions.items())

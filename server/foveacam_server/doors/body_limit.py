@@ -7,7 +7,7 @@ from starlette.datastructures import Headers
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from foveacam_server.errors import TOO_LARGE, Problem
+from foveacam_server.errors import TOO_LARGE, ProblemDetails
 
 MIB = 2**20
 BODY_BYTES = MIB
@@ -51,12 +51,12 @@ class _Answer:
             await self._send(message)
 
 
-def _problem(scope: Scope) -> Problem:
+def _problem(scope: Scope) -> ProblemDetails:
     most_bytes = int(scope.get(MAX_BODY_SIZE_SCOPE_KEY, BODY_BYTES))
     announced = Headers(scope=scope).get("content-length")
     found = f"{int(announced) / MIB:.1f} MiB" if announced else f"more than {most_bytes / MIB:g} MiB"
     most = f"{most_bytes / MIB:g} MiB"
-    return Problem(
+    return ProblemDetails(
         kind=TOO_LARGE,
         detail=f"{scope['path']} takes at most {most}, and the request's body has {found}.",
         asked=f"a body of {found}",

@@ -18,7 +18,7 @@ from rich.progress import (
 
 from foveacam_pipeline.capture.recording.bounds import LONGEST_S
 from foveacam_pipeline.capture.reserve import KEPT_FREE
-from foveacam_server.calibrate_command.choices import JsonOption, Wish, on_rig
+from foveacam_server.calibrate_command.choices import CalibrateOptions, JsonOption, on_rig
 
 app = typer.Typer(
     name="recording",
@@ -34,7 +34,7 @@ FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the aut
 
 @on_rig(usual_scene="bench")
 def record(
-    wish: Wish,
+    wish: CalibrateOptions,
     file: Annotated[Path, typer.Argument(help="file to make; it must end in .fcap")],
     *,
     seconds: Annotated[float, typer.Option(help=SECONDS_HELP, min=0.1, max=LONGEST_S)] = 10.0,
@@ -51,9 +51,9 @@ def record(
     ] = False,
 ) -> None:
     """Record all three cameras, with the mirrors' pose at every exposure."""
-    from foveacam_server.recording_command.record import RecordWish, record_rig, record_table
+    from foveacam_server.recording_command.record import RecordingSpec, record_rig, record_table
 
-    recorded = RecordWish(
+    recorded = RecordingSpec(
         file=file,
         seconds=seconds,
         direction_deg=(ax_deg, ay_deg),

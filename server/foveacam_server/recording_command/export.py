@@ -7,7 +7,7 @@ import cv2
 from rich.table import Table
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.recording.movie import Codec, MovieWish, Progress, export_movie
+from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, Progress, export_movie
 from foveacam_pipeline.capture.recording.reader import Recording
 
 WIDE = ""
@@ -16,23 +16,23 @@ WIDE = ""
 
 def export_wish(
     *, show: str | None, fps: float | None, codec: str | None, start_s: float, end_s: float | None
-) -> MovieWish:
+) -> MovieSpec:
     """Return what was asked; raise `InvalidInput` for a codec that there is not."""
     try:
-        chosen = None if codec is None else Codec(codec)
+        chosen = None if codec is None else MovieCodec(codec)
     except ValueError as error:
         raise InvalidInput(
-            f"export: there is no codec {codec!r} here; choose {', '.join(Codec)} or leave it out"
+            f"export: there is no codec {codec!r} here; choose {', '.join(MovieCodec)} or leave it out"
         ) from error
-    return MovieWish(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
+    return MovieSpec(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
 
 
-def film(file: Path, wish: MovieWish, target: Path, *, progress: Progress) -> dict[str, object]:
+def film(file: Path, wish: MovieSpec, target: Path, *, progress: Progress) -> dict[str, object]:
     """Make the film and return what was made."""
     quiet_encoders()
     with Recording(file) as recording:
         show = wish.show or _wide_stream(recording)
-        asked = MovieWish(show=show, fps=wish.fps, codec=wish.codec, start_s=wish.start_s, end_s=wish.end_s)
+        asked = MovieSpec(show=show, fps=wish.fps, codec=wish.codec, start_s=wish.start_s, end_s=wish.end_s)
         made = export_movie(recording, asked, target, progress=progress)
     return {
         "file": str(made.path),

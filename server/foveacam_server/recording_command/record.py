@@ -12,15 +12,15 @@ from rich.table import Table
 
 from foveacam_hardware.contract import PARKED, Frame, InvalidInput, StereoVolts
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.capture.recording.bounds import Bounds, Ended, reserve_words
+from foveacam_pipeline.capture.recording.bounds import EndCause, RecordingBounds, reserve_words
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import Session
+from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
 from foveacam_pipeline.capture.reserve import free_bytes
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrate_command.choices import Wish
+from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
 from foveacam_server.recordings.begin import check_room, identity_of
 
@@ -29,7 +29,7 @@ Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RecordWish:
+class RecordingSpec:
     """What to record, and how. `direction_deg`: of the gaze, (ax, ay); `distance_m`: None is infinity."""
 
     file: Path
@@ -40,7 +40,7 @@ class RecordWish:
     packed: bool = False
 
 
-def record_rig(wish: Wish, recorded: RecordWish, *, tell: Tell) -> dict[str, object]:
+def record_rig(wish: CalibrateOptions, recorded: RecordingSpec, *, tell: Tell) -> dict[str, object]:
     """Open the rig, record it, and return what became of every stream's frames."""
     if recorded.file.suffix.lower() != SUFFIX:
         raise InvalidInput(f"record: {recorded.file.name} is no name of a recording; end it in {SUFFIX}")
@@ -52,28 +52,28 @@ def record_rig(wish: Wish, recorded: RecordWish, *, tell: Tell) -> dict[str, obj
 
 
 def record_opened(
-    rig: Rig, recorded: RecordWish, *, calibration: Calibration | None, tell: Tell
+    rig: Rig, recorded: RecordingSpec, *, calibration: Calibration | None, tell: Tell
 ) -> dict[str, object]:
     """Record a rig that is open and enabled; raise what ended it early, as a full disk."""
     volts = gaze_of(recorded, calibration)
     if recorded.file.parent.is_dir():  # else the recorder says so
         check_room((), duration_s=None, free_bytes=free_bytes(recorded.file.parent))
-    session = Session(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
+    session = RecordingSession(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
     options = RecordingOptions(compress=recorded.compress)
     recorder = Recorder(recorded.file, session, options=options)
-    ended = Ended.STOPPED
+    ended = EndCause.STOPPED
     with recorder, suppress(KeyboardInterrupt):
         ended = _looks(rig, recorder, recorded, volts=volts, calibration=calibration, tell=tell)
     return {
         "file": str(recorded.file),
         "ended": ended.value,
-        "why": reserve_words(recorded.file) if ended is Ended.DISK_RESERVE else "",
+        "why": reserve_words(recorded.file) if ended is EndCause.DISK_RESERVE else "",
         "bytes": recorder.bytes_written,
         "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
     }
 
 
-def gaze_of(recorded: RecordWish, calibration: Calibration | None) -> StereoVolts:
+def gaze_of(recorded: RecordingSpec, calibration: Calibration | None) -> StereoVolts:
     """Return the drive that looks where it was asked; parked, without a calibration, straight ahead."""
     ax_deg, ay_deg = recorded.direction_deg
     if calibration is not None:
@@ -89,19 +89,19 @@ def gaze_of(recorded: RecordWish, calibration: Calibration | None) -> StereoVolt
 def _looks(
     rig: Rig,
     recorder: Recorder,
-    recorded: RecordWish,
+    recorded: RecordingSpec,
     *,
     volts: StereoVolts,
     calibration: Calibration | None,
     tell: Tell,
-) -> Ended:
+) -> EndCause:
     """Look again and again until a bound is reached or the disk fails; return which bound."""
 
     def publish(frame: Frame) -> None:
         found = raw_frame(frame, calibration=calibration, packed=recorded.packed)
         recorder.publish(STREAM_OF_ROLE[frame.role], found)
 
-    bounds = Bounds(longest_s=recorded.seconds, free_bytes=lambda: free_bytes(recorded.file.parent))
+    bounds = RecordingBounds(longest_s=recorded.seconds, free_bytes=lambda: free_bytes(recorded.file.parent))
     begin_ns, last_wide, done_s = rig.clock.now_ns(), -1, 0.0
     while (ended := bounds.reached(done_s)) is None and recorder.failure is None:
         sighting = rig.head.look(volts)
@@ -113,7 +113,7 @@ def _looks(
         publish(sighting.right)
         done_s = (rig.clock.now_ns() - begin_ns) / 1e9
         tell(done_s, _told(recorder.statistics, recorder.bytes_written))
-    return ended or Ended.FAILED
+    return ended or EndCause.FAILED
 
 
 def _told(streams: dict[str, StreamStatistics], size: int) -> str:

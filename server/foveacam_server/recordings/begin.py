@@ -3,18 +3,18 @@
 from collections.abc import Iterable
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
 from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 
-def identity_of(rig: Rig, calibration: Calibration | None) -> RecordedRig:
+def identity_of(rig: AssembledRig, calibration: Calibration | None) -> RigDescription:
     """Return what a recording says of the rig; call where its devices are owned."""
     cameras = {Role.WIDE: rig.wide, Role.LEFT: rig.left, Role.RIGHT: rig.right}
-    return RecordedRig(
+    return RigDescription(
         rig_id=rig.rig_id,
         name=rig.name,
         baseline_m=rig.baseline_m,
@@ -23,7 +23,7 @@ def identity_of(rig: Rig, calibration: Calibration | None) -> RecordedRig:
     )
 
 
-def full_rates(rig: Rig) -> LiveRates:
+def full_rates(rig: AssembledRig) -> LiveRates:
     """Return how fast frames can come, Hz: the wide camera's rate, and look after look of the foveae."""
     look_ns = 1_000 * rig.settle_us + max(rig.left.settings.exposure_ns, rig.right.settings.exposure_ns)
     return LiveRates(wide_hz=rig.wide.settings.frame_rate_hz, fovea_hz=1e9 / max(1, look_ns))

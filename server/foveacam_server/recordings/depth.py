@@ -49,7 +49,7 @@ class RecordedDepth:
     picture: bytes
 
 
-class DepthDesk:
+class RecordedDepthService:
     """Computes depth when it is asked for, one at a time, and keeps the last ones."""
 
     def __init__(self, opened: OpenRecordings) -> None:

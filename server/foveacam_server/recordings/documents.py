@@ -2,17 +2,17 @@
 
 from collections.abc import Mapping
 
-from foveacam_pipeline.capture.recording.bounds import Ended
+from foveacam_pipeline.capture.recording.bounds import EndCause
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, role_of
 from foveacam_server.recordings.live import LiveRecording
-from foveacam_server.recordings.shelf import KeptRecording
+from foveacam_server.recordings.recording_collection import StoredRecording
 from foveacam_server.runtime.store import Document
 
 URL = "/api/v1/recordings"
 _COUNTS = ("published", "written", "dropped", "missing", "losses", "bytes")
 
 
-def recording_document(kept: KeptRecording) -> Document:
+def recording_document(kept: StoredRecording) -> Document:
     """Return one recording on the disk."""
     held, notes = kept.contents, kept.notes
     rig = (held or {}).get("rig") or {}
@@ -110,7 +110,7 @@ def _stream(name: str, told: Mapping[str, object], counted: Mapping[str, object]
     }
 
 
-def _state(kept: KeptRecording) -> tuple[str, str]:
+def _state(kept: StoredRecording) -> tuple[str, str]:
     """Return how a file stands, and why where it is not as meant."""
     held = kept.contents
     if held is None:
@@ -119,5 +119,5 @@ def _state(kept: KeptRecording) -> tuple[str, str]:
         lost = held["truncated"]
         return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes'] / 1e6:.1f} MB are lost"
     if held["finalized"]:
-        return "complete", kept.notes.why if kept.notes.ended is Ended.DISK_RESERVE else ""
+        return "complete", kept.notes.why if kept.notes.ended is EndCause.DISK_RESERVE else ""
     return "partial", kept.notes.why or "its program did not end it as meant; what it holds is whole"

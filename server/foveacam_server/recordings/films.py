@@ -9,8 +9,8 @@ from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.recording.movie import (
     SUFFIX,
     UNFINISHED,
-    Layout,
-    MovieWish,
+    MovieLayout,
+    MovieSpec,
     Progress,
     export_movie,
 )
@@ -19,14 +19,14 @@ from foveacam_server.errors import NotFound
 from foveacam_server.recording_command.export import quiet_encoders
 from foveacam_server.recordings.documents import URL
 from foveacam_server.recordings.moments import stream_of
-from foveacam_server.recordings.shelf import FILMS, KeptRecording, RecordingShelf
+from foveacam_server.recordings.recording_collection import FILMS, RecordingCollection, StoredRecording
 from foveacam_server.runtime.store import Document
 
-LAYOUTS = {layout.value for layout in Layout}
+LAYOUTS = {layout.value for layout in MovieLayout}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FilmWish:
+class FilmSpec:
     """What is asked: a role, side-by-side or anaglyph; a part of the recording, seconds from its begin."""
 
     show: str
@@ -41,7 +41,7 @@ class FilmWish:
         return f"{self.show}-{hashlib.blake2s(told.encode(), digest_size=4).hexdigest()}{SUFFIX}"
 
 
-def check_film(recording: Recording, wish: FilmWish) -> None:
+def check_film(recording: Recording, wish: FilmSpec) -> None:
     """Raise InvalidInput for a film that the recording cannot give, before a job is queued."""
     for role in (Role.LEFT, Role.RIGHT) if wish.show in LAYOUTS else (Role(wish.show),):
         stream_of(recording, role)
@@ -51,7 +51,9 @@ def check_film(recording: Recording, wish: FilmWish) -> None:
         )
 
 
-def make_film(shelf: RecordingShelf, kept: KeptRecording, wish: FilmWish, *, progress: Progress) -> Path:
+def make_film(
+    shelf: RecordingCollection, kept: StoredRecording, wish: FilmSpec, *, progress: Progress
+) -> Path:
     """Make a film, unless there is one already, and return its file."""
     folder = shelf.films(kept.id)
     target = folder / wish.name
@@ -62,18 +64,18 @@ def make_film(shelf: RecordingShelf, kept: KeptRecording, wish: FilmWish, *, pro
         folder.mkdir(parents=True, exist_ok=True)
         with Recording(kept.path) as recording:
             show = wish.show if wish.show in LAYOUTS else stream_of(recording, Role(wish.show)).name
-            asked = MovieWish(show=show, fps=wish.fps, start_s=wish.start_s, end_s=wish.end_s)
+            asked = MovieSpec(show=show, fps=wish.fps, start_s=wish.start_s, end_s=wish.end_s)
             export_movie(recording, asked, target, progress=progress)
     return target
 
 
-def clear_unfinished(shelf: RecordingShelf) -> None:
+def clear_unfinished(shelf: RecordingCollection) -> None:
     """Remove the films that a killed server left unfinished; only while no film is made."""
     for left in (shelf.folder / FILMS).glob(f"*/{UNFINISHED}"):
         left.unlink(missing_ok=True)
 
 
-def film_file(shelf: RecordingShelf, kept: KeptRecording, name: str) -> Path:
+def film_file(shelf: RecordingCollection, kept: StoredRecording, name: str) -> Path:
     """Return the file of a film that was made; raise NotFound where there is none."""
     for path in shelf.films(kept.id).glob(f"*{SUFFIX}"):
         if path.name == name and not name.startswith("."):
@@ -81,7 +83,7 @@ def film_file(shelf: RecordingShelf, kept: KeptRecording, name: str) -> Path:
     raise NotFound(f"recording {kept.name} has no film {name}; ask for one", asked=name)
 
 
-def film_document(kept: KeptRecording, path: Path) -> Document:
+def film_document(kept: StoredRecording, path: Path) -> Document:
     """Return a film as REST shows it."""
     return {
         "name": path.name,

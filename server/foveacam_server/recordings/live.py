@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, Frame, Role
-from foveacam_pipeline.capture.recording.bounds import Bounds
+from foveacam_pipeline.capture.recording.bounds import RecordingBounds
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder
-from foveacam_pipeline.capture.recording.session import RecordedRig
+from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
 from foveacam_server.runtime.names import utc_now
@@ -25,9 +25,9 @@ class LiveRecording:
     job_id: str
     path: Path
     roles: tuple[Role, ...]
-    rig: RecordedRig
+    rig: RigDescription
     label: str
-    bounds: Bounds
+    bounds: RecordingBounds
     every: bool
     """Whether frames come as fast as the rig can bring them, or as live views show them."""
     begun_ns: int

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role, Sighting, StereoVolts
 from foveacam_pipeline.capture.recording.movie import composed, rgb_of
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
+from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
 from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
@@ -73,7 +73,7 @@ def moment_of_frame(recording: Recording, role: Role, index: int) -> float:
     return float(stream.t_ns[index] - recording.span_ns[0]) / 1e9
 
 
-def stream_of(recording: Recording, role: Role) -> Stream:
+def stream_of(recording: Recording, role: Role) -> RecordedStream:
     """Return the stream of an eye that has frames; raise InvalidInput where there is none."""
     stream = recording.of_role(role)
     if stream is None or len(stream) == 0:
@@ -132,7 +132,7 @@ def anaglyph(
     return composed([rgb_of(frame) for frame in pair], "anaglyph")
 
 
-def _streams(recording: Recording) -> dict[Role, Stream]:
+def _streams(recording: Recording) -> dict[Role, RecordedStream]:
     found = {role: recording.of_role(role) for role in Role}
     return {role: stream for role, stream in found.items() if stream is not None and len(stream)}
 
@@ -168,7 +168,7 @@ def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibratio
 
 
 def _frame_document(
-    recording: Recording, recording_id: str, role: Role, stream: Stream, index: int, *, begin_ns: int
+    recording: Recording, recording_id: str, role: Role, stream: RecordedStream, index: int, *, begin_ns: int
 ) -> Document:
     pose = recording.pose(stream.name, index)
     angles_deg = None if pose.angles_rad is None else [math.degrees(angle) for angle in pose.angles_rad]

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from foveacam_pipeline.capture.recording.bounds import Ended
+from foveacam_pipeline.capture.recording.bounds import EndCause
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.whole_file import read_document, write_document
 
@@ -17,13 +17,13 @@ NOTES = ".json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Notes:
+class RecordingNotes:
     """`ended`: what ended it; `why`: in words, where that was not meant. `statistics`: of every stream."""
 
     id: str
     label: str = ""
     created_utc: str = field(default_factory=utc_now)
-    ended: Ended | None = None
+    ended: EndCause | None = None
     why: str = ""
     statistics: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -33,18 +33,18 @@ def notes_path(recording: Path) -> Path:
     return recording.with_name(recording.name + NOTES)
 
 
-def write_notes(recording: Path, notes: Notes) -> None:
+def write_notes(recording: Path, notes: RecordingNotes) -> None:
     """Write them whole; raise as `write_document`."""
     document = {"format": FORM, "version": VERSION, **asdict(notes)}
     write_document(notes_path(recording), document, what=f"the notes of recording {recording.stem}")
 
 
-def read_notes(recording: Path) -> Notes | None:
+def read_notes(recording: Path) -> RecordingNotes | None:
     """Return the notes of a recording; None where there are none that can be read."""
     try:
         found = read_document(notes_path(recording), form=FORM, version=VERSION)
         ended = found.pop("ended", None)
-        return Notes(**found, ended=None if ended is None else Ended(ended))
+        return RecordingNotes(**found, ended=None if ended is None else EndCause(ended))
     except FileNotFoundError:
         return None
     except (OSError, ValueError, TypeError) as error:

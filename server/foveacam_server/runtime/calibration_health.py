@@ -2,11 +2,11 @@
 
 import threading
 
-from foveacam_pipeline.calibrate.drift.health import Checkup, Health, Verdict, health_of
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict, health_of
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.runtime.documents import rounded
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.store import Document
 
 
@@ -16,12 +16,12 @@ class CalibrationHealth:
     def __init__(self, events: EventLog) -> None:
         self._events = events
         self._lock = threading.Lock()
-        self._checkup: Checkup | None = None
+        self._checkup: HealthMonitor | None = None
 
     def begin(self, calibration: Calibration) -> None:
         """Forget what was known: `calibration` is in force from now on."""
         with self._lock:
-            self._checkup = Checkup(calibration)
+            self._checkup = HealthMonitor(calibration)
         self._tell(health_of(()))
 
     def add(self, fixation: Fixation, calibration: Calibration) -> None:
@@ -40,12 +40,12 @@ class CalibrationHealth:
         with self._lock:
             return health_document(health_of(()) if self._checkup is None else self._checkup.health)
 
-    def _tell(self, health: Health) -> None:
-        level = Level.WARNING if health.verdict is Verdict.RECALIBRATE else Level.INFO
+    def _tell(self, health: HealthReport) -> None:
+        level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO
         self._events.emit("calibration.health", health.detail, level=level, data=health_document(health))
 
 
-def health_document(health: Health) -> Document:
+def health_document(health: HealthReport) -> Document:
     """Return a health as REST shows it."""
     return {
         "score": rounded(health.score, 3),

@@ -6,7 +6,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, exported, imported
-from foveacam_server.calibrating.sessions import SessionShelf
+from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_health import CalibrationHealth
 from foveacam_server.runtime.calibrations import CalibrationService
@@ -25,7 +25,7 @@ class CalibrationRecords:
         self,
         calibration: CalibrationService,
         *,
-        sessions: SessionShelf,
+        sessions: SessionCollection,
         drift: DriftRecords,
         hardware: HardwareThread,
         health: CalibrationHealth,

@@ -24,10 +24,10 @@ from foveacam_server.calibrating.options import (
     Run,
     WideRun,
 )
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionShelf
-from foveacam_server.calibrating.workplace import Hands, Workplace, no_pan_tilt
+from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
+from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment, no_pan_tilt
 from foveacam_server.runtime import refusals
-from foveacam_server.runtime.calibration_watch import JobWatch
+from foveacam_server.runtime.calibration_job_watcher import CalibrationJobWatcher
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.hardware import HardwareThread
@@ -36,14 +36,14 @@ from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.pan_tilt import exclusive_pan_tilt
 from foveacam_server.runtime.ports import PictureSink
 from foveacam_server.runtime.rig_status import RigStatus
-from foveacam_server.runtime.settle_desk import SettleDesk
+from foveacam_server.runtime.settle_time_service import SettleTimeService
 
 SESSIONS_URL = "/api/v1/calibration_sessions"
 _RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Equipment:
+class CalibrationJobTools:
     """What the steps' jobs work with."""
 
     hardware: HardwareThread
@@ -52,13 +52,13 @@ class Equipment:
     sink: PictureSink
     events: EventLog
     clock: Clock
-    settling: SettleDesk
+    settling: SettleTimeService
 
 
 class CalibrationRuns:
     """Queues steps, runs them, knows which session is being worked in."""
 
-    def __init__(self, shelf: SessionShelf, equipment: Equipment) -> None:
+    def __init__(self, shelf: SessionCollection, equipment: CalibrationJobTools) -> None:
         self._shelf = shelf
         self._with = equipment
         self._jobs: dict[str, list[str]] = {}
@@ -129,7 +129,7 @@ class CalibrationRuns:
         request = context.job.request
         session = self._shelf.get(request["session_id"])
         run = _RUN.validate_json(json.dumps(request["run"]))
-        watch = JobWatch(
+        watch = CalibrationJobWatcher(
             context,
             session_id=session.id,
             sink=self._with.sink,
@@ -150,14 +150,16 @@ class CalibrationRuns:
         self._turn_back(before, workplace)
         return f"{SESSIONS_URL}/{session.id}"
 
-    def _workplace_of(self, status: RigStatus, context: JobContext | None = None) -> Workplace:
+    def _workplace_of(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
         @contextmanager
-        def use(what: str) -> Iterator[Hands]:
+        def use(what: str) -> Iterator[ExclusiveRig]:
             cancelled = context.cancelled if context is not None else _never
             with self._with.hardware.session(what, cancelled=cancelled) as head:
-                yield Hands(head=head, pan_tilt=exclusive_pan_tilt(self._with.hardware, cancelled=cancelled))
+                yield ExclusiveRig(
+                    head=head, pan_tilt=exclusive_pan_tilt(self._with.hardware, cancelled=cancelled)
+                )
 
-        return Workplace(
+        return StepEnvironment(
             rig_id=status.rig_id or "",
             baseline_m=status.baseline_m or 0.0,
             stations=status.stations,
@@ -180,7 +182,7 @@ class CalibrationRuns:
         if status is not None and not status.moves_itself and status.state.connected:
             self._with.hardware.hold_pan_tilt()
 
-    def _turn_back(self, before: PanTiltPose | None, workplace: Workplace) -> None:
+    def _turn_back(self, before: PanTiltPose | None, workplace: StepEnvironment) -> None:
         """Turn the rig back to where it stood before the job."""
         status = self._with.hardware.status.pan_tilt
         if before is None or status is None or status.state.pose == before:

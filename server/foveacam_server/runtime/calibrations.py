@@ -9,12 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, NotCalibrated
-from foveacam_pipeline.calibrate.records.records import RecordStore
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.calibrating.discarding import check_discarded
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.pinned import pinned_id, write_pin
 
 _log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class CalibrationService:
         self._rig_id: str | None = None
         self._brought: Calibration | None = None
         self._on_change: list[Callable[[Calibration], None]] = []
-        self.records = RecordStore(folder)
+        self.records = CalibrationStore(folder)
         self._reach_rad: Reach | None = None
         self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
 
@@ -105,7 +105,10 @@ class CalibrationService:
         except FoveaError as error:
             self._problem = str(error)
             self._events.emit(
-                "rig.calibration", f"not calibrated: {error}", level=Level.ERROR, data={"detail": str(error)}
+                "rig.calibration",
+                f"not calibrated: {error}",
+                level=EventLevel.ERROR,
+                data={"detail": str(error)},
             )
             return
         self._put_in_force(current)
@@ -136,7 +139,7 @@ class CalibrationService:
 
     def discarded(self) -> list[Calibration]:
         """Return what lies in the trash, newest first."""
-        return list(RecordStore(self.records.trash).every(rig_id=self._rig_id).calibrations)
+        return list(CalibrationStore(self.records.trash).every(rig_id=self._rig_id).calibrations)
 
     def restore(self, calibration_id: str) -> Calibration:
         """Take a calibration out of the trash; what is in force stays so. Raise `NotFound` without it."""
@@ -146,7 +149,7 @@ class CalibrationService:
                 "/api/v1/calibrations?removed=true",
                 asked=calibration_id,
             )
-        self._prepare_new(RecordStore(self.records.trash).get(calibration_id))
+        self._prepare_new(CalibrationStore(self.records.trash).get(calibration_id))
         restored = self.records.restore(calibration_id)
         with self._lock:
             self._known[restored.id] = restored

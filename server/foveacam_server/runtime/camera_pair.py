@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, Span, same_exposure
+from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, ValueRange, same_exposure
 
 TOLERANCE = 0.005
 """Of a setting's range; further apart, somebody must say which side counts."""
@@ -25,7 +25,7 @@ SETTINGS: tuple[Setting, ...] = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Difference:
+class PairDifference:
     """One setting in which the foveae differ, in its unit, as the operator reads it."""
 
     setting: Setting
@@ -35,7 +35,7 @@ class Difference:
 
 def differences(
     left: CameraSettings, right: CameraSettings, *, ranges: CameraRanges
-) -> tuple[Difference, ...]:
+) -> tuple[PairDifference, ...]:
     """Return in what the foveae differ; the frame rate does not count, as the trigger sets it.
 
     An exposure is compared on the logarithmic scale that its control has, and may be no further apart than
@@ -54,7 +54,9 @@ def differences(
     }
     on_left, on_right = _shown(left), _shown(right)
     return tuple(
-        Difference(setting=name, left=on_left[name], right=on_right[name]) for name in SETTINGS if far[name]
+        PairDifference(setting=name, left=on_left[name], right=on_right[name])
+        for name in SETTINGS
+        if far[name]
     )
 
 
@@ -69,11 +71,11 @@ def _shown(settings: CameraSettings) -> dict[Setting, float | str]:
     }
 
 
-def _far(left: float, right: float, span: Span) -> bool:
+def _far(left: float, right: float, span: ValueRange) -> bool:
     return abs(left - right) > TOLERANCE * (span.high - span.low)
 
 
-def _far_in_log(left: float, right: float, span: Span) -> bool:
+def _far_in_log(left: float, right: float, span: ValueRange) -> bool:
     if min(left, right, span.low) <= 0.0 or span.high <= span.low:
         return left != right
     return abs(math.log(left / right)) > TOLERANCE * math.log(span.high / span.low)

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Busy, Clock
-from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.description import describe
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.capturing.begin import CaptureWish, begin, check_rest, check_resumable, check_room, go_on
+from foveacam_server.capturing.begin import CaptureSpec, begin, check_rest, check_resumable, check_room, go_on
+from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.documents import URL, capture_document, report_document
 from foveacam_server.capturing.estimates import check_possible, estimated
 from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
-from foveacam_server.capturing.shelf import CaptureShelf, Kept
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibrations import CalibrationService
-from foveacam_server.runtime.capture_watch import CaptureWatch, LiveCapture
+from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher, LiveCapture
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
@@ -50,7 +50,7 @@ class CaptureService:
     """One door to the captures of this data directory."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
-        self.shelf = CaptureShelf(folder)
+        self.shelf = CaptureCollection(folder)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveCapture | None = None
@@ -69,7 +69,7 @@ class CaptureService:
             facts = self._facts()
             self._tools.hardware.check_may_move()
             check_possible(plan, calibration, facts)
-            check_room(plan, facts, calibration, codec=Codec(request["codec"]), folder=folder.parent)
+            check_room(plan, facts, calibration, codec=ImageCodec(request["codec"]), folder=folder.parent)
             job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=_capture_id(job), name=folder.name, job_id=job.id)
         self._tell("capture.created", f"capture {folder.name} was asked for", self._live.id)
@@ -102,7 +102,7 @@ class CaptureService:
         live.pausing.clear()
         return self.document(capture_id)
 
-    def estimate(self, plan: RasterPlan, *, codec: Codec, distance_m: float | None) -> Document:
+    def estimate(self, plan: RasterPlan, *, codec: ImageCodec, distance_m: float | None) -> Document:
         """Return time, size, warnings and footprints of a plan, at a distance where it leaves that open."""
         return estimated(
             plan,
@@ -165,7 +165,7 @@ class CaptureService:
 
     def _work(self, context: JobContext) -> str:
         tools, request, live = self._tools, context.job.request, self._live_of(context.job)
-        watch = CaptureWatch(
+        watch = CaptureJobWatcher(
             context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
         try:
@@ -220,11 +220,11 @@ class CaptureService:
             )
         return live
 
-    def _shown(self, kept: Kept) -> Document:
+    def _shown(self, kept: StoredCapture) -> Document:
         return _with_live(capture_document(kept), self._current())
 
     def _not_begun(self, live: LiveCapture) -> Document:
-        empty = Kept(id=live.id, folder=self.shelf.folder / live.name, dataset=None)
+        empty = StoredCapture(id=live.id, folder=self.shelf.folder / live.name, dataset=None)
         return _with_live(capture_document(empty), live)
 
     def _tell(self, kind: str, message: str, capture_id: str) -> None:
@@ -243,12 +243,12 @@ class CaptureService:
         self._tools.events.emit("capture.ended", told, data=data)
 
 
-def _wish(request: Document, capture_id: str) -> CaptureWish:
-    return CaptureWish(
+def _wish(request: Document, capture_id: str) -> CaptureSpec:
+    return CaptureSpec(
         plan=plan_from(request["plan"]),
         label=request["label"],
         licence=request["licence"],
-        codec=Codec(request["codec"]),
+        codec=ImageCodec(request["codec"]),
         capture_id=capture_id,
     )
 

@@ -26,7 +26,7 @@ CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
+class FixationShape:
     """What one fixation brought besides its distance; `depth_picture`: (h, w, 3) uint8 RGB."""
 
     fixation_id: str
@@ -37,7 +37,7 @@ class Shape:
     look: LookDepth | None = None
 
 
-class CloudShelf:
+class CloudCollection:
     """Keeps, lists and removes clouds; remembers where there is depth."""
 
     def __init__(self, store: Store) -> None:
@@ -51,7 +51,7 @@ class CloudShelf:
             if path.exists():
                 self.patches.add(load_patch(path))
 
-    def put(self, shape: Shape) -> Document:
+    def put(self, shape: FixationShape) -> Document:
         """Write the files, then the row; return the cloud's document. Without room nothing is left of it."""
         cloud_id = new_id("cld")
         has_mesh = len(shape.mesh.faces) > 0
@@ -69,7 +69,7 @@ class CloudShelf:
             self.patches.add(shape.patch)
         return document
 
-    def _write(self, cloud_id: str, shape: Shape, *, has_mesh: bool) -> None:
+    def _write(self, cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> None:
         partial = self._folder / f"{cloud_id}.part"
         partial.mkdir()
         (partial / "cloud.ply").write_bytes(ply_bytes(shape.cloud))
@@ -134,7 +134,7 @@ class CloudShelf:
         return document
 
 
-def _document(cloud_id: str, shape: Shape, *, has_mesh: bool) -> Document:
+def _document(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> Document:
     points_m = shape.cloud.points_rig_m
     url = f"/api/v1/clouds/{cloud_id}"
     return {

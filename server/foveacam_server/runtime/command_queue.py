@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from foveacam_hardware.contract import Busy, FoveaError
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 T = TypeVar("T")
 
@@ -15,13 +15,13 @@ LENGTH = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Command(Generic[T]):
+class HardwareCommand(Generic[T]):
     """One piece of work and where its answer goes."""
 
-    work: Callable[[Rig], T]
+    work: Callable[[AssembledRig], T]
     answer: "Future[T]"
 
-    def run(self, rig: Rig) -> BaseException | None:
+    def run(self, rig: AssembledRig) -> BaseException | None:
         """Do the work unless nobody waits for it any more; return what went wrong."""
         if not self.answer.set_running_or_notify_cancel():
             return None
@@ -45,12 +45,12 @@ class CommandQueue:
     """First come, first served; full means busy."""
 
     def __init__(self) -> None:
-        self._waiting: queue.Queue[Command[object]] = queue.Queue(maxsize=LENGTH)
+        self._waiting: queue.Queue[HardwareCommand[object]] = queue.Queue(maxsize=LENGTH)
 
-    def put(self, work: Callable[[Rig], T]) -> "Future[T]":
+    def put(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work`; raise `Busy` when too much waits already."""
         answer: Future[T] = Future()
-        command: Command[object] = Command(work, answer)  # type: ignore[arg-type]  # the queue mixes result types
+        command: HardwareCommand[object] = HardwareCommand(work, answer)  # type: ignore[arg-type]  # the queue mixes result types
         try:
             self._waiting.put_nowait(command)
         except queue.Full:
@@ -61,7 +61,7 @@ class CommandQueue:
             ) from None
         return answer
 
-    def take(self, *, timeout_s: float) -> Command[object] | None:
+    def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:
         """Return the next command, or None when none came in time."""
         try:
             return self._waiting.get(timeout=timeout_s) if timeout_s > 0 else self._waiting.get_nowait()

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_server.calibrating.drift_records import DriftRecords
-from foveacam_server.runtime.calibration_runs import Equipment
-from foveacam_server.runtime.calibration_watch import JobWatch
+from foveacam_server.runtime.calibration_job_watcher import CalibrationJobWatcher
+from foveacam_server.runtime.calibration_runs import CalibrationJobTools
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext
 from foveacam_server.runtime.store import Document
@@ -17,7 +17,7 @@ DRIFT_URL = "/api/v1/drift_checks"
 class DriftChecks:
     """Queues checks, runs them, keeps what they found."""
 
-    def __init__(self, folder: Path, equipment: Equipment) -> None:
+    def __init__(self, folder: Path, equipment: CalibrationJobTools) -> None:
         self._folder = folder
         self.records = DriftRecords(folder)
         self._with = equipment
@@ -37,7 +37,7 @@ class DriftChecks:
         from foveacam_server.calibrating.drift_step import check_drift, keep_check  # loads for a while
 
         wished = context.job.request
-        watch = JobWatch(
+        watch = CalibrationJobWatcher(
             context, session_id=None, sink=self._with.sink, events=self._with.events, clock=self._with.clock
         )
         calibration = self._with.calibration.require()

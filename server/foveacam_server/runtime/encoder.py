@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, Image
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.view_state import Picture
+from foveacam_server.runtime.view_state import ViewPicture
 
 QUALITY = 75
 """Measured: a grey 1440x1080 frame takes 3-4 ms and about 150 kB; PNG takes 64 ms and 2.3 MB."""
@@ -20,10 +20,10 @@ Scale: TypeAlias = Literal[1, 2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Encoded:
+class EncodedPicture:
     """A picture as JPEG; `jpeg` decodes to RGB, reduced by `scale`."""
 
-    picture: Picture
+    picture: ViewPicture
     scale: Scale
     jpeg: bytes
 
@@ -64,7 +64,7 @@ class JpegStore:
     def __init__(self, hub: FrameHub, *, executor: Executor) -> None:
         self._hub = hub
         self._executor = executor
-        self._newest: dict[tuple[str, Scale], tuple[Picture, asyncio.Future[Encoded]]] = {}
+        self._newest: dict[tuple[str, Scale], tuple[ViewPicture, asyncio.Future[EncodedPicture]]] = {}
         self._encodes: dict[tuple[str, Scale], int] = {}
 
     @property
@@ -72,7 +72,7 @@ class JpegStore:
         """How many pictures were encoded, by view and size."""
         return dict(self._encodes)
 
-    async def newest(self, view: str, scale: Scale) -> Encoded | None:
+    async def newest(self, view: str, scale: Scale) -> EncodedPicture | None:
         """Return the newest picture of `view` as JPEG; None before the first picture."""
         picture = self._hub.newest(view)
         if picture is None:
@@ -84,7 +84,7 @@ class JpegStore:
         # Shielded: a viewer that leaves must not cancel what others wait for
         return await asyncio.shield(held[1])
 
-    def _begin(self, picture: Picture, scale: Scale) -> "asyncio.Future[Encoded]":
+    def _begin(self, picture: ViewPicture, scale: Scale) -> "asyncio.Future[EncodedPicture]":
         key = (picture.view, scale)
         self._encodes[key] = self._encodes.get(key, 0) + 1
         future = asyncio.get_running_loop().run_in_executor(self._executor, _encode, picture, scale)
@@ -92,12 +92,12 @@ class JpegStore:
         return future
 
 
-def _encode(picture: Picture, scale: Scale) -> Encoded:
+def _encode(picture: ViewPicture, scale: Scale) -> EncodedPicture:
     jpeg = encode_jpeg(picture.image, scale=scale, bits=picture.bits)
-    return Encoded(picture=picture, scale=scale, jpeg=jpeg)
+    return EncodedPicture(picture=picture, scale=scale, jpeg=jpeg)
 
 
-def _retrieve(future: "asyncio.Future[Encoded]") -> None:
+def _retrieve(future: "asyncio.Future[EncodedPicture]") -> None:
     """Mark an error as seen: who asked has it; when all who asked have left, nobody needs it."""
     if not future.cancelled():
         future.exception()

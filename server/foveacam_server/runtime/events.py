@@ -37,7 +37,7 @@ BACKLOG = 500
 """Events that a slow listener may be behind before it is cut off (it reconnects with its last id)."""
 
 
-class Level(StrEnum):
+class EventLevel(StrEnum):
     """How much an event matters to the operator."""
 
     INFO = "info"
@@ -51,7 +51,7 @@ class Event:
 
     id: int
     kind: str
-    level: Level
+    level: EventLevel
     t_utc: str
     message: str
     data: Document = field(default_factory=dict)
@@ -105,7 +105,7 @@ class EventLog:
         self._writer.start()
 
     def emit(
-        self, kind: str, message: str, *, level: Level = Level.INFO, data: Document | None = None
+        self, kind: str, message: str, *, level: EventLevel = EventLevel.INFO, data: Document | None = None
     ) -> Event:
         """Tell everybody, from any thread, without waiting for any of them."""
         with self._lock:
@@ -222,7 +222,7 @@ class EventLog:
         self.emit(
             "storage.fault",
             f"the data directory {self._store.folder} takes no events: {detail}; {remedy}",
-            level=Level.ERROR,
+            level=EventLevel.ERROR,
             data={"detail": detail, "remedy": remedy},
         )
 
@@ -247,7 +247,7 @@ def _event(row: EventRow) -> Event:
     return Event(
         id=row.id,
         kind=row.kind,
-        level=Level(document["level"]),
+        level=EventLevel(document["level"]),
         t_utc=document["t_utc"],
         message=document["message"],
         data=document["data"],

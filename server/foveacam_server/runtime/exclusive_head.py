@@ -6,7 +6,7 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Protocol, TypeVar
 
 from foveacam_hardware.contract import Cancelled, Frame, Sighting, StereoVolts, Timeout
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 T = TypeVar("T")
 
@@ -14,7 +14,7 @@ DEADLINE_S = 10.0
 """Longest that a job waits for one look; the devices' own deadlines are far shorter."""
 
 
-class Looker(Protocol):
+class LookProvider(Protocol):
     """What a session asks of the hardware thread."""
 
     def look(
@@ -23,7 +23,7 @@ class Looker(Protocol):
         """Enqueue one look; `one_eyed`: the camera of one fovea may be missing."""
         ...
 
-    def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
+    def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue any work with the rig."""
         ...
 
@@ -35,7 +35,9 @@ class Looker(Protocol):
 class ExclusiveHead:
     """Implements `Head` for one job."""
 
-    def __init__(self, looker: Looker, *, cancelled: Callable[[], bool], one_eyed: bool = False) -> None:
+    def __init__(
+        self, looker: LookProvider, *, cancelled: Callable[[], bool], one_eyed: bool = False
+    ) -> None:
         self._looker = looker
         self._cancelled = cancelled
         self._one_eyed = one_eyed
@@ -54,7 +56,7 @@ class ExclusiveHead:
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
         """Set both foveae's exposure and gain; a cancelled job may still set them back."""
 
-        def change(rig: Rig) -> None:
+        def change(rig: AssembledRig) -> None:
             rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
 
         answer_of(self._looker.submit(change), asked="another exposure")

@@ -4,7 +4,7 @@ import threading
 from typing import Protocol
 
 from foveacam_server.recordings.films import (
-    FilmWish,
+    FilmSpec,
     check_film,
     clear_unfinished,
     film_document,
@@ -12,7 +12,7 @@ from foveacam_server.recordings.films import (
     make_film,
 )
 from foveacam_server.recordings.opened import OpenRecordings
-from foveacam_server.recordings.shelf import KeptRecording, RecordingShelf
+from foveacam_server.recordings.recording_collection import RecordingCollection, StoredRecording
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.store import Document
@@ -22,11 +22,11 @@ TELL_EVERY = 25
 """Frames between two reports."""
 
 
-class Library(Protocol):
+class RecordingLibrary(Protocol):
     """Where the recordings are."""
 
     @property
-    def shelf(self) -> RecordingShelf:
+    def shelf(self) -> RecordingCollection:
         """Their files."""
         ...
 
@@ -35,7 +35,7 @@ class Library(Protocol):
         """Those that are being looked at."""
         ...
 
-    def kept(self, recording_id: str) -> KeptRecording:
+    def kept(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read."""
         ...
 
@@ -43,7 +43,7 @@ class Library(Protocol):
 class FilmService:
     """Makes films, one at a time, and finds those that were made."""
 
-    def __init__(self, library: Library, jobs: JobRunner) -> None:
+    def __init__(self, library: RecordingLibrary, jobs: JobRunner) -> None:
         self._library = library
         self._jobs = jobs
         self._encoding = threading.Lock()
@@ -78,7 +78,7 @@ class FilmService:
         return str(film_document(kept, path)["url"])
 
 
-def _wish(request: Document) -> FilmWish:
-    return FilmWish(
+def _wish(request: Document) -> FilmSpec:
+    return FilmSpec(
         show=request["show"], fps=request["fps"], start_s=request["start_s"], end_s=request["end_s"]
     )

@@ -5,8 +5,8 @@ import math
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import (
-    DepthRange,
     DirectionTarget,
+    DistanceRange,
     PixelTarget,
     RectangleTarget,
     Target,
@@ -41,7 +41,7 @@ def target_of(request: Document) -> Target:
     )
 
 
-def depth_range_of(request: Document) -> DepthRange | None:
+def depth_range_of(request: Document) -> DistanceRange | None:
     """Return the distances that the answer to a stored request may have; None when every distance may be.
 
     Raise `InvalidInput` when the range is empty.
@@ -59,7 +59,7 @@ def depth_range_of(request: Document) -> DepthRange | None:
             found="an empty range",
             remedy="send a nearest_m of 0 or more and a larger farthest_m, or none",
         )
-    return DepthRange(nearest_m=nearest_m, farthest_m=farthest_m)
+    return DistanceRange(nearest_m=nearest_m, farthest_m=farthest_m)
 
 
 def check_target(target: Target, calibration: Calibration) -> None:

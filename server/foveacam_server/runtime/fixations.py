@@ -6,20 +6,20 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Clock
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.depth_samples import DepthContext
-from foveacam_pipeline.verge.loop import Knowledge, fixate
+from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
 from foveacam_server.resources.corrections.kept import entry, kind_of, with_correction
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.depth_patches import DepthPatches, point_patch
 from foveacam_server.runtime.documents import fixation_document, step_document, told, told_distance
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.fixation_request import check_target, depth_range_of, target_of
 from foveacam_server.runtime.fixation_table import FixationTable, TargetTable
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.shapes import Seen, SeenLimits, ShapeWorker
+from foveacam_server.runtime.shapes import BoundedLook, ShapeWorker, VergedLook
 from foveacam_server.runtime.store import Document, Store
 
 KIND = "fixation"
@@ -39,7 +39,7 @@ TYPICAL_STEPS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tools:
+class FixationTools:
     """What the service works with."""
 
     hardware: HardwareThread
@@ -60,7 +60,7 @@ class Tools:
 class FixationService:
     """Accepts targets, runs the loop as a job, keeps the answers."""
 
-    def __init__(self, store: Store, tools: Tools) -> None:
+    def __init__(self, store: Store, tools: FixationTools) -> None:
         self._tools = tools
         self.table = FixationTable(store)
         self.targets = TargetTable(store)
@@ -126,7 +126,7 @@ class FixationService:
                 head,
                 calibration,
                 target_of(job.request),
-                known=Knowledge(context=tools.context, within=depth_range_of(job.request)),
+                known=PriorKnowledge(context=tools.context, within=depth_range_of(job.request)),
                 clock=tools.clock,
                 on_step=on_step,
                 cancelled=context.cancelled,
@@ -155,7 +155,7 @@ class FixationService:
         self._tools.events.emit(
             "fixation.done",
             f"{label}: {told(fixation)}",
-            level=Level.WARNING if fixation.basis is None else Level.INFO,
+            level=EventLevel.WARNING if fixation.basis is None else EventLevel.INFO,
             data=document,
         )
         self._keep_answer(target or known, document)
@@ -224,7 +224,7 @@ class FixationService:
         if not document["request"].get("depth", True):
             return
         self._tools.shapes.put(
-            Seen(
+            VergedLook(
                 fixation_id=document["id"],
                 label=label,
                 sighting=fixation.sighting,
@@ -241,7 +241,7 @@ class FixationService:
         """Have the limits of a distance drawn in the 3D pane."""
         seen, bound = document["target"], document["bound"]
         self._tools.shapes.put(
-            SeenLimits(
+            BoundedLook(
                 fixation_id=document["id"],
                 label=label,
                 direction_deg=(seen["ax_deg"], seen["ay_deg"]),

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Image, InvalidInput
-from foveacam_server.runtime.view_state import VIEWS, Picture, ViewSpec, ViewState, ViewStatus
+from foveacam_server.runtime.view_state import VIEWS, ViewPicture, ViewSpec, ViewState, ViewStatus
 
 
 @dataclass(eq=False, slots=True)
-class Watch:
+class ViewSubscription:
     """An event loop's interest in some views; `close` ends it, harmless when ended."""
 
     hub: "FrameHub"
@@ -38,7 +38,7 @@ class FrameHub:
         self._clock = clock
         self._lock = threading.Lock()
         self._states = MappingProxyType({spec.name: ViewState(spec) for spec in views})
-        self._watches: set[Watch] = set()
+        self._watches: set[ViewSubscription] = set()
         self._waking: set[tuple[asyncio.AbstractEventLoop, str]] = set()
 
     @property
@@ -73,7 +73,7 @@ class FrameHub:
                 f"found {image.shape} {image.dtype}; convert it before publishing"
             )
         with self._lock:
-            picture = Picture(
+            picture = ViewPicture(
                 view=view,
                 image=image,
                 bits=bits,
@@ -98,7 +98,7 @@ class FrameHub:
         """Publish a computed picture, (h, w, 3) uint8 RGB, of the moment `t_ns`."""
         self.publish(name, image, t_ns=t_ns)
 
-    def newest(self, view: str) -> Picture | None:
+    def newest(self, view: str) -> ViewPicture | None:
         """Return the newest picture of `view`; None before the first."""
         return self._state(view).newest
 
@@ -134,17 +134,17 @@ class FrameHub:
         self._state(view)
         return False
 
-    def watch(self, views: frozenset[str], wake: Callable[[str], None]) -> Watch:
+    def watch(self, views: frozenset[str], wake: Callable[[str], None]) -> ViewSubscription:
         """Call `wake(view)` on the running loop after each new picture; several may be one call."""
         for view in views:
             self._state(view)
-        watch = Watch(hub=self, loop=asyncio.get_running_loop(), views=views, wake=wake)
+        watch = ViewSubscription(hub=self, loop=asyncio.get_running_loop(), views=views, wake=wake)
         with self._lock:
             self._watches.add(watch)
             self._note_watched()
         return watch
 
-    def forget(self, watch: Watch) -> None:
+    def forget(self, watch: ViewSubscription) -> None:
         """End a watch; harmless when it has ended."""
         with self._lock:
             self._watches.discard(watch)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 _log = logging.getLogger(__name__)
 
@@ -14,7 +14,7 @@ CONFIRM_S = 1.0
 """Longest that the controller may take to acknowledge; 2 to 20 ms are usual."""
 
 
-def bring_to_rest(rig: Rig) -> bool:
+def bring_to_rest(rig: AssembledRig) -> bool:
     """Hold pan-tilt and rail and park the mirrors; tell whether the mirrors' controller confirmed."""
     if rig.pan_tilt is not None:
         _tried("the pan-tilt could not be held", rig.pan_tilt.hold)

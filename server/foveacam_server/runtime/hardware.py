@@ -26,13 +26,13 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.command_queue import CommandQueue
-from foveacam_server.runtime.device_watch import FOVEAE, MIRRORS, WIDE, DeviceWatch
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.device_reconnector import FOVEAE, MIRRORS, WIDE, DeviceReconnector
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.exclusive_head import ExclusiveHead
 from foveacam_server.runtime.halting import bring_to_rest
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
-from foveacam_server.runtime.mirror_care import MirrorCare
-from foveacam_server.runtime.ports import CameraKeeper, PictureSink, Rig
+from foveacam_server.runtime.mirror_link_monitor import MirrorLinkMonitor
+from foveacam_server.runtime.ports import AssembledRig, CameraKeeper, PictureSink
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
 
 _log = logging.getLogger(__name__)
@@ -47,7 +47,7 @@ class HardwareThread:
 
     def __init__(
         self,
-        opener: Callable[[], Rig],
+        opener: Callable[[], AssembledRig],
         *,
         sink: PictureSink,
         events: EventLog,
@@ -60,11 +60,11 @@ class HardwareThread:
         self._events = events
         self._clock = clock
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
-        self._watch = DeviceWatch(clock=clock, events=events, keeper=keeper)
-        self.mirrors = MirrorCare(clock=clock, watch=self._watch)
+        self._watch = DeviceReconnector(clock=clock, events=events, keeper=keeper)
+        self.mirrors = MirrorLinkMonitor(clock=clock, watch=self._watch)
         """Keeps their controller under watch, and their rail as the operator wants it."""
         self._commands = CommandQueue()
-        self._rig: Rig | None = None
+        self._rig: AssembledRig | None = None
         self._status = RigStatus()
         self._status_due_ns = 0
         self._gaze = PARKED
@@ -117,7 +117,7 @@ class HardwareThread:
         """Wait until the rig has been opened as far as it can be."""
         return self._opened.wait(timeout_s)
 
-    def submit(self, work: Callable[[Rig], T]) -> "Future[T]":
+    def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work` for the thread; raise `NotConnected` or `Busy` at once."""
         if self._rig is None or self._closing.is_set():
             raise refusals.not_open(self._watch.problems)
@@ -130,7 +130,7 @@ class HardwareThread:
         self.check_may_move(one_eyed=one_eyed)
         return self.submit(lambda rig: self._look(rig, volts, settle_us=settle_us, one_eyed=one_eyed))
 
-    def shoot(self, work: Callable[[Rig], T]) -> "Future[T]":
+    def shoot(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue work that steers and exposes by itself; refused like a look."""
         self.check_may_move()
         return self.submit(lambda rig: self._shoot(rig, work))
@@ -210,7 +210,7 @@ class HardwareThread:
             self._commands.refuse_all(NotConnected("the server is shutting down"))
             rig.close()
 
-    def _open(self) -> Rig | None:
+    def _open(self) -> AssembledRig | None:
         try:
             rig = self._opener()
         except FoveaError as error:
@@ -225,7 +225,7 @@ class HardwareThread:
         self.refresh(rig)
         return rig
 
-    def _turn(self, rig: Rig) -> None:
+    def _turn(self, rig: AssembledRig) -> None:
         looks, wide = self._looks_allowed(rig), self._watch.lacking(WIDE) is None
         command = self._commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
@@ -242,7 +242,7 @@ class HardwareThread:
         if self._clock.now_ns() >= self._status_due_ns:
             self.refresh(rig)
 
-    def _looks_allowed(self, rig: Rig) -> bool:
+    def _looks_allowed(self, rig: AssembledRig) -> bool:
         idle = not self._halted.is_set() and self._session_of is None and self.mirrors.rail_wanted
         return idle and self._watch.lacking(*self._needed(rig)) is None
 
@@ -253,7 +253,7 @@ class HardwareThread:
             _log.debug("%s: %s", what, error)  # the watch has told the operator
 
     def _look(
-        self, rig: Rig, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+        self, rig: AssembledRig, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
     ) -> Sighting:
         self._live.look_begins()
         lost = self._fovea_lost(rig) if one_eyed else None
@@ -266,21 +266,21 @@ class HardwareThread:
         self._live.show_sighting(sighting, in_session=self._session_of is not None)
         return sighting
 
-    def _needed(self, rig: Rig) -> tuple[str, ...]:
+    def _needed(self, rig: AssembledRig) -> tuple[str, ...]:
         """Return what a look cannot do without, if it may do without one fovea."""
         return FOVEAE if self._fovea_lost(rig) is None else (MIRRORS, WIDE)
 
-    def _fovea_lost(self, rig: Rig) -> Role | None:
+    def _fovea_lost(self, rig: AssembledRig) -> Role | None:
         """Return the one fovea whose camera is lost, if the rig can look without it."""
         return self._watch.fovea_lost() if isinstance(rig.head, OneEyedHead) else None
 
-    def _shoot(self, rig: Rig, work: Callable[[Rig], T]) -> T:
+    def _shoot(self, rig: AssembledRig, work: Callable[[AssembledRig], T]) -> T:
         found = self._exposed(rig, lambda: work(rig))
         if not self._halted.is_set():
             self._gaze = rig.mirrors.state.volts
         return found
 
-    def _exposed(self, rig: Rig, look: Callable[[], T], *, missing: Role | None = None) -> T:
+    def _exposed(self, rig: AssembledRig, look: Callable[[], T], *, missing: Role | None = None) -> T:
         """Run what looks; find out which device failed, and park again when the stop came meanwhile."""
         try:
             found = look()
@@ -292,7 +292,7 @@ class HardwareThread:
         self._watch.look_succeeded(missing=missing)
         return found
 
-    def _wide(self, rig: Rig, max_age_ms: float) -> Frame:
+    def _wide(self, rig: AssembledRig, max_age_ms: float) -> Frame:
         self._live.wide_begins(in_session=self._session_of is not None)
         try:
             frame = self._live.take_wide(rig, gaze=self.pose, max_age_ms=max_age_ms)
@@ -302,7 +302,7 @@ class HardwareThread:
         self._watch.wide_succeeded()
         return frame
 
-    def _steer(self, rig: Rig, volts: StereoVolts) -> StereoVolts:
+    def _steer(self, rig: AssembledRig, volts: StereoVolts) -> StereoVolts:
         self.check_may_move()
         try:
             self._gaze = rig.mirrors.steer(volts)
@@ -313,20 +313,20 @@ class HardwareThread:
             self._park_again_if_halted(rig)
         return self._gaze
 
-    def _park_again_if_halted(self, rig: Rig) -> None:
+    def _park_again_if_halted(self, rig: AssembledRig) -> None:
         if self._halted.is_set():  # it came between a move's check and its command on the wire
             self._rest(rig)
 
-    def _rest(self, rig: Rig) -> None:
+    def _rest(self, rig: AssembledRig) -> None:
         self._gaze = PARKED
         self._try("park", rig.mirrors.park)
 
-    def _reconnect(self, rig: Rig) -> None:
+    def _reconnect(self, rig: AssembledRig) -> None:
         if self._watch.connect(rig):  # and parked
             self._gaze = PARKED
         self.refresh(rig)
 
-    def refresh(self, rig: Rig) -> None:
+    def refresh(self, rig: AssembledRig) -> None:
         """Look at every device now; in this thread alone."""
         self._status_due_ns = self._clock.now_ns() + STATUS_PERIOD_NS
         before, state = self._status.state, self._state()
@@ -344,6 +344,6 @@ class HardwareThread:
         return RigState.READY if self._opened.is_set() else RigState.OPENING
 
     def _tell_state(self, state: RigState) -> None:
-        level = Level.INFO if state is RigState.READY else Level.WARNING
+        level = EventLevel.INFO if state is RigState.READY else EventLevel.WARNING
         data = {"state": state.value, "devices": [problem.device for problem in self._watch.problems]}
         self._events.emit("rig.state", f"the rig is {state.value}", level=level, data=data)

@@ -6,7 +6,7 @@ from enum import StrEnum
 from sqlalchemy import select, update
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.errors import INTERRUPTED, NotFound, Problem
+from foveacam_server.errors import INTERRUPTED, NotFound, ProblemDetails
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document, JobRow, Store
 
@@ -69,7 +69,7 @@ class JobTable:
 
     def end_interrupted(self) -> int:
         """Fail what a restart interrupted; return how many. Nothing moves that nobody asked for just now."""
-        problem = Problem(
+        problem = ProblemDetails(
             kind=INTERRUPTED,
             detail="The job was interrupted by a restart of the server.",
             remedy="Ask for it again.",

@@ -12,7 +12,7 @@ from concurrent.futures import Future
 
 from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
 from foveacam_server.errors import problem_of
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.job_table import Job, JobState, JobTable
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document, Store
@@ -306,5 +306,5 @@ class JobRunner:
         problem = job.problem or {}
         told = f"{job.kind} {job.id}: {job.state.value}"
         message = f"{told}: {problem['detail']}" if "detail" in problem else told
-        level = Level.ERROR if job.state is JobState.FAILED else Level.INFO
+        level = EventLevel.ERROR if job.state is JobState.FAILED else EventLevel.INFO
         self._events.emit("job.updated", message, level=level, data=document)

@@ -5,14 +5,14 @@ import threading
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 
 LIFETIME_S = 15.0
 """How long a lease lasts after it was last heard of."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Grant:
+class GrantedLease:
     """What the holder of the lease knows."""
 
     token: str
@@ -50,7 +50,7 @@ class Lease:
             held = self._current()
             return (held.expires_ns - self._clock.now_ns()) / 1e9 if held else None
 
-    def take(self, holder: str, *, take_over: bool) -> Grant:
+    def take(self, holder: str, *, take_over: bool) -> GrantedLease:
         """Give the lease to `holder`; from another holder only with `take_over`, which is written down."""
         with self._lock:
             before = self._current()
@@ -63,9 +63,9 @@ class Lease:
             )
             granted = self._grant(self._held)
         if before is not None:
-            message, level = f"{holder} took the control lease over from {before.holder}", Level.WARNING
+            message, level = f"{holder} took the control lease over from {before.holder}", EventLevel.WARNING
         else:
-            message, level = f"{holder} holds the control lease", Level.INFO
+            message, level = f"{holder} holds the control lease", EventLevel.INFO
         self._events.emit(
             "lease.changed",
             message,
@@ -74,7 +74,7 @@ class Lease:
         )
         return granted
 
-    def renew(self, token: str | None) -> Grant:
+    def renew(self, token: str | None) -> GrantedLease:
         """Extend the lease that `token` belongs to."""
         with self._lock:
             held = self._require(token, "keep the lease")
@@ -117,9 +117,9 @@ class Lease:
             raise _held_by(held.holder, asked)
         return held
 
-    def _grant(self, held: _Held) -> Grant:
+    def _grant(self, held: _Held) -> GrantedLease:
         left_s = (held.expires_ns - self._clock.now_ns()) / 1e9
-        return Grant(token=held.token, holder=held.holder, expires_in_s=left_s)
+        return GrantedLease(token=held.token, holder=held.holder, expires_in_s=left_s)
 
 
 def _same(token: str | None, expected: str) -> bool:

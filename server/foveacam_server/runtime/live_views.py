@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
-from foveacam_server.runtime.ports import PictureSink, Rig
+from foveacam_server.runtime.ports import AssembledRig, PictureSink
 from foveacam_server.runtime.rig_status import FrameRate
 
 SESSION_WIDE_HZ = 4.0
@@ -77,7 +77,9 @@ class LiveViews:
             rate_hz = min(rate_hz, SESSION_WIDE_HZ)
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
-    def take_wide(self, rig: Rig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS) -> Frame:
+    def take_wide(
+        self, rig: AssembledRig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS
+    ) -> Frame:
         """Show and return the newest wide frame, after those that wait where somebody wants all."""
         overlay = self._overlay(gaze)
         for _ in range(rig.wide.waiting if self._sink.wants_every(Role.WIDE.value) else 0):

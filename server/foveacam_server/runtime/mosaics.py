@@ -6,15 +6,20 @@ from dataclasses import asdict
 
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.capturing.capture_collection import MOSAICS, StoredCapture
+from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic, begun_as
 from foveacam_server.capturing.mosaic_documents import choices_document, made_document, mosaic_url, outlook
 from foveacam_server.capturing.mosaic_needs import MosaicNeeds, check_room, needs_of
-from foveacam_server.capturing.mosaic_process import MosaicWish
-from foveacam_server.capturing.mosaic_shelf import KeptMosaic, MosaicShelf, begun_as
-from foveacam_server.capturing.shelf import MOSAICS, Kept
+from foveacam_server.capturing.mosaic_process import MosaicSpec
 from foveacam_server.errors import problem_of
+from foveacam_server.runtime.derived_products import (
+    DerivedProduct,
+    DerivedProductJobs,
+    DerivedProductTools,
+    Run,
+)
 from foveacam_server.runtime.job_table import Job
-from foveacam_server.runtime.making import Kind, Making, MakingTools, Run
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 from foveacam_server.runtime.store import Document
 
 NOUN = "mosaic"
@@ -24,15 +29,15 @@ PROCESS = "foveacam_server.capturing.mosaic_process"
 class MosaicService:
     """One door to the mosaics of this data directory."""
 
-    def __init__(self, tools: MakingTools, viewer: Viewer | None) -> None:
+    def __init__(self, tools: DerivedProductTools, viewer: SceneViewer | None) -> None:
         """`viewer`: the 3D scene to show them in, if there is one."""
-        self.shelf = MosaicShelf(tools.captures.shelf.folder / MOSAICS)
+        self.shelf = MosaicCollection(tools.captures.shelf.folder / MOSAICS)
         self._captures, self._viewer = tools.captures, viewer
         self._lock = threading.Lock()
         self._shown: str | None = None
-        self._making = Making(Kind(noun=NOUN, process=PROCESS, make=self._make), tools)
+        self._making = DerivedProductJobs(DerivedProduct(noun=NOUN, process=PROCESS, make=self._make), tools)
 
-    def start(self, capture_id: str, wish: MosaicWish, *, idempotency_key: str | None = None) -> Job:
+    def start(self, capture_id: str, wish: MosaicSpec, *, idempotency_key: str | None = None) -> Job:
         """Queue a mosaic, or the rest of one that was begun; refuse at once what cannot be made."""
         return self._making.start(
             capture_id,
@@ -102,26 +107,26 @@ class MosaicService:
             self._shown = None
         self._making.tell("hidden", "a mosaic is out of the 3D scene", capture_id)
 
-    def _make(self, kept: Kept, wish: Document, run: Run) -> str:
+    def _make(self, kept: StoredCapture, wish: Document, run: Run) -> str:
         run([str(kept.folder), str(self.shelf.prepare(kept.id)), json.dumps(wish)])
         self.hide(kept.id)
         self.shelf.finish(kept.id)
         return mosaic_url(kept.id)
 
-    def _prospect(self, kept: Kept) -> Document:
+    def _prospect(self, kept: StoredCapture) -> Document:
         """Return what a mosaic of the left eye would take, or why there can be none."""
         try:
-            needs = self._needs(kept, MosaicWish())
+            needs = self._needs(kept, MosaicSpec())
             check_room(needs)
         except FoveaError as error:
             return {"needs": None, "refusal": problem_of(error).document()}
         return {"needs": asdict(needs), "refusal": None}
 
-    def _needs(self, kept: Kept, wish: MosaicWish) -> MosaicNeeds:
+    def _needs(self, kept: StoredCapture, wish: MosaicSpec) -> MosaicNeeds:
         return needs_of(self._making.ended_dataset(kept), wish, self.shelf.folder.parent)
 
 
-def _state(made: KeptMosaic | None, *, building: bool, begun: bool) -> str:
+def _state(made: StoredMosaic | None, *, building: bool, begun: bool) -> str:
     if building:
         return "building"
     if made is not None:
@@ -129,7 +134,7 @@ def _state(made: KeptMosaic | None, *, building: bool, begun: bool) -> str:
     return "unfinished" if begun else "none"
 
 
-def _outdated(dataset: Dataset | None, made: KeptMosaic) -> bool:
+def _outdated(dataset: Dataset | None, made: StoredMosaic) -> bool:
     """Tell whether the capture has grown since: a dataset's points are never changed, only added."""
     if dataset is None:
         return False

@@ -11,28 +11,35 @@ from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, lo
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
-from foveacam_server.calibrating.sessions import SessionShelf
-from foveacam_server.resources.measurements.places import Shown
+from foveacam_server.calibrating.sessions import SessionCollection
+from foveacam_server.resources.measurements.places import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
-from foveacam_server.resources.suggestions.service import SuggestionDesk
-from foveacam_server.resources.wide_depth.keeping import ContextKeeper
+from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
-from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
-from foveacam_server.runtime.calibration_runs import Equipment
-from foveacam_server.runtime.clouds import CloudShelf
-from foveacam_server.runtime.collected import live_rates, open_collected
-from foveacam_server.runtime.computing import Computing
+from foveacam_server.runtime.calibration_runs import CalibrationJobTools
+from foveacam_server.runtime.calibration_session_service import CalibrationSessionService
+from foveacam_server.runtime.clouds import CloudCollection
+from foveacam_server.runtime.collection_services import live_rates, open_collected
+from foveacam_server.runtime.compute_queue import ComputeQueue
 from foveacam_server.runtime.drift_checks import DriftChecks
-from foveacam_server.runtime.fixations import FixationService, Tools
-from foveacam_server.runtime.ground import Ground, Lore, Sights, lay_ground, open_lore, open_sights
+from foveacam_server.runtime.fixations import FixationService, FixationTools
+from foveacam_server.runtime.foundation import (
+    DisplayServices,
+    RigKnowledge,
+    ServerFoundation,
+    lay_ground,
+    open_lore,
+    open_sights,
+)
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
-from foveacam_server.runtime.pan_tilt import PanTiltDesk
-from foveacam_server.runtime.ports import Rig
-from foveacam_server.runtime.rail import RailDesk
-from foveacam_server.runtime.scene_follower import SceneFollower, Sight
+from foveacam_server.runtime.pan_tilt import PanTiltService
+from foveacam_server.runtime.ports import AssembledRig
+from foveacam_server.runtime.rail import RailService
+from foveacam_server.runtime.scene_follower import RigGaze, SceneFollower
 from foveacam_server.runtime.services import Services
 from foveacam_server.runtime.shapes import ShapeWorker
 from foveacam_server.runtime.stop import StopSwitch
@@ -59,7 +66,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     collected = open_collected(ground, lore, sights, hardware=hardware, jobs=jobs)
     study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
     stop, stopping = _stop(ground, hardware, jobs)
-    computing = Computing()
+    computing = ComputeQueue()
     stack.callback(computing.close)
     hardware.start()
     _follow(ground, lore, sights, hardware)
@@ -75,8 +82,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         hardware=hardware,
         cameras=lore.cameras,
         trigger_tests=trigger_tests,
-        pan_tilt=PanTiltDesk(hardware),
-        rail=RailDesk(hardware),
+        pan_tilt=PanTiltService(hardware),
+        rail=RailService(hardware),
         settling=lore.settling,
         stop=stop,
         computing=computing,
@@ -96,7 +103,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         fixations=study.fixations,
         wide_depth=study.wide_depth,
         measurements=study.measurements,
-        suggestions=SuggestionDesk(sights.hub),
+        suggestions=SuggestionService(sights.hub),
         viewer=sights.viewer,
     )
 
@@ -105,15 +112,20 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
 class _Calibrating:
     """What measures calibrations, and what keeps them."""
 
-    desk: CalibrationDesk
+    desk: CalibrationSessionService
     drift: DriftChecks
     records: CalibrationRecords
 
 
 def _open_calibrating(
-    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, jobs: JobRunner
+    ground: ServerFoundation,
+    lore: RigKnowledge,
+    sights: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
 ) -> _Calibrating:
-    equipment = Equipment(
+    equipment = CalibrationJobTools(
         hardware=hardware,
         calibration=lore.calibration,
         jobs=jobs,
@@ -122,14 +134,19 @@ def _open_calibrating(
         clock=ground.clock,
         settling=lore.settling,
     )
-    sessions, drift = SessionShelf(lore.folder / "sessions"), DriftChecks(lore.folder / "drift", equipment)
+    sessions, drift = (
+        SessionCollection(lore.folder / "sessions"),
+        DriftChecks(lore.folder / "drift", equipment),
+    )
     records = CalibrationRecords(
         lore.calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=lore.health
     )
-    return _Calibrating(desk=CalibrationDesk(sessions, equipment), drift=drift, records=records)
+    return _Calibrating(desk=CalibrationSessionService(sessions, equipment), drift=drift, records=records)
 
 
-def _trigger_tests(ground: Ground, lore: Lore, *, hardware: HardwareThread, jobs: JobRunner) -> TriggerTests:
+def _trigger_tests(
+    ground: ServerFoundation, lore: RigKnowledge, *, hardware: HardwareThread, jobs: JobRunner
+) -> TriggerTests:
     folder = lore.cameras_folder / "self_tests"
     return TriggerTests(folder, cameras=lore.cameras, hardware=hardware, jobs=jobs, events=ground.events)
 
@@ -138,13 +155,13 @@ def _trigger_tests(ground: Ground, lore: Lore, *, hardware: HardwareThread, jobs
 class _Study:
     """What becomes of a look."""
 
-    clouds: CloudShelf
+    clouds: CloudCollection
     fixations: FixationService
     wide_depth: WideDepthService
     measurements: MeasurementService
 
 
-def _hardware(ground: Ground, lore: Lore, sights: Sights) -> HardwareThread:
+def _hardware(ground: ServerFoundation, lore: RigKnowledge, sights: DisplayServices) -> HardwareThread:
     settings = ground.settings
     hardware = HardwareThread(
         lambda: _open_rig(ground, lore),
@@ -160,10 +177,15 @@ def _hardware(ground: Ground, lore: Lore, sights: Sights) -> HardwareThread:
 
 
 def _open_study(
-    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, jobs: JobRunner
+    ground: ServerFoundation,
+    lore: RigKnowledge,
+    sights: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
 ) -> _Study:
     """Open what fixations need, and start the threads that work; jobs have their handlers by now."""
-    clouds = CloudShelf(ground.store)
+    clouds = CloudCollection(ground.store)
     wide_depth = _wide_depth(ground, lore, sights, hardware=hardware, jobs=jobs)
 
     def on_fixation(fixation: Fixation, calibration: Calibration) -> None:
@@ -171,7 +193,7 @@ def _open_study(
         wide_depth.add(fixation, calibration)
 
     shapes = ShapeWorker(shelf=clouds, sink=sights.hub, viewer=sights.viewer, events=ground.events)
-    tools = Tools(
+    tools = FixationTools(
         hardware=hardware,
         calibration=lore.calibration,
         jobs=jobs,
@@ -193,7 +215,12 @@ def _open_study(
 
 
 def _wide_depth(
-    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, jobs: JobRunner
+    ground: ServerFoundation,
+    lore: RigKnowledge,
+    sights: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
 ) -> WideDepthService:
     keeper = ContextKeeper(
         ground.store.subfolder("wide_depth"),
@@ -213,7 +240,12 @@ def _wide_depth(
 
 
 def _open_measurements(
-    ground: Ground, lore: Lore, sights: Sights, *, hardware: HardwareThread, clouds: CloudShelf
+    ground: ServerFoundation,
+    lore: RigKnowledge,
+    sights: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    clouds: CloudCollection,
 ) -> MeasurementService:
     def picture_t_ns(view: str) -> int | None:
         newest = sights.hub.newest(view)
@@ -222,7 +254,7 @@ def _open_measurements(
     tools = MeasuringTools(
         shelf=clouds,
         wide=lambda: lore.calibration.require().wide,
-        shown=Shown(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
+        shown=ShownViews(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
         events=ground.events,
         viewer=sights.viewer,
     )
@@ -231,30 +263,34 @@ def _open_measurements(
     return measurements
 
 
-def _stop(ground: Ground, hardware: HardwareThread, jobs: JobRunner) -> tuple[StopSwitch, ThreadPoolExecutor]:
+def _stop(
+    ground: ServerFoundation, hardware: HardwareThread, jobs: JobRunner
+) -> tuple[StopSwitch, ThreadPoolExecutor]:
     stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=ground.events)
     stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
     ground.stack.callback(stopping.shutdown)
     return stop, stopping
 
 
-def _follow(ground: Ground, lore: Lore, sights: Sights, hardware: HardwareThread) -> None:
+def _follow(
+    ground: ServerFoundation, lore: RigKnowledge, sights: DisplayServices, hardware: HardwareThread
+) -> None:
     """Let the 3D pane show where the foveae look."""
     if sights.viewer is None:
         return
 
-    def sight() -> Sight | None:
+    def sight() -> RigGaze | None:
         current = lore.calibration.current
         if current is None:
             return None
-        return Sight(calibration=current, volts=hardware.pose, distance_m=sights.overlay.distance_m)
+        return RigGaze(calibration=current, volts=hardware.pose, distance_m=sights.overlay.distance_m)
 
     follower = SceneFollower(sights.viewer, sight=sight)
     follower.start()
     ground.stack.callback(follower.close)
 
 
-def _open_rig(ground: Ground, lore: Lore) -> Rig:
+def _open_rig(ground: ServerFoundation, lore: RigKnowledge) -> AssembledRig:
     replay = ground.settings.replay
     if replay is not None:
         return _open_replay(ground, lore, replay)
@@ -264,7 +300,7 @@ def _open_rig(ground: Ground, lore: Lore) -> Rig:
     return rig
 
 
-def _open_replay(ground: Ground, lore: Lore, replay: Path) -> Rig:
+def _open_replay(ground: ServerFoundation, lore: RigKnowledge, replay: Path) -> AssembledRig:
     """Return the rig that plays a recording, with the calibration that was recorded with it."""
     from foveacam_server.runtime.replay import open_recording, playback_of
 

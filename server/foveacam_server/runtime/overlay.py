@@ -11,7 +11,7 @@ from foveacam_server.runtime.store import Document
 NOWHERE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
 
 
-class Overlay:
+class GazeOverlay:
     """Computes the overlay of a gaze; keeps the last, for the gaze rests most of the time."""
 
     def __init__(self, calibration: Callable[[], Calibration | None]) -> None:

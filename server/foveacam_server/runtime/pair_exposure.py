@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from foveacam_hardware.contract import FoveaError, Frame, Sighting, Span, StereoVolts
+from foveacam_hardware.contract import FoveaError, Frame, Sighting, StereoVolts, ValueRange
 
 MEAN = 0.5
 """Of full scale: where the mean of the brighter picture is brought to."""
@@ -46,7 +46,7 @@ class PairSettings:
 
     exposure_ns: int
     gain_db: float
-    span_ns: Span
+    span_ns: ValueRange
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,15 +13,15 @@ from foveacam_hardware.contract import (
     PanTiltState,
     Station,
 )
-from foveacam_server.calibrating.workplace import no_pan_tilt
+from foveacam_server.calibrating.step_environment import no_pan_tilt
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.rig_status import PanTiltStatus
 
 
-class PanTiltDesk:
+class PanTiltService:
     """Takes wishes of where the rig shall point; moves are refused while stopped or while a job works."""
 
     def __init__(self, hardware: HardwareThread) -> None:
@@ -143,17 +143,17 @@ def exclusive_pan_tilt(hardware: HardwareThread, *, cancelled: Callable[[], bool
     return None if status is None else ExclusivePanTilt(hardware, status, cancelled=cancelled)
 
 
-def begin_move(rig: Rig, pose: PanTiltPose, *, halted: Callable[[], bool]) -> None:
+def begin_move(rig: AssembledRig, pose: PanTiltPose, *, halted: Callable[[], bool]) -> None:
     """Begin a move in the hardware thread; one that a stop overtakes is held again."""
     _begin(rig, lambda pan_tilt: pan_tilt.move_to(pose), halted=halted)
 
 
-def begin_homing(rig: Rig, *, halted: Callable[[], bool]) -> None:
+def begin_homing(rig: AssembledRig, *, halted: Callable[[], bool]) -> None:
     """Begin a homing in the hardware thread; one that a stop overtakes is held again."""
     _begin(rig, lambda pan_tilt: pan_tilt.home(), halted=halted)
 
 
-def _begin(rig: Rig, move: Callable[[PanTilt], None], *, halted: Callable[[], bool]) -> None:
+def _begin(rig: AssembledRig, move: Callable[[PanTilt], None], *, halted: Callable[[], bool]) -> None:
     pan_tilt = _of(rig)
     if halted():
         raise refusals.stopped()
@@ -163,7 +163,7 @@ def _begin(rig: Rig, move: Callable[[PanTilt], None], *, halted: Callable[[], bo
         raise refusals.stopped()
 
 
-def _of(rig: Rig) -> PanTilt:
+def _of(rig: AssembledRig) -> PanTilt:
     if rig.pan_tilt is None:
         raise no_pan_tilt("turn the rig")
     return rig.pan_tilt

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.obstacles import (
-    Clutter,
+    RandomObstacles,
     clear_probability,
     corridor_m2,
     success_probability,
     success_slope_per_m,
 )
-from foveacam_pipeline.study.standoff import NearBound, Ring, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
 from foveacam_server.runtime.store import Document
 
 CURVE_POINTS = 121
@@ -20,7 +20,7 @@ WIDER = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RingWish:
+class RingSpec:
     """What a ring is asked for by; see the REST model of the same fields."""
 
     feature_m: float
@@ -36,7 +36,7 @@ class RingWish:
         """The angle that the feature must fill."""
         return resolution_rad(self.px_per_deg, pixels=self.pixels)
 
-    def ring(self) -> Ring:
+    def ring(self) -> StandoffRing:
         """Return where an observer may stand (Eqs. 6-9)."""
         angle_rad = self.resolution_rad
         if angle_rad >= math.pi:
@@ -50,7 +50,7 @@ class RingWish:
         return ring(self.d_min_m, d_max_m, near_error_m=self.near_error_m, bound=bound)
 
 
-def ring_document(wish: RingWish) -> Document:
+def ring_document(wish: RingSpec) -> Document:
     """Return the ring, and in words why it is empty where it is."""
     found = wish.ring()
     return {
@@ -64,7 +64,7 @@ def ring_document(wish: RingWish) -> Document:
     }
 
 
-def why_empty(wish: RingWish, found: Ring) -> str:
+def why_empty(wish: RingSpec, found: StandoffRing) -> str:
     """Say why nobody can stand anywhere (Eq. 7), and what would help."""
     error = NearBound(wish.bound) is not NearBound.PLAIN and wish.near_error_m > 0.0
     near = (
@@ -76,7 +76,7 @@ def why_empty(wish: RingWish, found: Ring) -> str:
     )
 
 
-def standoff_document(wish: RingWish, clutter: Clutter, *, domain_m2: float | None) -> Document:
+def standoff_document(wish: RingSpec, clutter: RandomObstacles, *, domain_m2: float | None) -> Document:
     """Return the ring, the chances among random obstacles, and the curve of Eq. 12 over the same domain."""
     found = wish.ring()
     reach_m = found.inner_m if found.empty else found.outer_m
@@ -99,11 +99,11 @@ def standoff_document(wish: RingWish, clutter: Clutter, *, domain_m2: float | No
     }
 
 
-def _curve(inner_m: float, clutter: Clutter, domain_m2: float) -> Document:
+def _curve(inner_m: float, clutter: RandomObstacles, domain_m2: float) -> Document:
     """Return Eq. 12 for every D_max that the domain holds."""
     last_m = math.sqrt(domain_m2 / math.pi)
     reaches_m = [last_m * index / (CURVE_POINTS - 1) for index in range(CURVE_POINTS)]
-    rings = [Ring(inner_m=inner_m, outer_m=reach_m) for reach_m in reaches_m]
+    rings = [StandoffRing(inner_m=inner_m, outer_m=reach_m) for reach_m in reaches_m]
     return {
         "d_max_m": reaches_m,
         "success": [success_probability(each, clutter, domain_m2=domain_m2) for each in rings],

@@ -18,9 +18,9 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.map_files import geojson_of, map_from_geojson, map_from_picture
 from foveacam_pipeline.study.maps import FieldMap, Place, RandomMap
 from foveacam_pipeline.study.regions import annulus, areas, feasible_regions
-from foveacam_pipeline.study.standoff import Ring
+from foveacam_pipeline.study.standoff import StandoffRing
 from foveacam_server.runtime.picture_size import picture_size
-from foveacam_server.runtime.planner import RingWish, ring_document
+from foveacam_server.runtime.planner import RingSpec, ring_document
 from foveacam_server.runtime.store import Document
 
 MOST_VERTICES = 10_000
@@ -111,14 +111,14 @@ def map_document(field: FieldMap) -> Document:
 
 
 def regions_document(
-    field: FieldMap, wish: RingWish, *, agent_radius_m: float, points_m: Sequence[Place]
+    field: FieldMap, wish: RingSpec, *, agent_radius_m: float, points_m: Sequence[Place]
 ) -> Document:
     """Return where one can stand on a map: regions, areas, and targets in sight at some points."""
     began_s = time.perf_counter()
     _check_sights(field)
     ring = wish.ring()
     reach_m = 1.01 * math.hypot(*field.size_m)  # beyond it there is no ground
-    within = Ring(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
+    within = StandoffRing(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
     try:
         regions = feasible_regions(field, within, agent_radius_m=agent_radius_m)
         union = shapely.union_all(list(regions))
@@ -162,7 +162,9 @@ def _in_sight(place: Place, regions: Sequence[BaseGeometry]) -> Document:
     return {"x_m": place[0], "y_m": place[1], "targets": seen}
 
 
-def _drawn(field: FieldMap, ring: Ring, regions: Sequence[BaseGeometry], union: BaseGeometry) -> Document:
+def _drawn(
+    field: FieldMap, ring: StandoffRing, regions: Sequence[BaseGeometry], union: BaseGeometry
+) -> Document:
     document = geojson_of(field, regions=regions)
     rings = [annulus(place, ring) for place in field.targets_m]
     document["features"] += [

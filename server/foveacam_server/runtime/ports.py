@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Station
-from foveacam_hardware.simulated_faults import Breakable
+from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
@@ -34,7 +34,7 @@ class RigProblem(Protocol):
         ...
 
 
-class Rig(CaptureRig, Protocol):
+class AssembledRig(CaptureRig, Protocol):
     """An assembled rig, with more than a capture needs of it.
 
     One thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: how long a look
@@ -69,7 +69,7 @@ class Rig(CaptureRig, Protocol):
         ...
 
     @property
-    def breakable(self) -> Breakable | None:
+    def breakable(self) -> FaultInjector | None:
         """What breaks it on purpose; None when it is not simulated."""
         ...
 
@@ -90,11 +90,11 @@ class Rig(CaptureRig, Protocol):
 class CameraKeeper(Protocol):
     """What keeps cameras as the operator wants them; called by the hardware thread alone."""
 
-    def restore(self, rig: Rig) -> None:
+    def restore(self, rig: AssembledRig) -> None:
         """Give each camera that was opened what is kept for it."""
         ...
 
-    def notice(self, rig: Rig) -> None:
+    def notice(self, rig: AssembledRig) -> None:
         """See what cameras have set themselves to."""
         ...
 
@@ -119,7 +119,7 @@ class PictureSink(Protocol):
         ...
 
 
-class Viewer(Protocol):
+class SceneViewer(Protocol):
     """The 3D pane. Calls may take milliseconds, so never from the hardware thread."""
 
     @property

@@ -16,11 +16,11 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RailSeen:
+class RailStatus:
     """The rail at one moment."""
 
     info: DeviceInfo
@@ -30,14 +30,14 @@ class RailSeen:
     state: RailState
 
 
-class RailDesk:
+class RailService:
     """Takes wishes of where the rig shall stand; moves are refused while stopped or while a job works."""
 
     def __init__(self, hardware: HardwareThread) -> None:
         self._hardware = hardware
         self._known: Rail | None = None  # a hold goes past the queue, to the device itself
 
-    def seen_now(self) -> "Future[RailSeen | None]":
+    def seen_now(self) -> "Future[RailStatus | None]":
         """Ask the device itself; None when the rig has none."""
         return self._hardware.submit(self._look)
 
@@ -77,7 +77,7 @@ class RailDesk:
             rail.hold()
             raise
 
-    def _go_to_place(self, rig: Rig, name: str) -> float:
+    def _go_to_place(self, rig: AssembledRig, name: str) -> float:
         rail, places = self._of(rig), rig.rail_places
         position_m = next((place.position_m for place in places if place.name == name), None)
         if position_m is not None:
@@ -92,11 +92,11 @@ class RailDesk:
             remedy="choose one, or name them in the rig's file ([[rail.places]])",
         )
 
-    def _look(self, rig: Rig) -> RailSeen | None:
+    def _look(self, rig: AssembledRig) -> RailStatus | None:
         rail = self._known = rig.rail
         if rail is None:
             return None
-        return RailSeen(
+        return RailStatus(
             info=rail.info,
             limits=rail.limits,
             moves_itself=rail.moves_itself,
@@ -104,7 +104,7 @@ class RailDesk:
             state=rail.state,
         )
 
-    def _of(self, rig: Rig) -> Rail:
+    def _of(self, rig: AssembledRig) -> Rail:
         self._known = rig.rail
         if rig.rail is None:
             remedy = "name one in the rig's file ([rail], kind grbl or manual)"

@@ -17,21 +17,21 @@ from foveacam_hardware.contract import (
     Role,
     StorageFull,
 )
-from foveacam_pipeline.capture.recording.bounds import USUAL_S, Bounds, Ended, reserve_words
+from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds, reserve_words
 from foveacam_pipeline.capture.recording.recorder import Recorder
-from foveacam_pipeline.capture.recording.session import Session
+from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.capture.reserve import free_bytes
 from foveacam_server.recordings.begin import check_room, full_rates, identity_of
-from foveacam_server.recordings.depth import DepthDesk
+from foveacam_server.recordings.depth import RecordedDepthService
 from foveacam_server.recordings.documents import URL, live_document, recording_document
+from foveacam_server.recordings.frame_tap import FrameTap
 from foveacam_server.recordings.live import LiveRecording
-from foveacam_server.recordings.notes import Notes, notes_path, write_notes
+from foveacam_server.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.recordings.opened import OpenRecordings
-from foveacam_server.recordings.shelf import KeptRecording, RecordingShelf
-from foveacam_server.recordings.tap import FrameTap
+from foveacam_server.recordings.recording_collection import RecordingCollection, StoredRecording
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibrations import CalibrationService
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.films import FilmService
 from foveacam_server.runtime.frame_hub import FrameHub
@@ -72,9 +72,9 @@ class RecordingService:
     """One door to the recordings of this data directory. One is made at a time; the rig stays free."""
 
     def __init__(self, folder: Path, tools: RecordingTools) -> None:
-        self.shelf = RecordingShelf(folder)
+        self.shelf = RecordingCollection(folder)
         self.opened = OpenRecordings()
-        self.depth = DepthDesk(self.opened)
+        self.depth = RecordedDepthService(self.opened)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveRecording | None = None
@@ -152,7 +152,7 @@ class RecordingService:
             return self._shown(live)
         return recording_document(self.shelf.get(recording_id, but=None if live is None else live.path))
 
-    def kept(self, recording_id: str) -> KeptRecording:
+    def kept(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
         live = self._current()
         if live is not None and live.id == recording_id:
@@ -204,19 +204,19 @@ class RecordingService:
             live = self._live
         if live is None or live.job_id != context.job.id:
             raise AssertionError("a recording is begun under the lock that it is known by")
-        ended, why = Ended.FAILED, "an error that nobody foresaw; the cause is in the server's log"
+        ended, why = EndCause.FAILED, "an error that nobody foresaw; the cause is in the server's log"
         try:
             ended = self._record(context, live)
-            why = reserve_words(live.path) if ended is Ended.DISK_RESERVE else ""
+            why = reserve_words(live.path) if ended is EndCause.DISK_RESERVE else ""
         except FoveaError as error:
-            ended = Ended.CANCELLED if isinstance(error, Cancelled) else Ended.FAILED
+            ended = EndCause.CANCELLED if isinstance(error, Cancelled) else EndCause.FAILED
             why = str(error)
             raise
         finally:
             self._end(live, ended=ended, why=why)
         return f"{URL}/{live.id}"
 
-    def _record(self, context: JobContext, live: LiveRecording) -> Ended:
+    def _record(self, context: JobContext, live: LiveRecording) -> EndCause:
         """Record until it shall end, and return why it did; raise what broke it off."""
         live.recorder = recorder = _begun(live)
         try:
@@ -229,7 +229,7 @@ class RecordingService:
         context.check()
         return ended
 
-    def _wait(self, context: JobContext, live: LiveRecording) -> Ended:
+    def _wait(self, context: JobContext, live: LiveRecording) -> EndCause:
         """Return what ends it, unless it was cancelled or is broken."""
         due_ns = 0
         while not (context.cancelled() or live.broken or live.stopping.wait(LOOK_S)):
@@ -243,12 +243,12 @@ class RecordingService:
                 context.progress(
                     round(elapsed_s), total=_whole(longest_s), note=live.told(), left_s=longest_s - elapsed_s
                 )
-        return Ended.STOPPED
+        return EndCause.STOPPED
 
-    def _end(self, live: LiveRecording, *, ended: Ended, why: str) -> None:
+    def _end(self, live: LiveRecording, *, ended: EndCause, why: str) -> None:
         """Write down what became of it, and tell; a disk that took no more may not take that either."""
         counts = {stream: found.document() for stream, found in live.statistics.items()}
-        notes = Notes(
+        notes = RecordingNotes(
             id=live.id,
             label=live.label,
             created_utc=live.created_utc,
@@ -266,7 +266,7 @@ class RecordingService:
         live.ended.set()
         told = f"recording {live.name} has ended: {why or live.told()}"
         data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
-        level = Level.ERROR if why else Level.INFO
+        level = EventLevel.ERROR if why else EventLevel.INFO
         self._tools.events.emit("recording.ended", told, level=level, data=data)
 
     # Inside -----------------------------------------------------------------------------------------------
@@ -278,7 +278,7 @@ class RecordingService:
             return None
         return live
 
-    def _ended(self) -> list[KeptRecording]:
+    def _ended(self) -> list[StoredRecording]:
         live = self._current()
         return self.shelf.every(but=None if live is None else live.path)
 
@@ -300,8 +300,10 @@ class RecordingService:
             frames.append((0 if newest is None else newest.image.nbytes, rate_hz))
         check_room(frames, duration_s=duration_s, free_bytes=self._free_bytes())
 
-    def _bounds(self, duration_s: float | None) -> Bounds:
-        return Bounds(longest_s=USUAL_S if duration_s is None else duration_s, free_bytes=self._free_bytes)
+    def _bounds(self, duration_s: float | None) -> RecordingBounds:
+        return RecordingBounds(
+            longest_s=USUAL_S if duration_s is None else duration_s, free_bytes=self._free_bytes
+        )
 
     def _free_bytes(self) -> int:
         return self._tools.free_bytes(self.shelf.folder)
@@ -316,8 +318,8 @@ class RecordingService:
 def _begun(live: LiveRecording) -> Recorder:
     """Return the recorder of a new file with its notes; where the disk takes neither, nothing is left."""
     try:
-        write_notes(live.path, Notes(id=live.id, label=live.label, created_utc=live.created_utc))
-        return Recorder(live.path, Session(timestamp=live.created_utc, rig=live.rig))
+        write_notes(live.path, RecordingNotes(id=live.id, label=live.label, created_utc=live.created_utc))
+        return Recorder(live.path, RecordingSession(timestamp=live.created_utc, rig=live.rig))
     except (StorageFull, DeviceFault):
         with suppress(OSError):
             notes_path(live.path).unlink(missing_ok=True)

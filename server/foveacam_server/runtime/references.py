@@ -7,6 +7,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.capture.dataset.derived import drop_half_made, remove_reference
 from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.rail_stops import footing_of
+from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.points import brackets_of
 from foveacam_server.capturing.reference_documents import (
     made_document,
@@ -14,11 +15,15 @@ from foveacam_server.capturing.reference_documents import (
     reference_url,
     stops_document,
 )
-from foveacam_server.capturing.reference_process import ReferenceWish
-from foveacam_server.capturing.shelf import Kept
+from foveacam_server.capturing.reference_process import ReferenceSpec
 from foveacam_server.errors import problem_of
+from foveacam_server.runtime.derived_products import (
+    DerivedProduct,
+    DerivedProductJobs,
+    DerivedProductTools,
+    Run,
+)
 from foveacam_server.runtime.job_table import Job
-from foveacam_server.runtime.making import Kind, Making, MakingTools, Run
 from foveacam_server.runtime.store import Document
 
 NOUN = "reference"
@@ -28,11 +33,11 @@ PROCESS = "foveacam_server.capturing.reference_process"
 class ReferenceService:
     """One door to the references of this data directory's captures."""
 
-    def __init__(self, tools: MakingTools) -> None:
+    def __init__(self, tools: DerivedProductTools) -> None:
         self._captures = tools.captures
-        self._making = Making(Kind(noun=NOUN, process=PROCESS, make=self._make), tools)
+        self._making = DerivedProductJobs(DerivedProduct(noun=NOUN, process=PROCESS, make=self._make), tools)
 
-    def start(self, capture_id: str, wish: ReferenceWish, *, idempotency_key: str | None = None) -> Job:
+    def start(self, capture_id: str, wish: ReferenceSpec, *, idempotency_key: str | None = None) -> Job:
         """Queue a reference; refuse at once what the dataset's index tells cannot be made."""
         return self._making.start(
             capture_id,
@@ -75,7 +80,7 @@ class ReferenceService:
         """Raise Busy while a reference of this capture is being made."""
         self._making.check_idle(capture_id, asked)
 
-    def _make(self, kept: Kept, wish: Document, run: Run) -> str:
+    def _make(self, kept: StoredCapture, wish: Document, run: Run) -> str:
         try:
             run([str(kept.folder), json.dumps(wish)])
         finally:
@@ -83,13 +88,13 @@ class ReferenceService:
                 drop_half_made(kept.folder)
         return reference_url(kept.id)
 
-    def _check(self, kept: Kept, wish: ReferenceWish) -> None:
+    def _check(self, kept: StoredCapture, wish: ReferenceSpec) -> None:
         footing_of(self._making.ended_dataset(kept), scan=wish.scan, bracket=wish.bracket)
 
-    def _refusal(self, kept: Kept) -> Document | None:
+    def _refusal(self, kept: StoredCapture) -> Document | None:
         """Return why there can be none, whatever is asked for."""
         try:
-            self._check(kept, ReferenceWish())
+            self._check(kept, ReferenceSpec())
         except FoveaError as error:
             return problem_of(error).document()
         return None

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceInfo, InvalidInput, MirrorVolts, Role
-from foveacam_hardware.drivers.replay.source import Recorded
-from foveacam_hardware.drivers.replay.tape import AtEnd, Playback
+from foveacam_hardware.drivers.replay.source import RecordedExposure
+from foveacam_hardware.drivers.replay.timeline import EndOfPlayback, Playback
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import wide_lens_of
-from foveacam_pipeline.capture.recording.streams import Stream
+from foveacam_pipeline.capture.recording.streams import RecordedStream
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.settings import Settings
 
@@ -25,7 +25,7 @@ class PlayedCamera:
     """Implements `RecordedCamera` over one stream; `lock`: of the whole recording."""
 
     def __init__(
-        self, recording: Recording, stream: Stream, *, info: DeviceInfo, lock: threading.Lock
+        self, recording: Recording, stream: RecordedStream, *, info: DeviceInfo, lock: threading.Lock
     ) -> None:
         self._recording = recording
         self._stream = stream
@@ -37,12 +37,12 @@ class PlayedCamera:
         """(n,) moments of the exposures."""
         return self._stream.t_ns
 
-    def frame(self, index: int) -> Recorded:
+    def frame(self, index: int) -> RecordedExposure:
         """Return one frame."""
         with self._lock:
             found = self._recording.frame(self._stream.name, index)
         pose = found.pose
-        return Recorded(
+        return RecordedExposure(
             image=found.image,
             bits=found.bits,
             volts=pose.volts,
@@ -79,7 +79,7 @@ class PlayedRig:
         with self._lock:
             self._recording.close()
 
-    def _camera(self, stream: Stream) -> PlayedCamera:
+    def _camera(self, stream: RecordedStream) -> PlayedCamera:
         rig, path = self._recording.rig, self._recording.path
         recorded = None if rig is None else rig.cameras.get(stream.name)
         info = DeviceInfo(
@@ -106,4 +106,4 @@ def open_recording(path: Path) -> PlayedRig:
 
 def playback_of(settings: Settings) -> Playback:
     """Return how the settings want it played."""
-    return Playback(speed=settings.replay_speed, at_end=AtEnd(settings.replay_at_end))
+    return Playback(speed=settings.replay_speed, at_end=EndOfPlayback(settings.replay_at_end))

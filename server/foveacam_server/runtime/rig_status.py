@@ -24,13 +24,13 @@ from foveacam_hardware.contract import (
     Rail,
     RailState,
     Role,
-    Span,
     Station,
     StereoVolts,
+    ValueRange,
 )
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
-_NOTHING = Span(low=0.0, high=0.0)
+_NOTHING = ValueRange(low=0.0, high=0.0)
 NO_RANGES = CameraRanges(
     exposure_ns=_NOTHING, gain_db=_NOTHING, frame_rate_hz=_NOTHING, black_level=_NOTHING, pixel_formats=()
 )
@@ -185,7 +185,7 @@ def rail_state(rail: Rail) -> RailState:
 
 
 def rig_status(
-    rig: Rig,
+    rig: AssembledRig,
     *,
     state: RigState,
     problems: tuple[DeviceProblem, ...],

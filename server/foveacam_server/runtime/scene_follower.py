@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import FoveaError, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 from foveacam_web.scene_values import EyeGaze, RigShape
 
 PERIOD_S = 0.25
@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sight:
+class RigGaze:
     """Where the rig looks: the mirrors' volts, what they mean, the distance looked at (may be infinite).
 
     `volts`: None while nobody knows them.
@@ -51,10 +51,10 @@ def field_rad(size_px: int, f_px: float) -> float:
 class SceneFollower:
     """Tells the 3D pane what has changed, until closed."""
 
-    def __init__(self, viewer: Viewer, *, sight: Callable[[], Sight | None]) -> None:
+    def __init__(self, viewer: SceneViewer, *, sight: Callable[[], RigGaze | None]) -> None:
         self._viewer = viewer
         self._sight = sight
-        self._told: Sight | None = None
+        self._told: RigGaze | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-scene", daemon=True)
 
@@ -90,7 +90,7 @@ class SceneFollower:
                 _log.debug("the scene does not follow: %s", error)
 
 
-def _gaze(sight: Sight, role: Role) -> EyeGaze | None:
+def _gaze(sight: RigGaze, role: Role) -> EyeGaze | None:
     if sight.volts is None:
         return None
     ax_rad, ay_rad = sight.calibration.eye(role).mirror.angles_rad(eye_volts(sight.volts, role))

@@ -9,15 +9,15 @@ from starlette.requests import HTTPConnection
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.resources.measurements.service import MeasurementService
-from foveacam_server.resources.suggestions.service import SuggestionDesk
+from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.wide_depth.service import WideDepthService
-from foveacam_server.runtime.calibration_desk import CalibrationDesk
 from foveacam_server.runtime.calibration_records import CalibrationRecords
+from foveacam_server.runtime.calibration_session_service import CalibrationSessionService
 from foveacam_server.runtime.calibrations import CalibrationService
-from foveacam_server.runtime.camera_desk import CameraDesk
+from foveacam_server.runtime.camera_settings_service import CameraSettingsService
 from foveacam_server.runtime.captures import CaptureService
-from foveacam_server.runtime.clouds import CloudShelf
-from foveacam_server.runtime.computing import Computing
+from foveacam_server.runtime.clouds import CloudCollection
+from foveacam_server.runtime.compute_queue import ComputeQueue
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.fixations import FixationService
@@ -26,17 +26,17 @@ from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
 from foveacam_server.runtime.lease import Lease
 from foveacam_server.runtime.mosaics import MosaicService
-from foveacam_server.runtime.overlay import Overlay
-from foveacam_server.runtime.pan_tilt import PanTiltDesk
-from foveacam_server.runtime.ports import Viewer
-from foveacam_server.runtime.rail import RailDesk
+from foveacam_server.runtime.overlay import GazeOverlay
+from foveacam_server.runtime.pan_tilt import PanTiltService
+from foveacam_server.runtime.ports import SceneViewer
+from foveacam_server.runtime.rail import RailService
 from foveacam_server.runtime.recordings import RecordingService
 from foveacam_server.runtime.references import ReferenceService
-from foveacam_server.runtime.settle_desk import SettleDesk
+from foveacam_server.runtime.settle_time_service import SettleTimeService
 from foveacam_server.runtime.stills import StillService
 from foveacam_server.runtime.stop import StopSwitch
 from foveacam_server.runtime.store import Store
-from foveacam_server.runtime.stream import Streams
+from foveacam_server.runtime.stream import LiveStreams
 from foveacam_server.runtime.trigger_tests import TriggerTests
 from foveacam_server.settings import Settings
 
@@ -53,24 +53,24 @@ class Services:
     events: EventLog
     lease: Lease
     hub: FrameHub
-    streams: Streams
+    streams: LiveStreams
     hardware: HardwareThread
-    cameras: CameraDesk
+    cameras: CameraSettingsService
     trigger_tests: TriggerTests
-    pan_tilt: PanTiltDesk
-    rail: RailDesk
-    settling: SettleDesk
+    pan_tilt: PanTiltService
+    rail: RailService
+    settling: SettleTimeService
     stop: StopSwitch
-    computing: Computing
+    computing: ComputeQueue
     stopping: ThreadPoolExecutor
     """Threads that only the stop uses, so that no other request can hold it up."""
     calibration: CalibrationService
     records: CalibrationRecords
-    sessions: CalibrationDesk
+    sessions: CalibrationSessionService
     drift: DriftChecks
-    overlay: Overlay
+    overlay: GazeOverlay
     jobs: JobRunner
-    clouds: CloudShelf
+    clouds: CloudCollection
     captures: CaptureService
     recordings: RecordingService
     stills: StillService
@@ -80,8 +80,8 @@ class Services:
     wide_depth: WideDepthService
     """What is known of the whole wide view's depth; a `DepthContext` for fixations."""
     measurements: MeasurementService
-    suggestions: SuggestionDesk
-    viewer: Viewer | None
+    suggestions: SuggestionService
+    viewer: SceneViewer | None
     """The 3D pane; None when it is switched off or could not be started."""
 
 

@@ -21,11 +21,11 @@ from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.clouds import CloudShelf, Shape
+from foveacam_server.runtime.clouds import CloudCollection, FixationShape
 from foveacam_server.runtime.depth_patches import project_patch
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.names import utc_now
-from foveacam_server.runtime.ports import PictureSink, Viewer
+from foveacam_server.runtime.ports import PictureSink, SceneViewer
 from foveacam_server.runtime.store import Document
 
 _log = logging.getLogger(__name__)
@@ -45,7 +45,7 @@ OnCloud = Callable[[str, Document], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Seen:
+class VergedLook:
     """What a fixation leaves to be worked out."""
 
     fixation_id: str
@@ -60,7 +60,7 @@ class Seen:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SeenLimits:
+class BoundedLook:
     """A fixation of which only limits of the distance are known, m; `farthest_m` None: there is none."""
 
     fixation_id: str
@@ -76,9 +76,9 @@ class ShapeWorker:
     def __init__(
         self,
         *,
-        shelf: CloudShelf,
+        shelf: CloudCollection,
         sink: PictureSink,
-        viewer: Viewer | None,
+        viewer: SceneViewer | None,
         events: EventLog,
     ) -> None:
         self._shelf = shelf
@@ -86,7 +86,7 @@ class ShapeWorker:
         self._viewer = viewer
         self._events = events
         self._earlier: tuple[Document, ...] = ()
-        self._waiting: queue.Queue[Seen | SeenLimits | None] = queue.Queue()
+        self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
@@ -106,7 +106,7 @@ class ShapeWorker:
         if self._thread.is_alive():
             self._thread.join(timeout=10.0)
 
-    def put(self, seen: Seen | SeenLimits) -> None:
+    def put(self, seen: VergedLook | BoundedLook) -> None:
         """Hand a fixation over; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
@@ -128,12 +128,12 @@ class ShapeWorker:
         for target in self._earlier:
             self._show_again(target)
         while (seen := self._waiting.get()) is not None:
-            if isinstance(seen, SeenLimits):
+            if isinstance(seen, BoundedLook):
                 self._show_limits(seen)
             else:
                 self._try(seen)
 
-    def _try(self, seen: Seen) -> None:
+    def _try(self, seen: VergedLook) -> None:
         try:
             self._work(seen)
         except FoveaError as error:
@@ -143,7 +143,7 @@ class ShapeWorker:
             _log.exception("no shape for %s", seen.fixation_id)
             self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
 
-    def _work(self, seen: Seen) -> None:
+    def _work(self, seen: VergedLook) -> None:
         if seen.basis is Basis.FOVEA_AND_WIDE:  # the other fovea does not see it: there is no pair to match
             self._show(seen, cloud=None, mesh=None)
             return
@@ -157,7 +157,7 @@ class ShapeWorker:
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         seen.on_cloud(seen.fixation_id, document)
 
-    def _show(self, seen: Seen, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
+    def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:
             return
         self._viewer.show_fixation(
@@ -171,7 +171,7 @@ class ShapeWorker:
             mesh=mesh,
         )
 
-    def _show_limits(self, seen: SeenLimits) -> None:
+    def _show_limits(self, seen: BoundedLook) -> None:
         if self._viewer is None:
             return
         self._viewer.show_limits(
@@ -204,14 +204,14 @@ class ShapeWorker:
             mesh=None,
         )
 
-    def _shape(self, seen: Seen, pair: RectifiedPair, depth: DepthMap) -> Shape:
+    def _shape(self, seen: VergedLook, pair: RectifiedPair, depth: DepthMap) -> FixationShape:
         cloud = cloud_of(pair, depth, max_points=MAX_POINTS)
         if len(cloud) == 0:
             raise NotFound("no pixel of the last look could be matched between the foveae")
         patch = project_patch(
             pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
         )
-        return Shape(
+        return FixationShape(
             fixation_id=seen.fixation_id,
             cloud=cloud,
             mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
@@ -222,17 +222,17 @@ class ShapeWorker:
             ),
         )
 
-    def _failed(self, seen: Seen, reason: str) -> None:
+    def _failed(self, seen: VergedLook, reason: str) -> None:
         self._events.emit(
             "cloud.failed",
             f"{seen.label}: no shape: {reason}",
-            level=Level.WARNING,
+            level=EventLevel.WARNING,
             data={"fixation_id": seen.fixation_id, "detail": reason},
         )
 
 
-def _limits_of(target: Document) -> SeenLimits:
-    return SeenLimits(
+def _limits_of(target: Document) -> BoundedLook:
+    return BoundedLook(
         fixation_id=target["fixation_id"],
         label=target["label"],
         direction_deg=(target["ax_deg"], target["ay_deg"]),

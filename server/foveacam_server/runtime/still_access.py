@@ -8,13 +8,13 @@ from foveacam_pipeline.capture.run import CaptureRig
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.rig_access import LONGEST_S
 
 T = TypeVar("T")
 
 
-class StandingAccess:
+class StillRigAccess:
     """Implements the pipeline's `RigAccess` for the holder of a session that moves nothing.
 
     Unlike a look it is not refused while a fovea is missing: what the others see is worth a still.
@@ -42,7 +42,7 @@ class StandingAccess:
     def moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that exposes; a stop that comes meanwhile is followed by another park."""
 
-        def exposing(rig: Rig) -> T:
+        def exposing(rig: AssembledRig) -> T:
             check_may_expose(self._hardware)
             try:
                 return work(rig)

@@ -5,7 +5,7 @@ import threading
 from pathlib import Path
 
 from foveacam_hardware.contract import Frame, Role
-from foveacam_pipeline.capture.dataset import Codec, describe
+from foveacam_pipeline.capture.dataset import ImageCodec, describe
 from foveacam_pipeline.capture.still import (
     StillKeep,
     StillLabels,
@@ -16,21 +16,21 @@ from foveacam_pipeline.capture.still import (
     write_still,
 )
 from foveacam_server.capturing.rig_facts import rig_facts
+from foveacam_server.capturing.still_collection import URL, StillCollection, StillState, StoredStill
 from foveacam_server.capturing.still_documents import still_document
-from foveacam_server.capturing.still_shelf import URL, FoundStill, Standing, StillShelf
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.captures import CaptureTools
 from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext
-from foveacam_server.runtime.still_access import StandingAccess, check_may_expose
+from foveacam_server.runtime.still_access import StillRigAccess, check_may_expose
 from foveacam_server.runtime.store import Document
 
 KIND = "still"
 ID_PREFIX = "still-"
 
 
-class StillWatch:
+class StillJobWatcher:
     """Implements the pipeline's `StillWatcher` for one job: progress, and frames as views."""
 
     def __init__(self, context: JobContext, tools: CaptureTools) -> None:
@@ -56,7 +56,7 @@ class StillService:
     """One door to the stills of this data directory."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
-        self.shelf = StillShelf(folder)
+        self.shelf = StillCollection(folder)
         self._tools = tools
         self._lock = threading.Lock()
         tools.jobs.handle(KIND, self._work)
@@ -76,7 +76,7 @@ class StillService:
             self._check_room(plan)
             return jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
-    def every(self, *, text: str = "", standing: Standing = Standing.KEPT) -> list[Document]:
+    def every(self, *, text: str = "", standing: StillState = StillState.KEPT) -> list[Document]:
         """Return the stills of one standing whose name, label or id holds every word of `text`."""
         words = text.casefold().split()
         found = [still_document(still) for still in self.shelf.every(standing)]
@@ -93,7 +93,7 @@ class StillService:
     def keep(self, still_id: str, *, name: str | None, label: str | None) -> Document:
         """Keep a still that is held; what is given of name and label is changed."""
         found = self.shelf.get(still_id)
-        if label is not None and found.standing is Standing.HELD:
+        if label is not None and found.standing is StillState.HELD:
             describe(found.kept.folder, label=label)
         found = self.shelf.keep(still_id, name=name)
         self._tell("still.kept", f"still {found.kept.name} is kept", found)
@@ -109,7 +109,7 @@ class StillService:
     def remove(self, still_id: str) -> None:
         """Move a still to the trash, whether it is held or kept."""
         kept = self.shelf.remove(still_id)
-        found = FoundStill(kept=kept, standing=Standing.REMOVED)
+        found = StoredStill(kept=kept, standing=StillState.REMOVED)
         self._tell("still.removed", f"still {kept.name} is in the trash", found)
 
     def restore(self, still_id: str) -> Document:
@@ -123,12 +123,12 @@ class StillService:
         still_id = ID_PREFIX + context.job.id.partition("-")[2]
         folder, plan = self.shelf.new_folder(request["name"], waits=not request["save"]), plan_of(request)
         with tools.hardware.session("a still", cancelled=context.cancelled) as head:
-            access = StandingAccess(tools.hardware, head, clock=tools.clock)
-            still = take_still(access, plan, watch=StillWatch(context, tools))
+            access = StillRigAccess(tools.hardware, head, clock=tools.clock)
+            still = take_still(access, plan, watch=StillJobWatcher(context, tools))
         labels = StillLabels(
             label=request["label"],
             licence=request["licence"],
-            codec=Codec(request["codec"]),
+            codec=ImageCodec(request["codec"]),
             id=still_id,
         )
         write_still(folder, still, tools.calibration.current, labels)
@@ -150,7 +150,7 @@ class StillService:
         free_bytes = shutil.disk_usage(self.shelf.folder).free
         check_still_room(still_bytes(plan, fovea=fovea, wide=wide), free_bytes=free_bytes)
 
-    def _tell(self, kind: str, message: str, found: FoundStill) -> None:
+    def _tell(self, kind: str, message: str, found: StoredStill) -> None:
         data = {"still_id": found.kept.id, "name": found.kept.name, "state": found.standing.value}
         self._tools.events.emit(kind, message, data=data)
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Protocol
 
-from foveacam_server.runtime.events import EventLog, Level
+from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.names import utc_now
 
 
-class Halting(Protocol):
+class Haltable(Protocol):
     """What can be halted: the hardware thread."""
 
     def halt(self) -> bool:
@@ -45,7 +45,7 @@ class StopOutcome:
 class StopSwitch:
     """Engaged by anybody, at any time, as often as they like."""
 
-    def __init__(self, hardware: Halting, *, cancel_jobs: Callable[[str], None], events: EventLog) -> None:
+    def __init__(self, hardware: Haltable, *, cancel_jobs: Callable[[str], None], events: EventLog) -> None:
         self._hardware = hardware
         self._cancel_jobs = cancel_jobs
         self._events = events
@@ -69,7 +69,7 @@ class StopSwitch:
         self._cancel_jobs("the stop was engaged")
         message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
         data = {"by": by, "parked": parked, "stop": asdict(state)}
-        self._events.emit("stop.engaged", message, level=Level.WARNING, data=data)
+        self._events.emit("stop.engaged", message, level=EventLevel.WARNING, data=data)
         return outcome
 
     def release(self, by: str) -> StopState:

@@ -33,13 +33,13 @@ _LEAST_FREE_BYTES = 65_536
 """With less, an error of input and output is one of a full disk."""
 
 
-class Row(DeclarativeBase):
+class TableRow(DeclarativeBase):
     """Root of the tables."""
 
     type_annotation_map = {Document: JSON}  # noqa: RUF012 - SQLAlchemy reads this name from the class
 
 
-class JobRow(Row):
+class JobRow(TableRow):
     """One piece of long work."""
 
     __tablename__ = "jobs"
@@ -59,7 +59,7 @@ class JobRow(Row):
     idempotency_key: Mapped[str | None] = mapped_column(String(200), unique=True)
 
 
-class FixationRow(Row):
+class FixationRow(TableRow):
     """One answered fixation; `document` is what REST shows, without the ids that come later."""
 
     __tablename__ = "fixations"
@@ -71,7 +71,7 @@ class FixationRow(Row):
     document: Mapped[Document]
 
 
-class TargetRow(Row):
+class TargetRow(TableRow):
     """A point that was verged on and kept."""
 
     __tablename__ = "targets"
@@ -81,7 +81,7 @@ class TargetRow(Row):
     document: Mapped[Document]
 
 
-class CloudRow(Row):
+class CloudRow(TableRow):
     """The shape around one fixation; its files lie in the data directory under its id."""
 
     __tablename__ = "clouds"
@@ -91,7 +91,7 @@ class CloudRow(Row):
     document: Mapped[Document]
 
 
-class EventRow(Row):
+class EventRow(TableRow):
     """One line of the event log."""
 
     __tablename__ = "events"
@@ -196,6 +196,6 @@ def _open_engine(path: Path) -> Engine:
                 f"{path} was written by a newer version (schema {found}, this one knows {SCHEMA_VERSION}); "
                 "update the program, or use --data DIR",
             )
-        Row.metadata.create_all(connection)
+        TableRow.metadata.create_all(connection)
         connection.execute(text(f"PRAGMA user_version = {SCHEMA_VERSION}"))
     return engine

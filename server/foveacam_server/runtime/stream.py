@@ -13,8 +13,8 @@ from typing import Protocol
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.runtime import stream_messages as messages
-from foveacam_server.runtime.encoder import Encoded, JpegStore, Scale
-from foveacam_server.runtime.frame_hub import FrameHub, Watch
+from foveacam_server.runtime.encoder import EncodedPicture, JpegStore, Scale
+from foveacam_server.runtime.frame_hub import FrameHub, ViewSubscription
 from foveacam_server.runtime.stream_credit import CreditBook
 
 MAX_CLIENTS = 64
@@ -24,7 +24,7 @@ STATS_INTERVAL_S = 1.0
 _ENCODER_THREADS = 2
 
 
-class Wire(Protocol):
+class MessageStream(Protocol):
     """A text and binary message stream to one client (a WebSocket)."""
 
     async def send_text(self, data: str) -> None:
@@ -40,7 +40,7 @@ class Wire(Protocol):
         ...
 
 
-class Streams:
+class LiveStreams:
     """The live side of the server: the encoder that all share, and who is connected."""
 
     def __init__(self, hub: FrameHub, *, boot_id: str, max_clients: int = MAX_CLIENTS) -> None:
@@ -85,7 +85,7 @@ class Streams:
             self._mjpeg_seats[address] -= 1
             self._mjpeg_seats += Counter()  # drops the addresses that have none
 
-    async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[Encoded]:
+    async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[EncodedPicture]:
         """Yield the newest picture of `view` whenever there is a new one, until the server ends."""
         fresh = asyncio.Event()
         self._waiting.add(fresh)
@@ -120,12 +120,12 @@ class Streams:
 class StreamSession:
     """One client of the views' WebSocket, from hello to goodbye."""
 
-    def __init__(self, streams: Streams, wire: Wire) -> None:
+    def __init__(self, streams: LiveStreams, wire: MessageStream) -> None:
         self._streams = streams
         self._hub = streams.hub
         self._wire = wire
         self._book = CreditBook()
-        self._watch: Watch | None = None
+        self._watch: ViewSubscription | None = None
         self._stirred = asyncio.Event()
         self._problems: list[str] = []
 

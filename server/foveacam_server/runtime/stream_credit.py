@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from foveacam_server.runtime.encoder import Scale
-from foveacam_server.runtime.view_state import Picture
+from foveacam_server.runtime.view_state import ViewPicture
 
 BACKLOG_LIMIT_MS = 250.0
 """A further picture is sent only if all that is under way should be drawn within this time.
@@ -29,7 +29,7 @@ class CreditBook:
     def __init__(self) -> None:
         self._scales: dict[str, Scale] = {}
         self._under_way: dict[str, _UnderWay] = {}
-        self._last: dict[str, Picture] = {}
+        self._last: dict[str, ViewPicture] = {}
         self._sent_ns: dict[str, int] = {}
         self._service_ms: dict[str, float] = {}
         self._last_ack_ns = 0
@@ -50,7 +50,7 @@ class CreditBook:
                 self._last.pop(view, None)
         self._scales = dict(scales)
 
-    def due(self, newest: Mapping[str, Picture]) -> str | None:
+    def due(self, newest: Mapping[str, ViewPicture]) -> str | None:
         """Return the view to send now, the one that waited longest first; None when none may be sent."""
         waiting = [
             view
@@ -63,7 +63,7 @@ class CreditBook:
         backlog_ms = sum(self._service_ms.get(name, 0.0) for name in (*self._under_way, view))
         return view if not self._under_way or backlog_ms <= BACKLOG_LIMIT_MS else None
 
-    def sent(self, picture: Picture, *, seq: int, now_ns: int) -> None:
+    def sent(self, picture: ViewPicture, *, seq: int, now_ns: int) -> None:
         """Take the credit of the picture's view."""
         self._under_way[picture.view] = _UnderWay(seq=seq, sent_ns=now_ns)
         self._last[picture.view] = picture

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.runtime.encoder import Encoded, Scale
+from foveacam_server.runtime.encoder import EncodedPicture, Scale
 from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.view_state import Picture
+from foveacam_server.runtime.view_state import ViewPicture
 
 HEADER = struct.Struct("<BBHIQII")
 """View index, scale, flags, seq, capture time us, age us when sent, reserved: 24 bytes, little endian."""
@@ -63,7 +63,7 @@ def parse(text: str) -> Subscribe | Ack:
         ) from error
 
 
-def wire_seq(picture: Picture) -> int:
+def wire_seq(picture: ViewPicture) -> int:
     """Return the picture's number as the wire carries it."""
     return picture.seq & _U32
 
@@ -78,7 +78,7 @@ def hello(hub: FrameHub, *, boot_id: str) -> str:
     return json.dumps({"type": "hello", "views": views, "server": boot_id})
 
 
-def overlay(picture: Picture) -> str | None:
+def overlay(picture: ViewPicture) -> str | None:
     """Return what belongs over `picture`; None when its publisher gave nothing."""
     if picture.meta is None:
         return None
@@ -103,7 +103,7 @@ def problem(detail: str) -> str:
     return json.dumps({"type": "problem", "detail": detail})
 
 
-def frame(encoded: Encoded, hub: FrameHub) -> bytes:
+def frame(encoded: EncodedPicture, hub: FrameHub) -> bytes:
     """Return a picture as the wire carries it: header, then JPEG."""
     picture = encoded.picture
     age_us = max(hub.clock.now_ns() - picture.t_ns, 0) // 1000

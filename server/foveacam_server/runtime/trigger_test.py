@@ -23,7 +23,7 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 
 _log = logging.getLogger(__name__)
 
@@ -35,7 +35,7 @@ LONGEST_AFTER_PULSE_US = 4000
 """An exposure must end this soon after the pulse: the controller gives up 5 ms after it."""
 
 
-class Verdict(StrEnum):
+class TriggerVerdict(StrEnum):
     """What a test found."""
 
     UNTESTED = "untested"
@@ -47,18 +47,18 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EyeFound:
+class EyeTestResult:
     """What was found of one eye, in words; `software_ms`, `hardware_ms`: from trigger to frame."""
 
     role: Role
-    verdict: Verdict
+    verdict: TriggerVerdict
     detail: str
     software_ms: float | None = None
     hardware_ms: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Probe:
+class TriggerProbe:
     """What one kind of trigger did: a frame after so long, or why none came."""
 
     took_ms: float | None = None
@@ -72,26 +72,28 @@ def patience_ms(settings: CameraSettings) -> float:
     return max(LEAST_MS, 2.0 * settings.exposure_ns / 1e6 + MARGIN_MS)
 
 
-def probe_by_software(rig: Rig, camera: Camera) -> Probe:
+def probe_by_software(rig: AssembledRig, camera: Camera) -> TriggerProbe:
     """Let a camera wait for commands, give it one, and see what comes; the settings stay so."""
     by_hand = replace(camera.settings, exposure_auto=AutoMode.OFF)
     try:
         camera.configure(replace(by_hand, triggered=True, trigger_source=TriggerSource.SOFTWARE))
     except (OutOfRange, InvalidInput) as error:
-        return Probe(why=str(error), possible=False)
+        return TriggerProbe(why=str(error), possible=False)
     except FoveaError as error:
-        return Probe(why=str(error))
+        return TriggerProbe(why=str(error))
     try:
         _await_stillness(rig, camera)
         began_ns = rig.clock.now_ns()
         camera.software_trigger()
         camera.read(timeout_ms=patience_ms(camera.settings))
     except FoveaError as error:
-        return Probe(why=str(error))
-    return Probe(took_ms=(rig.clock.now_ns() - began_ns) / 1e6)
+        return TriggerProbe(why=str(error))
+    return TriggerProbe(took_ms=(rig.clock.now_ns() - began_ns) / 1e6)
 
 
-def probe_by_pulse(rig: Rig, cameras: tuple[Camera, ...], *, gaze: StereoVolts) -> dict[Role, Probe] | None:
+def probe_by_pulse(
+    rig: AssembledRig, cameras: tuple[Camera, ...], *, gaze: StereoVolts
+) -> dict[Role, TriggerProbe] | None:
     """Let the eyes wait for their lines, and give them one pulse; None when no pulse could be given.
 
     The settings stay so.
@@ -117,11 +119,11 @@ def probe_by_pulse(rig: Rig, cameras: tuple[Camera, ...], *, gaze: StereoVolts) 
     return found
 
 
-def verdict_of(role: Role, software: Probe, hardware: Probe | None) -> EyeFound:
+def verdict_of(role: Role, software: TriggerProbe, hardware: TriggerProbe | None) -> EyeTestResult:
     """Return what both probes say together; `hardware` is None where no pulse could be given."""
 
-    def found(verdict: Verdict, detail: str) -> EyeFound:
-        return EyeFound(
+    def found(verdict: TriggerVerdict, detail: str) -> EyeTestResult:
+        return EyeTestResult(
             role=role,
             verdict=verdict,
             detail=detail,
@@ -131,18 +133,20 @@ def verdict_of(role: Role, software: Probe, hardware: Probe | None) -> EyeFound:
 
     by_command = software.took_ms is not None
     if hardware is not None and not hardware.why:
-        return found(Verdict.OK, "commands and pulses expose it" if by_command else "pulses expose it")
+        return found(TriggerVerdict.OK, "commands and pulses expose it" if by_command else "pulses expose it")
     if by_command and (hardware is None or not hardware.possible):
         why = "the controller could not give a pulse" if hardware is None else hardware.why
-        return found(Verdict.SOFTWARE_ONLY, f"commands expose it; its line was not tested: {why}")
+        return found(TriggerVerdict.SOFTWARE_ONLY, f"commands expose it; its line was not tested: {why}")
     if not by_command and software.possible:
         return found(
-            Verdict.CAMERA, f"not even a command exposes it: {software.why}; check the camera itself"
+            TriggerVerdict.CAMERA, f"not even a command exposes it: {software.why}; check the camera itself"
         )
     if hardware is None or not hardware.possible:
-        return found(Verdict.NO_PROBE, f"it takes no commands, and no pulse could be given: {software.why}")
+        return found(
+            TriggerVerdict.NO_PROBE, f"it takes no commands, and no pulse could be given: {software.why}"
+        )
     told = "commands expose it and pulses do not" if by_command else "pulses do not expose it"
-    return found(Verdict.WIRING, f"{told}: {hardware.why}; check its trigger and strobe cables")
+    return found(TriggerVerdict.WIRING, f"{told}: {hardware.why}; check its trigger and strobe cables")
 
 
 def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -> dict[Role, CameraSettings]:
@@ -157,7 +161,7 @@ def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -
     return owed
 
 
-def _listen(rig: Rig, camera: Camera, exposure_ns: int) -> Probe:
+def _listen(rig: AssembledRig, camera: Camera, exposure_ns: int) -> TriggerProbe:
     """Let a camera wait for its line; return why it does not."""
     by_hand = replace(camera.settings, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
     wish = replace(by_hand, triggered=True, trigger_source=TriggerSource.HARDWARE)
@@ -165,19 +169,19 @@ def _listen(rig: Rig, camera: Camera, exposure_ns: int) -> Probe:
         camera.configure(wish)
         _await_stillness(rig, camera)
     except FoveaError as error:
-        return Probe(why=str(error), possible=not isinstance(error, OutOfRange))
-    return Probe()
+        return TriggerProbe(why=str(error), possible=not isinstance(error, OutOfRange))
+    return TriggerProbe()
 
 
-def _after_pulse(rig: Rig, camera: Camera, began_ns: int) -> Probe:
+def _after_pulse(rig: AssembledRig, camera: Camera, began_ns: int) -> TriggerProbe:
     try:
         camera.read(timeout_ms=patience_ms(camera.settings))
     except FoveaError as error:
-        return Probe(why=str(error))
-    return Probe(took_ms=(rig.clock.now_ns() - began_ns) / 1e6)
+        return TriggerProbe(why=str(error))
+    return TriggerProbe(took_ms=(rig.clock.now_ns() - began_ns) / 1e6)
 
 
-def _await_stillness(rig: Rig, camera: Camera) -> None:
+def _await_stillness(rig: AssembledRig, camera: Camera) -> None:
     """Read until nothing comes any more: what was under way is over."""
     until_ns = rig.clock.now_ns() + round(patience_ms(camera.settings) * 1e6)
     while rig.clock.now_ns() < until_ns:

@@ -8,7 +8,7 @@ from typing import TypeVar
 from foveacam_hardware.contract import Camera, Role
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime import trigger_test as test
-from foveacam_server.runtime.camera_desk import CameraDesk
+from foveacam_server.runtime.camera_settings_service import CameraSettingsService
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.exclusive_head import answer_of
@@ -16,7 +16,7 @@ from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.ports import Rig
+from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import write_document
 
@@ -37,7 +37,7 @@ class TriggerTests:
         self,
         folder: Path,
         *,
-        cameras: CameraDesk,
+        cameras: CameraSettingsService,
         hardware: HardwareThread,
         jobs: JobRunner,
         events: EventLog,
@@ -74,7 +74,8 @@ class TriggerTests:
         for document in self.every()[:1]:
             return document
         untested = [
-            test.EyeFound(role=role, verdict=test.Verdict.UNTESTED, detail="not tested yet") for role in EYES
+            test.EyeTestResult(role=role, verdict=test.TriggerVerdict.UNTESTED, detail="not tested yet")
+            for role in EYES
         ]
         return _document("", "", untested)
 
@@ -87,7 +88,7 @@ class TriggerTests:
         self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=document)
         return f"{URL}/{document['id']}"
 
-    def _test(self, context: JobContext) -> list[test.EyeFound]:
+    def _test(self, context: JobContext) -> list[test.EyeTestResult]:
         before = self._do(lambda rig: {eye.role: eye.settings for eye in _eyes(rig)}, "the cameras' settings")
         try:
             software = {}
@@ -106,14 +107,14 @@ class TriggerTests:
             test.verdict_of(role, software[role], None if pulses is None else pulses[role]) for role in EYES
         ]
 
-    def _pulse(self) -> dict[Role, test.Probe] | None:
+    def _pulse(self) -> dict[Role, test.TriggerProbe] | None:
         """Give a pulse where the mirrors may move; where they may not, the lines stay untested."""
         if self._hardware.halted:
             return None
         gaze = self._hardware.gaze
         return self._do(lambda rig: test.probe_by_pulse(rig, _eyes(rig), gaze=gaze), "a pulse")
 
-    def _do(self, work: Callable[[Rig], T], asked: str) -> T:
+    def _do(self, work: Callable[[AssembledRig], T], asked: str) -> T:
         return answer_of(self._hardware.submit(work), asked=asked, within_s=LONGEST_STEP_S)
 
     def _keep(self, document: Document) -> None:
@@ -121,18 +122,18 @@ class TriggerTests:
         write_document(path, document, what="the trigger test")
 
 
-def _eyes(rig: Rig) -> tuple[Camera, Camera]:
+def _eyes(rig: AssembledRig) -> tuple[Camera, Camera]:
     return rig.left, rig.right
 
 
-def _by_software(role: Role) -> Callable[[Rig], test.Probe]:
-    def probe(rig: Rig) -> test.Probe:
+def _by_software(role: Role) -> Callable[[AssembledRig], test.TriggerProbe]:
+    def probe(rig: AssembledRig) -> test.TriggerProbe:
         return test.probe_by_software(rig, rig.left if role is Role.LEFT else rig.right)
 
     return probe
 
 
-def _document(test_id: str, created_utc: str, eyes: list[test.EyeFound]) -> Document:
+def _document(test_id: str, created_utc: str, eyes: list[test.EyeTestResult]) -> Document:
     return {
         "id": test_id,
         "created_utc": created_utc,

@@ -75,7 +75,7 @@ VIEWS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture:
+class ViewPicture:
     """One published image; `image` must not change once it is published."""
 
     view: str
@@ -110,7 +110,7 @@ class ViewState:
 
     def __init__(self, spec: ViewSpec) -> None:
         self.spec = spec
-        self.newest: Picture | None = None
+        self.newest: ViewPicture | None = None
         self.arrivals_ns: deque[int] = deque(maxlen=128)
         self.published = 0
         self.repeated = 0
@@ -118,7 +118,7 @@ class ViewState:
         self.watched_ns: int | None = None
         self._sample: NDArray[np.uint8] | NDArray[np.uint16] | None = None
 
-    def take(self, picture: Picture, *, now_ns: int) -> bool:
+    def take(self, picture: ViewPicture, *, now_ns: int) -> bool:
         """Keep `picture` when it is news; tell whether it was."""
         newest = self.newest
         if newest is not None and (newest.image is picture.image or newest.t_ns >= picture.t_ns):

@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from foveacam_server.calibrate_command.choices import Wish, on_rig
+from foveacam_server.calibrate_command.choices import CalibrateOptions, on_rig
 
 
 @on_rig(usual_scene="bench")
 def still(
-    wish: Wish,
+    wish: CalibrateOptions,
     *,
     name: Annotated[str | None, typer.Option(help="name of the still; usually the date and time")] = None,
     frames: Annotated[int, typer.Option(help="frames of every camera, 1 to 64")] = 5,

@@ -8,13 +8,13 @@ import typer
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
-from foveacam_pipeline.capture.dataset import Codec
+from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
-from foveacam_server.calibrate_command.choices import Wish
+from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
 from foveacam_server.capture_command.run import OwnRig
+from foveacam_server.capturing.still_collection import STILLS, StillCollection
 from foveacam_server.capturing.still_documents import still_document
-from foveacam_server.capturing.still_shelf import STILLS, StillShelf
 from foveacam_server.runtime.names import new_id
 from foveacam_server.runtime.store import Document
 from foveacam_server.still_command.remote import pressed
@@ -27,7 +27,7 @@ class StillOrder:
     plan: StillPlan
     name: str | None
     label: str
-    codec: Codec
+    codec: ImageCodec
 
     @classmethod
     def checked(
@@ -49,7 +49,7 @@ class StillOrder:
             )
         roles = tuple(Role(each) for each in cameras) if cameras else tuple(Role)
         try:
-            images = Codec(codec)
+            images = ImageCodec(codec)
         except ValueError as error:
             raise InvalidInput(f"--codec {codec}: images are kept as png or tiff; choose one") from error
         plan = StillPlan(frames=frames, keep=keep, roles=roles)
@@ -82,7 +82,7 @@ class _Blind:
         """Look away."""
 
 
-def run_order(wish: Wish, order: StillOrder, *, server: str | None) -> None:
+def run_order(wish: CalibrateOptions, order: StillOrder, *, server: str | None) -> None:
     """Take the still and print what came; where a camera stalled, keep the rest and raise its error."""
     if server is not None:
         _show(pressed(server, order.request(), token=wish.settings.token), as_json=wish.as_json)
@@ -95,7 +95,7 @@ def run_order(wish: Wish, order: StillOrder, *, server: str | None) -> None:
 
 def _taken(choice: RigChoice, order: StillOrder, *, console: Console) -> tuple[Document, FoveaError | None]:
     with opened_shop(choice) as shop:
-        shelf, still_id = StillShelf(choice.settings.data / STILLS), new_id("still")
+        shelf, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
         folder = shelf.new_folder(order.name, waits=False)
         with opened_rig(choice, shop.settle_times, console=console) as rig:
             still = take_still(OwnRig(rig), order.plan, watch=_Blind())

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 
-class Which(StrEnum):
+class StudyName(StrEnum):
     """The studies by name."""
 
     DEPTH = "depth"
@@ -19,7 +19,7 @@ class Which(StrEnum):
 
 
 def study(
-    name: Annotated[Which, typer.Argument(help="which analysis of the paper's Section 4, or all")],
+    name: Annotated[StudyName, typer.Argument(help="which analysis of the paper's Section 4, or all")],
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and places")] = False,
     out: Annotated[
@@ -45,9 +45,13 @@ def study(
 ) -> None:
     """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
     from foveacam_server.study_command.recipes import StudyOrder, recipes
-    from foveacam_server.study_command.run import Wanted, run_studies
+    from foveacam_server.study_command.run import ReportOptions, run_studies
 
-    names = [each.value for each in Which if each is not Which.ALL] if name is Which.ALL else [name.value]
+    names = (
+        [each.value for each in StudyName if each is not StudyName.ALL]
+        if name is StudyName.ALL
+        else [name.value]
+    )
     order = StudyOrder(
         quick=quick,
         jobs=jobs,
@@ -57,5 +61,5 @@ def study(
         vkitti=vkitti,
         matching_errors=tuple(matching_error or ()),
     )
-    wanted = Wanted(as_json=as_json, out=out, fresh=fresh, every=name is Which.ALL)
+    wanted = ReportOptions(as_json=as_json, out=out, fresh=fresh, every=name is StudyName.ALL)
     run_studies(recipes(order, names), wanted)

@@ -3,23 +3,23 @@
 from statistics import median
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.depth_error import MatchingError, measured_error
 from foveacam_server.bench.verge import fixations
-from foveacam_server.bench.verge_truth import Kind
+from foveacam_server.bench.verge_truth import ClickKind
 from foveacam_server.study_command.matching_given import VERGE, VERGED
 
 SCENE = "bench"
 
 
-def verge_error(clicks: int, *, watch: MakingWatch) -> MatchingError:
+def verge_error(clicks: int, *, watch: ProgressWatcher) -> MatchingError:
     """Return the median true left-right residual of verged foveae, fovea px, over clicks on texture.
 
     Raise Cancelled when the watcher asks, InvalidInput where no click verged.
     """
-    steps = Steps(watch, clicks, ended="the clicks were not all made; run it again")
+    steps = ProgressSteps(watch, clicks, ended="the clicks were not all made; run it again")
     found: list[float] = []
-    for result in fixations(SCENE, {Kind.TEXTURED: clicks, Kind.PLAIN: 0, Kind.AWKWARD: 0}):
+    for result in fixations(SCENE, {ClickKind.TEXTURED: clicks, ClickKind.PLAIN: 0, ClickKind.AWKWARD: 0}):
         steps.step("the rig verges on what it sees")
         if result.verged:
             found.append(result.residual_px)

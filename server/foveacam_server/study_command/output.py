@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
-from foveacam_pipeline.study.findings import Picture, Study
-from foveacam_pipeline.study.report import Told, report_html, value_text
+from foveacam_pipeline.study.findings import StudyFigure, StudyResult
+from foveacam_pipeline.study.report import ReportedStudy, report_html, value_text
 from foveacam_server.study_command.recipes import versions
 from foveacam_server.whole_file import write_document, write_whole
 
@@ -17,7 +17,7 @@ REPORT = "report.html"
 _WHAT = "the report of the studies"
 
 
-def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ()) -> Path:
+def write_all(told: Sequence[ReportedStudy], folder: Path, *, failed: Sequence[str] = ()) -> Path:
     """Write drawings (SVG, PNG), findings (JSON) and the report; return its path. Raise as `disk_errors`."""
     with disk_errors(_WHAT, folder):
         for one in told:
@@ -30,7 +30,7 @@ def write_all(told: Sequence[Told], folder: Path, *, failed: Sequence[str] = ())
     return folder / REPORT
 
 
-def as_document(told: Sequence[Told], *, every: bool, report: Path | None) -> dict[str, object]:
+def as_document(told: Sequence[ReportedStudy], *, every: bool, report: Path | None) -> dict[str, object]:
     """Return what `--json` prints: the values of the one study, or of each by its name."""
     values: dict[str, object] = (
         {one.study.name: _findings(one) for one in told}
@@ -42,7 +42,9 @@ def as_document(told: Sequence[Told], *, every: bool, report: Path | None) -> di
     return values if report is None else {**values, "report": str(report)}
 
 
-def show(told: Sequence[Told], console: Console, *, folder: Path | None, report: Path | None) -> None:
+def show(
+    told: Sequence[ReportedStudy], console: Console, *, folder: Path | None, report: Path | None
+) -> None:
     """Print a table a study, and where the drawings lie."""
     for one in told:
         console.print(_table(one))
@@ -53,13 +55,13 @@ def show(told: Sequence[Told], console: Console, *, folder: Path | None, report:
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _name_of(study: Study, picture: Picture) -> str:
+def _name_of(study: StudyResult, picture: StudyFigure) -> str:
     """Return the name of a drawing's files, without its end; it begins with the study's."""
     named = picture.name.startswith(f"{study.name}-")
     return picture.name if named else f"{study.name}-{picture.name}"
 
 
-def _findings(told: Told) -> Mapping[str, object]:
+def _findings(told: ReportedStudy) -> Mapping[str, object]:
     return {
         **told.study.values,
         "seeds": dict(told.study.seeds),
@@ -69,7 +71,7 @@ def _findings(told: Told) -> Mapping[str, object]:
     }
 
 
-def _table(told: Told) -> Table:
+def _table(told: ReportedStudy) -> Table:
     study = told.study
     table = Table(title=f"{study.section} {study.title}", title_justify="left")
     for heading in ("quantity", "paper", "ours", "remarks"):

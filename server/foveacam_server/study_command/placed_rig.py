@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_hardware.sim.stage import Stage
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.observed import Observer
-from foveacam_pipeline.study.toy_scene import SCENE, Place
+from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
 from foveacam_server.study_command.recipes import CERTIFICATE
 
 
@@ -27,17 +27,17 @@ def placed_rig(scene: str = SCENE) -> Iterator[Observer]:
         yield Observer(head=rig.head, calibration=calibration, clock=rig.clock, stand=stand)
 
 
-def stands_on(stage: Stage) -> Callable[[Place], None]:
+def stands_on(stage: AnimatedScene) -> Callable[[AgentPose], None]:
     """Return what puts the rig at a place of a stage, from the next picture on."""
 
-    def stand(place: Place) -> None:
+    def stand(place: AgentPose) -> None:
         rig_from_world = rig_from_scene(place)
         stage.bearing = lambda _t_s: rig_from_world
 
     return stand
 
 
-def rig_from_scene(place: Place) -> NDArray[np.float64]:
+def rig_from_scene(place: AgentPose) -> NDArray[np.float64]:
     """Return (4, 4) float64, scene to rig, metres, for a place of the plan; the eyes are at y = 0."""
     c, s = math.cos(place.heading_rad), math.sin(place.heading_rad)
     rig_from_world = np.eye(4)

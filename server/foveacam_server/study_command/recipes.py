@@ -8,9 +8,9 @@ from pathlib import Path
 import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.making import MakingWatch
+from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.study.cache import sources
-from foveacam_pipeline.study.findings import Study
+from foveacam_pipeline.study.findings import StudyResult
 from foveacam_server.runtime.calibrations import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
@@ -38,16 +38,16 @@ class StudyOrder:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recipe:
+class StudyRecipe:
     """One study. `settings` and `files` are all that its result depends on, its libraries included."""
 
     name: str
     settings: dict[str, object]
     files: tuple[Path, ...]
-    compute: Callable[[MakingWatch], Study]
+    compute: Callable[[ProgressWatcher], StudyResult]
 
 
-def recipes(order: StudyOrder, names: Sequence[str]) -> list[Recipe]:
+def recipes(order: StudyOrder, names: Sequence[str]) -> list[StudyRecipe]:
     """Return the recipes of some studies by name. Raise InvalidInput for what none of them can take."""
     if order.vkitti is not None and "tradeoff" not in names:
         raise InvalidInput(f"--vkitti {order.vkitti}: only the study tradeoff uses it; leave it out")
@@ -75,11 +75,11 @@ def _version(name: str) -> str:
 def _recipe(
     name: str,
     order: StudyOrder,
-    compute: Callable[[MakingWatch], Study],
+    compute: Callable[[ProgressWatcher], StudyResult],
     *,
     extra: dict[str, object] | None = None,
     rig: bool = False,
-) -> Recipe:
+) -> StudyRecipe:
     """Return a recipe; `rig`: it looks through the simulated rig, whose sources and scenes count then."""
     files = sources(Path(foveacam_pipeline.__file__).parent)
     if rig:
@@ -87,23 +87,23 @@ def _recipe(
         files += (*sources(hardware), *sorted(hardware.rglob("*.toml")), *sources(Path(__file__).parent))
         files += (CERTIFICATE,)
     settings: dict[str, object] = {"quick": order.quick, "libraries": versions()}
-    return Recipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
+    return StudyRecipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
 
 
-def _prepare(watch: MakingWatch) -> None:
+def _prepare(watch: ProgressWatcher) -> None:
     """Compile the renderer of the simulated rig, which takes a minute the first time."""
     from foveacam_hardware.sim.render import warm_up
 
     warm_up(lambda done, total, _: watch.progress(done, total=total, note="preparing the simulated rig"))
 
 
-def _depth(order: StudyOrder) -> Recipe:
+def _depth(order: StudyOrder) -> StudyRecipe:
     from foveacam_pipeline.study.depth_error import told_apart
     from foveacam_server.study_command.matching_given import VERGE, errors_given
 
     given = told_apart([error for text in order.matching_errors for error in errors_given(text)])
 
-    def compute(watch: MakingWatch) -> Study:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.depth_error import depth_error_study
         from foveacam_server.study_command.matching import verge_error
 
@@ -117,8 +117,8 @@ def _depth(order: StudyOrder) -> Recipe:
     return _recipe("depth", order, compute, extra=extra, rig=True)
 
 
-def _tradeoff(order: StudyOrder) -> Recipe:
-    def compute(watch: MakingWatch) -> Study:
+def _tradeoff(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.tradeoff_study import tradeoff_study
         from foveacam_pipeline.study.vkitti import vkitti_frames
         from foveacam_server.study_command.rig_pairs import rig_pair
@@ -147,8 +147,8 @@ def _state_of(folder: Path | None) -> str | None:
     return f"{folder.resolve()} {changed_ns}"
 
 
-def _tokens(order: StudyOrder) -> Recipe:
-    def compute(watch: MakingWatch) -> Study:
+def _tokens(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.learn import attention
         from foveacam_pipeline.study.tokens_study import tokens_study
 
@@ -162,8 +162,8 @@ def _tokens(order: StudyOrder) -> Recipe:
     return _recipe("tokens", order, compute)
 
 
-def _standoff(order: StudyOrder) -> Recipe:
-    def compute(watch: MakingWatch) -> Study:
+def _standoff(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.standoff_study import standoff_study
 
         given = order.seeded | ({} if order.maps is None else {"maps": order.maps})
@@ -174,8 +174,8 @@ def _standoff(order: StudyOrder) -> Recipe:
     return _recipe("standoff", order, compute, extra={"maps": order.maps, "seed": order.seed})
 
 
-def _fig8(order: StudyOrder) -> Recipe:
-    def compute(watch: MakingWatch) -> Study:
+def _fig8(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.observed_study import observed_study
         from foveacam_server.study_command.placed_rig import placed_rig
 
@@ -186,7 +186,7 @@ def _fig8(order: StudyOrder) -> Recipe:
     return _recipe("fig8", order, compute, rig=True)
 
 
-_KNOWN: dict[str, Callable[[StudyOrder], Recipe]] = {
+_KNOWN: dict[str, Callable[[StudyOrder], StudyRecipe]] = {
     "depth": _depth,
     "tradeoff": _tradeoff,
     "tokens": _tokens,

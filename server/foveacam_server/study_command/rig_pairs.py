@@ -9,11 +9,11 @@ import numpy as np
 
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.making import MakingWatch, Steps
+from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.study.observed import REST_NS
-from foveacam_pipeline.study.toy_scene import SCENE, Place
+from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.study.tradeoff_rig import RigPairScene
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
@@ -27,14 +27,14 @@ FOVEAE = 4
 """The farthest of the points that were verged on become patches: a robot knows their distance by then."""
 
 
-def rig_pair(*, quick: bool, watch: MakingWatch) -> RigPairScene:
+def rig_pair(*, quick: bool, watch: ProgressWatcher) -> RigPairScene:
     """Return the rig's view of the toy scene, with foveae on the farthest of a grid of directions.
 
     Raise Cancelled when the watcher asks, DeviceFault where nothing was verged on.
     """
     columns, rows = (QUICK_COLUMNS_DEG, QUICK_ROWS_DEG) if quick else (COLUMNS_DEG, ROWS_DEG)
     directions = [(x_deg, y_deg) for y_deg in rows for x_deg in columns]
-    steps = Steps(watch, len(directions) + 1, ended="the rig was not done looking; run it again")
+    steps = ProgressSteps(watch, len(directions) + 1, ended="the rig was not done looking; run it again")
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(SCENE, inline=True) as rig:
         if rig.truth is None:
@@ -42,7 +42,7 @@ def rig_pair(*, quick: bool, watch: MakingWatch) -> RigPairScene:
         stand = stands_on(rig.truth.world.stage)
 
         def aside(x_m: float) -> None:
-            stand(Place(x_m=x_m, y_m=0.0))
+            stand(AgentPose(x_m=x_m, y_m=0.0))
             rig.clock.sleep_until_ns(rig.clock.now_ns() + REST_NS)
 
         wide = wide_pair(rig, calibration, aside, name=f"simulated rig, scene {SCENE}")

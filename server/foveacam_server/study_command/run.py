@@ -13,18 +13,18 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from foveacam_hardware.contract import Cancelled, FoveaError
-from foveacam_pipeline.study.cache import DamagedFile, Kept, StudyCache, key_of
-from foveacam_pipeline.study.report import Told
+from foveacam_pipeline.study.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.report import ReportedStudy
 from foveacam_server.study_command.ctrl_c import heard_ctrl_c
 from foveacam_server.study_command.folders import cache_folder
 from foveacam_server.study_command.output import as_document, show, write_all
-from foveacam_server.study_command.recipes import Recipe
+from foveacam_server.study_command.recipes import StudyRecipe
 
 _FAILURE, _INTERRUPTED = 1, 130
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
+class ReportOptions:
     """What shall become of the findings. `every`: all were asked for; one that fails stops no other."""
 
     as_json: bool = False
@@ -37,12 +37,12 @@ class Wanted:
 class _Progress:
     """What came of the studies so far."""
 
-    told: list[Told] = field(default_factory=list)
+    told: list[ReportedStudy] = field(default_factory=list)
     failed: list[str] = field(default_factory=list)
     interrupted: bool = False
 
 
-class BarWatch:
+class StudyProgressBar:
     """Implements `MakingWatch` with a bar; the first Ctrl-C ends the study well, the second at once."""
 
     def __init__(self, progress: Progress, task: TaskID) -> None:
@@ -62,7 +62,7 @@ class BarWatch:
         self._over = True
 
 
-def run_studies(recipes: Sequence[Recipe], wanted: Wanted) -> None:
+def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
     """Compute or recall the studies, write the report, print; Ctrl-C ends with 130, a failed study with 1."""
     console = Console(stderr=True, quiet=wanted.as_json)
     cache = StudyCache(cache_folder())
@@ -84,11 +84,11 @@ def run_studies(recipes: Sequence[Recipe], wanted: Wanted) -> None:
 
 
 def _run_one(
-    recipe: Recipe, wanted: Wanted, cache: StudyCache, *, progress: Progress, state: _Progress
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, progress: Progress, state: _Progress
 ) -> bool:
     """Run one study; return whether to go on with the next."""
     task = progress.add_task(recipe.name, total=None, told="")
-    watch = BarWatch(progress, task)
+    watch = StudyProgressBar(progress, task)
     with heard_ctrl_c(watch.end):
         try:
             told = _found_or_made(recipe, wanted, cache, watch=watch)
@@ -110,7 +110,9 @@ def _run_one(
     return not state.interrupted
 
 
-def _found_or_made(recipe: Recipe, wanted: Wanted, cache: StudyCache, *, watch: BarWatch) -> Told:
+def _found_or_made(
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, watch: StudyProgressBar
+) -> ReportedStudy:
     key = key_of(recipe.name, recipe.settings, files=recipe.files)
     if not wanted.fresh:
         try:
@@ -121,16 +123,16 @@ def _found_or_made(recipe: Recipe, wanted: Wanted, cache: StudyCache, *, watch: 
             )
             kept = None
         if kept is not None:
-            return Told(kept=kept, fresh=False)
+            return ReportedStudy(kept=kept, fresh=False)
     began_s = time.monotonic()
     study = recipe.compute(watch)
-    kept = Kept(
+    kept = CachedStudy(
         study=study,
         took_s=time.monotonic() - began_s,
         made_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     cache.keep(key, kept)
-    return Told(kept=kept, fresh=True)
+    return ReportedStudy(kept=kept, fresh=True)
 
 
 @contextmanager

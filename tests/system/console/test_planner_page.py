@@ -20,7 +20,7 @@ from playwright.sync_api import Locator, Page, Route, expect
 from foveacam_server import errors
 from foveacam_server.api import planner
 from foveacam_server.bench.local_server import serving
-from foveacam_server.runtime.computing import Computing
+from foveacam_server.runtime.compute_queue import ComputeQueue
 
 from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, watched
 from .stand_in import StandIn, application
@@ -40,7 +40,7 @@ def address() -> Iterator[str]:
     errors.install(app)
     app.include_router(planner.router, prefix="/api/v1")
     app.mount("/", application(stand_in))
-    with closing(Computing()) as computing, serving(app) as port:
+    with closing(ComputeQueue()) as computing, serving(app) as port:
         app.state.services = SimpleNamespace(computing=computing)
         yield f"http://127.0.0.1:{port}/#/planner"
 

@@ -13,7 +13,7 @@ from foveacam_hardware.contract import (
     Frame,
     NotConnected,
     Role,
-    Span,
+    ValueRange,
 )
 
 
@@ -53,7 +53,7 @@ class AbsentCamera:
     @property
     def ranges(self) -> CameraRanges:
         """Nothing can be set."""
-        nothing = Span(low=0.0, high=0.0)
+        nothing = ValueRange(low=0.0, high=0.0)
         return CameraRanges(
             exposure_ns=nothing,
             gain_db=nothing,

@@ -12,8 +12,8 @@ from foveacam_hardware.contract import (
     DeviceFault,
     OutOfRange,
     PixelFormat,
-    Span,
     TriggerSource,
+    ValueRange,
 )
 from foveacam_hardware.drivers.cameras.aravis_automatic import AravisAutomatic
 from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
@@ -26,7 +26,7 @@ NO_PACKET_SOCKET = 1
 """libaravis's packet socket, taken where it is allowed, hears the whole network until its filter stands: it
 then numbers frames by the first packet of whatever it heard, and drops up to 99 of the camera's own as late.
 An ordinary socket hears its own port only."""
-FIXED = Span(low=0.0, high=0.0)
+FIXED = ValueRange(low=0.0, high=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ class AravisFeatures:
         """Return what it accepts."""
         low_us, high_us = self._bounds("exposure_time")
         return CameraRanges(
-            exposure_ns=Span(low=low_us * 1e3, high=high_us * 1e3),
+            exposure_ns=ValueRange(low=low_us * 1e3, high=high_us * 1e3),
             gain_db=self._span("gain"),
             frame_rate_hz=self._span("frame_rate"),
             black_level=self._span("black_level"),
@@ -257,11 +257,11 @@ class AravisFeatures:
         self._library.plain("g_free")(names)
         return words
 
-    def _span(self, name: str) -> Span:
+    def _span(self, name: str) -> ValueRange:
         if not self.call(f"is_{name}_available"):
             return FIXED
         low, high = self._bounds(name)
-        return Span(low=low, high=high)
+        return ValueRange(low=low, high=high)
 
     def _bounds(self, name: str) -> tuple[float, float]:
         return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, who=self._who)

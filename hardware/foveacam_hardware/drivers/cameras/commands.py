@@ -10,7 +10,7 @@ W = TypeVar("W")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Command(Generic[W]):
+class CameraCommand(Generic[W]):
     """Something that a caller wants done by the thread."""
 
     name: str
@@ -18,9 +18,9 @@ class Command(Generic[W]):
     done: "Future[object]"
 
 
-class Inbox(Protocol[W]):
+class CommandInbox(Protocol[W]):
     """Where commands wait; a queue."""
 
-    def get(self, block: bool = True, timeout: float | None = None) -> Command[W]:
+    def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand[W]:
         """Return the next command or raise `queue.Empty`."""
         ...

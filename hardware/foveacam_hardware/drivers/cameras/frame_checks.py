@@ -18,7 +18,7 @@ LARGEST_GAP = 100_000
 GREY = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.MONO12P)
 
 
-class Fate(StrEnum):
+class BufferAction(StrEnum):
     """What is done with a buffer."""
 
     GOOD = "good"
@@ -29,10 +29,10 @@ class Fate(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class BufferVerdict:
     """What a buffer is; `missing` frames before it never came."""
 
-    fate: Fate
+    fate: BufferAction
     seq: int
     missing: int = 0
     reason: str = ""
@@ -50,25 +50,25 @@ class FrameChecks:
         self._t_device_ns: int | None = None
         self.next_seq = first_seq
 
-    def judge(self, grab: Grab) -> Verdict:
+    def judge(self, grab: Grab) -> BufferVerdict:
         """Say what a buffer is; the first good one tells the size that all others must have."""
         step = self._step(grab.number)
         if step < 0:
-            return self._refuse(Fate.LATE, f"frame {grab.number} came after frame {self._number}")
+            return self._refuse(BufferAction.LATE, f"frame {grab.number} came after frame {self._number}")
         if step == 0:
-            return self._refuse(Fate.INCOMPLETE, f"frame {grab.number} came twice")
+            return self._refuse(BufferAction.INCOMPLETE, f"frame {grab.number} came twice")
         seq = self.next_seq + step - 1
         self.next_seq = seq + 1
         if grab.number is not None:
             self._number = grab.number
         reason = self._broken(grab)
         if reason is not None:
-            return Verdict(fate=Fate.INCOMPLETE, seq=seq, missing=step - 1, reason=reason)
+            return BufferVerdict(fate=BufferAction.INCOMPLETE, seq=seq, missing=step - 1, reason=reason)
         self._t_device_ns = grab.t_device_ns
-        return Verdict(fate=Fate.GOOD, seq=seq, missing=step - 1)
+        return BufferVerdict(fate=BufferAction.GOOD, seq=seq, missing=step - 1)
 
-    def _refuse(self, fate: Fate, reason: str) -> Verdict:
-        return Verdict(fate=fate, seq=self.next_seq, reason=reason)
+    def _refuse(self, fate: BufferAction, reason: str) -> BufferVerdict:
+        return BufferVerdict(fate=fate, seq=self.next_seq, reason=reason)
 
     def _step(self, number: int | None) -> int:
         """Return how many frames after the last one this is; 1 where nobody counts, or counts anew."""

@@ -16,12 +16,12 @@ from foveacam_hardware.contract import (
     NotConnected,
     Role,
 )
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
 from foveacam_hardware.drivers.cameras.device import CameraDevice, ReadsItsClock, TellsItsSettings
 from foveacam_hardware.drivers.cameras.exposure_times import ExposureTimes
 from foveacam_hardware.drivers.cameras.link import BackOff
 from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
+from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import VendorCalls
 
 logger = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ class HeldDevice:
         role: Role,
         factory: Callable[[], CameraDevice],
         *,
-        desk: CameraDesk,
+        desk: CameraSharedState,
         plan: CameraPlan,
         clock: Clock,
     ) -> None:

@@ -24,7 +24,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.opencv_pump import FramePump
 from foveacam_hardware.drivers.cameras.opencv_settings import (
-    Abilities,
+    SourceCapabilities,
     abilities_of,
     check,
     ranges_of,
@@ -32,7 +32,7 @@ from foveacam_hardware.drivers.cameras.opencv_settings import (
     write,
 )
 from foveacam_hardware.drivers.cameras.opencv_source import (
-    Capture,
+    OpenCvCapture,
     Source,
     SourceKind,
     kind_of,
@@ -59,7 +59,7 @@ class OpenCvDevice:
         *,
         clock: Clock,
         options: OpenCvOptions | None = None,
-        opener: Callable[[Source], Capture] = open_capture,
+        opener: Callable[[Source], OpenCvCapture] = open_capture,
     ) -> None:
         self._source = source
         self._kind = kind_of(source)
@@ -67,9 +67,9 @@ class OpenCvDevice:
         self._clock = clock
         self._options = options or OpenCvOptions()
         self._opener = opener
-        self._capture: Capture | None = None
+        self._capture: OpenCvCapture | None = None
         self._pump: FramePump | None = None
-        self._can = Abilities(kind=self._kind, own_rate_hz=0.0, sets_exposure=False)
+        self._can = SourceCapabilities(kind=self._kind, own_rate_hz=0.0, sets_exposure=False)
         self._taken: CameraSettings | None = None
         self._started = False
         self._due_ns = 0
@@ -183,7 +183,7 @@ class OpenCvDevice:
 
     # Files -------------------------------------------------------------------------------------------------
 
-    def _play(self, capture: Capture, timeout_ms: float) -> Grab | None:
+    def _play(self, capture: OpenCvCapture, timeout_ms: float) -> Grab | None:
         """Return the next picture when its time has come."""
         until_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
         due_ns = max(0 if self._waits else self._due_ns, self._clock.now_ns())
@@ -196,7 +196,7 @@ class OpenCvDevice:
         self._played += 1
         return self._grab(image, number=self._played, t_ns=self._clock.now_ns())
 
-    def _next_picture(self, capture: Capture) -> NDArray[np.uint8]:
+    def _next_picture(self, capture: OpenCvCapture) -> NDArray[np.uint8]:
         there, image = capture.read()
         if not there and self._options.loop and self._played > 0:
             capture.set(cv2.CAP_PROP_POS_FRAMES, 0)
@@ -239,12 +239,12 @@ class OpenCvDevice:
             t_host_ns=t_ns,
         )
 
-    def _opened(self) -> Capture:
+    def _opened(self) -> OpenCvCapture:
         if self._capture is None:
             raise NotConnected(f"{self._who}: it is not open; connect it first")
         return self._capture
 
-    def _choose_size(self, capture: Capture) -> None:
+    def _choose_size(self, capture: OpenCvCapture) -> None:
         wished = {
             "width_px": (cv2.CAP_PROP_FRAME_WIDTH, self._options.width),
             "height_px": (cv2.CAP_PROP_FRAME_HEIGHT, self._options.height),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock
-from foveacam_hardware.drivers.cameras.opencv_source import Capture
+from foveacam_hardware.drivers.cameras.opencv_source import OpenCvCapture
 
 JOIN_S = 2.0
 """How long a read that is under way is waited for; later, its thread lets the capture go by itself."""
@@ -15,7 +15,7 @@ JOIN_S = 2.0
 class FramePump:
     """A thread that owns a capture until it is closed."""
 
-    def __init__(self, capture: Capture, *, clock: Clock) -> None:
+    def __init__(self, capture: OpenCvCapture, *, clock: Clock) -> None:
         self._capture = capture
         self._clock = clock
         self._changed = threading.Condition()

@@ -11,16 +11,16 @@ from foveacam_hardware.contract import (
     CameraSettings,
     OutOfRange,
     PixelFormat,
-    Span,
     TriggerSource,
+    ValueRange,
 )
-from foveacam_hardware.drivers.cameras.opencv_source import Capture, SourceKind
+from foveacam_hardware.drivers.cameras.opencv_source import OpenCvCapture, SourceKind
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 UVC_EXPOSURE_NS = 100_000
 """Unit of a UVC camera's exposure; OpenCV does not tell the camera's own limits."""
 LONGEST_UVC_EXPOSURE_NS = 1_000_000_000
-PACES_HZ = Span(low=0.1, high=240.0)
+PACES_HZ = ValueRange(low=0.1, high=240.0)
 """A file is played as fast as asked."""
 NOMINAL_HZ = 30.0
 """Of what does not tell its rate."""
@@ -28,11 +28,11 @@ BY_HAND = 1.0
 BY_ITSELF = (3.0, 0.0)
 """V4L2's exposure modes: nearly every UVC camera has the first, which leaves its aperture alone."""
 FORMATS = (PixelFormat.MONO8, PixelFormat.RGB8)
-NOTHING = Span(low=0.0, high=0.0)
+NOTHING = ValueRange(low=0.0, high=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Abilities:
+class SourceCapabilities:
     """What one opened source can do; `own_rate_hz`: its rate when nobody asks for another.
 
     A network stream's is what OpenCV tells: of MJPEG it takes 25 Hz, whatever the sender does.
@@ -49,12 +49,12 @@ class Abilities:
         return self.kind is not SourceKind.STREAM
 
 
-def abilities_of(capture: Capture, kind: SourceKind) -> Abilities:
+def abilities_of(capture: OpenCvCapture, kind: SourceKind) -> SourceCapabilities:
     """Find out what a source can do."""
     told_hz = capture.get(cv2.CAP_PROP_FPS)
     known = math.isfinite(told_hz) and PACES_HZ.low <= told_hz <= PACES_HZ.high
     sets_exposure = kind is SourceKind.DEVICE and capture.get(cv2.CAP_PROP_EXPOSURE) > 0.0
-    return Abilities(
+    return SourceCapabilities(
         kind=kind,
         own_rate_hz=told_hz if known else NOMINAL_HZ,
         sets_exposure=sets_exposure,
@@ -62,10 +62,10 @@ def abilities_of(capture: Capture, kind: SourceKind) -> Abilities:
     )
 
 
-def ranges_of(can: Abilities) -> CameraRanges:
+def ranges_of(can: SourceCapabilities) -> CameraRanges:
     """Return what a source accepts; what cannot be set has one value."""
-    exposure_ns = Span(low=float(UVC_EXPOSURE_NS), high=float(LONGEST_UVC_EXPOSURE_NS))
-    own = Span(low=can.own_rate_hz, high=can.own_rate_hz)
+    exposure_ns = ValueRange(low=float(UVC_EXPOSURE_NS), high=float(LONGEST_UVC_EXPOSURE_NS))
+    own = ValueRange(low=can.own_rate_hz, high=can.own_rate_hz)
     return CameraRanges(
         exposure_ns=exposure_ns if can.sets_exposure else NOTHING,
         gain_db=NOTHING,
@@ -77,7 +77,7 @@ def ranges_of(can: Abilities) -> CameraRanges:
     )
 
 
-def check(asked: CameraSettings, can: Abilities, *, who: str) -> None:
+def check(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
     """Refuse what the source cannot do, before anything has changed."""
     if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE:
         raise OutOfRange(
@@ -114,7 +114,7 @@ def check(asked: CameraSettings, can: Abilities, *, who: str) -> None:
         raise OutOfRange(f"{who}: {refused}") from None
 
 
-def write(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSettings:
+def write(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:
     """Write settings that were checked; return what the source took."""
     rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz
     if can.kind is SourceKind.DEVICE and rate_hz:
@@ -124,7 +124,7 @@ def write(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSett
     return read_back(capture, asked, can)
 
 
-def read_back(capture: Capture, asked: CameraSettings, can: Abilities) -> CameraSettings:
+def read_back(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:
     """Return what is in force of what was asked for."""
     rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz or can.own_rate_hz
     if can.kind is SourceKind.DEVICE:
@@ -143,7 +143,7 @@ def read_back(capture: Capture, asked: CameraSettings, can: Abilities) -> Camera
     )
 
 
-def _expose(capture: Capture, asked: CameraSettings, can: Abilities) -> None:
+def _expose(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> None:
     """Set the exposure, or leave it to the camera, which begins wherever it wants to."""
     if asked.exposure_auto is not AutoMode.OFF:
         any(capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, mode) for mode in BY_ITSELF)
@@ -154,6 +154,6 @@ def _expose(capture: Capture, asked: CameraSettings, can: Abilities) -> None:
         capture.set(cv2.CAP_PROP_EXPOSURE, round(asked.exposure_ns / UVC_EXPOSURE_NS))
 
 
-def _mode(capture: Capture, can: Abilities) -> AutoMode:
+def _mode(capture: OpenCvCapture, can: SourceCapabilities) -> AutoMode:
     itself = can.exposes_itself and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) in BY_ITSELF
     return AutoMode.CONTINUOUS if itself else AutoMode.OFF

@@ -36,7 +36,7 @@ class SourceKind(StrEnum):
         return self in (SourceKind.DEVICE, SourceKind.STREAM)
 
 
-class Capture(Protocol):
+class OpenCvCapture(Protocol):
     """The part of OpenCV's capture that is used."""
 
     def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
@@ -77,7 +77,7 @@ def shown(source: Source) -> str:
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
 
 
-def open_capture(source: Source) -> Capture:
+def open_capture(source: Source) -> OpenCvCapture:
     """Open a source, with deadlines where it is far away; raise `NotConnected` in words."""
     kind = kind_of(source)
     name = f"opencv source {shown(source)}"
@@ -90,14 +90,14 @@ def open_capture(source: Source) -> Capture:
     return capture
 
 
-def _capture(source: Source, kind: SourceKind) -> Capture:
+def _capture(source: Source, kind: SourceKind) -> OpenCvCapture:
     deadlines: list[int] = []
     if kind is SourceKind.STREAM:
         deadlines = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPEN_TIMEOUT_MS]
         deadlines += [cv2.CAP_PROP_READ_TIMEOUT_MSEC, READ_TIMEOUT_MS]
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)  # why it cannot be opened, we say
     capture = cv2.VideoCapture(source, _BACKENDS[kind], deadlines)
-    return cast(Capture, capture)  # its own types allow for pictures on a graphics card
+    return cast(OpenCvCapture, capture)  # its own types allow for pictures on a graphics card
 
 
 _BACKENDS = {

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from foveacam_hardware.contract import CameraSettings
-from foveacam_hardware.drivers.cameras.watchdog import Patience
+from foveacam_hardware.drivers.cameras.watchdog import WatchdogTimeouts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -15,4 +15,4 @@ class CameraPlan:
     """How long a frame is read out of the sensor; used where the camera's clock cannot be read."""
     frames: int = 8
     """How many wait for their reader."""
-    patience: Patience = field(default_factory=Patience)
+    patience: WatchdogTimeouts = field(default_factory=WatchdogTimeouts)

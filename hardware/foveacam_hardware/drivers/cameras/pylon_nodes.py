@@ -6,7 +6,7 @@ Older cameras say `ExposureTimeAbs`, newer ones `ExposureTime`; the first that a
 import math
 from typing import Any, TypeAlias
 
-from foveacam_hardware.contract import AutoMode, DeviceFault, OutOfRange, PixelFormat, Span
+from foveacam_hardware.contract import AutoMode, DeviceFault, OutOfRange, PixelFormat, ValueRange
 
 Vendor: TypeAlias = Any  # what the vendor's library hands out: it ships no types
 Nodes: TypeAlias = Vendor
@@ -51,17 +51,17 @@ def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:
     return None
 
 
-def span_of(nodes: Nodes, names: tuple[str, ...], *, locked: bool = False) -> Span:
+def span_of(nodes: Nodes, names: tuple[str, ...], *, locked: bool = False) -> ValueRange:
     """Return what a feature accepts; one that cannot be written, or is not there, has one value.
 
     `locked`: it cannot be written just now, as the camera sets it itself, and its limits count all the same.
     """
     node = find(nodes, names)
     if node is None:
-        return Span(low=0.0, high=0.0)
+        return ValueRange(low=0.0, high=0.0)
     if _access(node) != READ_WRITE and not locked:
-        return Span(low=float(node.GetValue()), high=float(node.GetValue()))
-    return Span(low=float(node.GetMin()), high=float(node.GetMax()))
+        return ValueRange(low=float(node.GetValue()), high=float(node.GetValue()))
+    return ValueRange(low=float(node.GetMin()), high=float(node.GetMax()))
 
 
 def read_number(nodes: Nodes, names: tuple[str, ...]) -> float:
@@ -182,7 +182,7 @@ def read_format(nodes: Nodes, *, who: str) -> PixelFormat:
     raise DeviceFault(f"{who}: it sends {now}, which this program does not read; ask for another format")
 
 
-def require_inside(who: str, what: str, asked: float, span: Span, unit: str) -> None:
+def require_inside(who: str, what: str, asked: float, span: ValueRange, unit: str) -> None:
     """Refuse what is outside, naming the range; what cannot be set at all is named so."""
     slack = 1e-9 * max(abs(span.low), abs(span.high))
     if math.isfinite(asked) and span.low - slack <= asked <= span.high + slack:

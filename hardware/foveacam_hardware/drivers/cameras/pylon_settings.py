@@ -7,8 +7,8 @@ from foveacam_hardware.contract import (
     CameraRanges,
     CameraSettings,
     OutOfRange,
-    Span,
     TriggerSource,
+    ValueRange,
 )
 from foveacam_hardware.drivers.cameras import pylon_nodes as nodes
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
@@ -53,7 +53,7 @@ def ranges_of(map_: nodes.Nodes) -> CameraRanges:
     automatic = nodes.read_exposure_auto(map_) is not AutoMode.OFF
     exposure_us = nodes.span_of(map_, nodes.EXPOSURE_US, locked=automatic)
     return CameraRanges(
-        exposure_ns=Span(low=exposure_us.low * NS_PER_US, high=exposure_us.high * NS_PER_US),
+        exposure_ns=ValueRange(low=exposure_us.low * NS_PER_US, high=exposure_us.high * NS_PER_US),
         gain_db=nodes.span_of(map_, nodes.GAIN_DB),
         frame_rate_hz=nodes.span_of(map_, nodes.FRAME_RATE_HZ, locked=nodes.rate_is_free(map_)),
         black_level=nodes.span_of(map_, nodes.BLACK_LEVEL),
@@ -66,7 +66,7 @@ def ranges_of(map_: nodes.Nodes) -> CameraRanges:
 def check(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
     """Refuse what is out of range before anything has changed."""
     ranges = ranges_of(map_)
-    ms = Span(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
+    ms = ValueRange(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
     nodes.require_inside(who, "exposure", asked.exposure_ns / 1e6, ms, "ms")
     nodes.require_inside(who, "gain", asked.gain_db, ranges.gain_db, "dB")
     if not asked.frame_rate_auto:

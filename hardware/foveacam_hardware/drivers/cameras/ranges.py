@@ -2,7 +2,7 @@
 
 import math
 
-from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, OutOfRange, Span
+from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, OutOfRange, ValueRange
 
 SLACK = 1e-9
 """Of a span's ends: they come out of conversions."""
@@ -14,10 +14,10 @@ def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: boo
     `first`: these are settings from before the camera was known; what cannot be set at all is passed over,
     and so is zero, which leaves it to the camera.
     """
-    ms = Span(low=ranges.exposure_ns.low * 1e-6, high=ranges.exposure_ns.high * 1e-6)
+    ms = ValueRange(low=ranges.exposure_ns.low * 1e-6, high=ranges.exposure_ns.high * 1e-6)
     rates_hz = ranges.frame_rate_hz
     if settings.triggered or settings.frame_rate_auto:  # its own, or its trigger's: many give no range then
-        rates_hz = Span(low=math.ulp(0.0), high=math.inf)
+        rates_hz = ValueRange(low=math.ulp(0.0), high=math.inf)
     for what, asked, span, unit in (
         ("exposure", settings.exposure_ns / 1e6, ms, "ms"),
         ("gain", settings.gain_db, ranges.gain_db, "dB"),
@@ -49,7 +49,7 @@ def refuse_modes(settings: CameraSettings, ranges: CameraRanges, *, first: bool 
         raise OutOfRange("it cannot choose its frame rate itself; give one in Hz")
 
 
-def _is_fixed(span: Span) -> bool:
+def _is_fixed(span: ValueRange) -> bool:
     return span.low == span.high
 
 
@@ -59,7 +59,7 @@ def _remedy(ranges: CameraRanges) -> str:
     return f"use {', '.join(ranges.exposure_autos)}"
 
 
-def _require(what: str, asked: float, span: Span, unit: str) -> None:
+def _require(what: str, asked: float, span: ValueRange, unit: str) -> None:
     slack = SLACK * max(abs(span.low), abs(span.high)) if math.isfinite(span.high) else 0.0
     if not (math.isfinite(asked) and span.low - slack <= asked <= span.high + slack):
         raise OutOfRange(

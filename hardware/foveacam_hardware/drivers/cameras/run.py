@@ -1,11 +1,11 @@
 """One run of a camera, from start to stop: buffers are checked, timed, numbered and counted."""
 
 from foveacam_hardware.contract import CameraSettings, Frame, Role, TriggerSource
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
 from foveacam_hardware.drivers.cameras.device import Grab
 from foveacam_hardware.drivers.cameras.exposure_times import ExposureTimes
-from foveacam_hardware.drivers.cameras.frame_checks import Fate, FrameChecks
-from foveacam_hardware.drivers.cameras.watchdog import Patience, Watchdog
+from foveacam_hardware.drivers.cameras.frame_checks import BufferAction, FrameChecks
+from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
+from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogTimeouts
 
 UNDERRUNS_NS = 1_000_000_000
 """How often the library is asked for its count."""
@@ -23,9 +23,9 @@ class CameraRun:
         role: Role,
         settings: CameraSettings,
         *,
-        desk: CameraDesk,
+        desk: CameraSharedState,
         times: ExposureTimes,
-        patience: Patience,
+        patience: WatchdogTimeouts,
         first_seq: int,
         now_ns: int,
     ) -> None:
@@ -70,15 +70,15 @@ class CameraRun:
         self._awaited = max(0, self._awaited - 1)
         self.watchdog.heard(now_ns)
         verdict = self._checks.judge(grab)
-        good = verdict.fate is Fate.GOOD
+        good = verdict.fate is BufferAction.GOOD
         image = grab.image
         if verdict.missing or not good:
             self.watchdog.bad(now_ns)
             self._last_fault = verdict.reason or f"{verdict.missing} frames are missing"
             self._desk.count(
                 dropped=verdict.missing,
-                incomplete=verdict.fate is Fate.INCOMPLETE,
-                late=verdict.fate is Fate.LATE,
+                incomplete=verdict.fate is BufferAction.INCOMPLETE,
+                late=verdict.fate is BufferAction.LATE,
             )
         if not good or image is None:
             return None

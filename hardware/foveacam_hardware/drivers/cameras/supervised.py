@@ -27,12 +27,12 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_hardware.drivers.cameras.commands import Command
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
+from foveacam_hardware.drivers.cameras.commands import CameraCommand
 from foveacam_hardware.drivers.cameras.device import CameraDevice
 from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
-from foveacam_hardware.drivers.cameras.vendor_calls import Abandoned, Call
+from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
+from foveacam_hardware.drivers.cameras.vendor_calls import CallAbandoned, VendorCall
 from foveacam_hardware.drivers.cameras.worker import CameraWorker
 
 T = TypeVar("T")
@@ -65,8 +65,8 @@ class SupervisedCamera:
         self._plan = plan
         self._expected = expected
         self._patience = plan.patience
-        self._desk = CameraDesk(frames=plan.frames)
-        self._inbox: queue.SimpleQueue[Command[CameraWorker]] = queue.SimpleQueue()
+        self._desk = CameraSharedState(frames=plan.frames)
+        self._inbox: queue.SimpleQueue[CameraCommand[CameraWorker]] = queue.SimpleQueue()
         self._worker = self._new_worker()
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
@@ -170,7 +170,7 @@ class SupervisedCamera:
             )
         # Nobody waits for the answer: a caller that wakes up twice is late for its frame.
         done: concurrent.futures.Future[object] = concurrent.futures.Future()
-        self._inbox.put(Command(name="expose", work=CameraWorker.trigger, done=done))
+        self._inbox.put(CameraCommand(name="expose", work=CameraWorker.trigger, done=done))
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
         """Return the next frame not yet read."""
@@ -186,7 +186,7 @@ class SupervisedCamera:
         for _ in range(n):
             yield self.read(timeout_ms=timeout_ms)
 
-    def _link_now(self, late: Call | None) -> CameraLink:
+    def _link_now(self, late: VendorCall | None) -> CameraLink:
         """Return the link's state; a call that is late is a loss that the thread cannot tell yet."""
         link = self._desk.state.link
         if late is None or link.phase in (*DOWN, CameraPhase.CLOSED):
@@ -233,7 +233,7 @@ class SupervisedCamera:
     def _ask(self, name: str, work: Callable[[CameraWorker], T], *, within_ns: int) -> T:
         """Let the thread do something; a caller waits no longer than said, nor behind a call that is late."""
         done: concurrent.futures.Future[object] = concurrent.futures.Future()
-        self._inbox.put(Command(name=name, work=work, done=done))
+        self._inbox.put(CameraCommand(name=name, work=work, done=done))
         began_ns = self._clock.now_ns()
         try:
             return self._result(done, looks=max(1, round(within_ns / 1e9 / LOOK_S)))  # type: ignore[return-value]  # the future of this very work
@@ -257,7 +257,7 @@ class SupervisedCamera:
                     break
         return done.result(0.0)
 
-    def _heed(self) -> Call | None:
+    def _heed(self) -> VendorCall | None:
         """Return the call that is late; a thread that hangs for long is replaced by another."""
         call, now_ns = self._worker.calls.now, self._clock.now_ns()
         late = None if call is None else call.overdue(now_ns)
@@ -294,11 +294,11 @@ class SupervisedCamera:
         return CameraWorker(self._role, self._factory, desk=self._desk, plan=self._plan, clock=self._clock)
 
 
-def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[Command[CameraWorker]]") -> None:
+def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[CameraCommand[CameraWorker]]") -> None:
     """Turn until closed or given up."""
     while worker.goes_on:
         try:
             worker.step(inbox)
-        except Abandoned:
+        except CallAbandoned:
             worker.give_back()
             return

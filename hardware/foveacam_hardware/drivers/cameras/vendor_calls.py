@@ -9,12 +9,12 @@ from foveacam_hardware.contract import Clock, Timeout
 T = TypeVar("T")
 
 
-class Abandoned(Exception):
+class CallAbandoned(Exception):
     """The call came back after everybody had given it up: no error, but the end of its thread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Call:
+class VendorCall:
     """One call that has not returned yet."""
 
     name: str
@@ -36,11 +36,11 @@ class VendorCalls:
 
     def __init__(self, *, clock: Clock) -> None:
         self._clock = clock
-        self._now: Call | None = None
+        self._now: VendorCall | None = None
         self._abandoned = False
 
     @property
-    def now(self) -> Call | None:
+    def now(self) -> VendorCall | None:
         """What runs; any thread may look."""
         return self._now
 
@@ -51,14 +51,14 @@ class VendorCalls:
     def make(self, name: str, call: Callable[[], T], *, within_ns: int) -> T:
         """Return what the call returns; raise `Timeout` when it took longer than allowed."""
         began_ns = self._clock.now_ns()
-        running = Call(name=name, began_ns=began_ns, deadline_ns=began_ns + within_ns)
+        running = VendorCall(name=name, began_ns=began_ns, deadline_ns=began_ns + within_ns)
         self._now = running
         try:
             result = call()
         finally:
             self._now = None
             if self._abandoned:
-                raise Abandoned(name)
+                raise CallAbandoned(name)
         late = running.overdue(self._clock.now_ns())
         if late is not None:
             raise Timeout(late)

@@ -17,7 +17,7 @@ BAD_WINDOW_NS = 2_000_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Patience:
+class WatchdogTimeouts:
     """How long each thing may take; the defaults suit cameras on a network.
 
     `silence_*`: limits of the time without frames of a free-running camera. `ask`: how often a silent
@@ -43,7 +43,7 @@ class Patience:
     backoff_most_ns: int = 2_000_000_000
 
 
-class Advice(StrEnum):
+class WatchdogAdvice(StrEnum):
     """What is to be done about silence."""
 
     WAIT = "wait"
@@ -54,7 +54,7 @@ class Advice(StrEnum):
 class Watchdog:
     """Watches one run of a camera."""
 
-    def __init__(self, settings: CameraSettings, *, patience: Patience, now_ns: int) -> None:
+    def __init__(self, settings: CameraSettings, *, patience: WatchdogTimeouts, now_ns: int) -> None:
         self._triggered = settings.triggered
         self._patience = patience
         self._heard_ns = self._answered_ns = now_ns
@@ -88,11 +88,15 @@ class Watchdog:
         """Tell whether too many frames of late were broken or missing."""
         return len(self._bad) == BAD_FRAMES and now_ns - self._bad[0] <= BAD_WINDOW_NS
 
-    def advice(self, now_ns: int) -> Advice:
+    def advice(self, now_ns: int) -> WatchdogAdvice:
         """Say what to do when no buffer came just now."""
         if self._triggered:
-            return Advice.ASK if now_ns - self._answered_ns >= self._patience.ask_ns else Advice.WAIT
-        return Advice.LOST if self.silent_ns(now_ns) >= self._allowed_ns else Advice.WAIT
+            return (
+                WatchdogAdvice.ASK
+                if now_ns - self._answered_ns >= self._patience.ask_ns
+                else WatchdogAdvice.WAIT
+            )
+        return WatchdogAdvice.LOST if self.silent_ns(now_ns) >= self._allowed_ns else WatchdogAdvice.WAIT
 
     def worry(self, now_ns: int) -> str | None:
         """Return that a free-running camera has been silent for half of what it may be, in words."""
@@ -106,7 +110,7 @@ class Watchdog:
         return self.limit_ns if self._begun else max(self.limit_ns, self._patience.first_ns)
 
 
-def _limit_ns(settings: CameraSettings, patience: Patience) -> int:
+def _limit_ns(settings: CameraSettings, patience: WatchdogTimeouts) -> int:
     """Return how long a free-running camera may be silent; longest where it may choose to expose longer."""
     period_ns = round(1e9 / settings.frame_rate_hz)
     by_hand = settings.exposure_auto is AutoMode.OFF

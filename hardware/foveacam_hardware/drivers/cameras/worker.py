@@ -20,14 +20,14 @@ from foveacam_hardware.contract import (
     Role,
     Timeout,
 )
-from foveacam_hardware.drivers.cameras.commands import Inbox
-from foveacam_hardware.drivers.cameras.desk import CameraDesk
+from foveacam_hardware.drivers.cameras.commands import CommandInbox
 from foveacam_hardware.drivers.cameras.device import CameraDevice
 from foveacam_hardware.drivers.cameras.held_device import HeldDevice
 from foveacam_hardware.drivers.cameras.plan import CameraPlan
 from foveacam_hardware.drivers.cameras.run import CameraRun
+from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import VendorCalls
-from foveacam_hardware.drivers.cameras.watchdog import Advice
+from foveacam_hardware.drivers.cameras.watchdog import WatchdogAdvice
 
 logger = logging.getLogger(__name__)
 
@@ -52,7 +52,7 @@ class CameraWorker:
         role: Role,
         factory: Callable[[], CameraDevice],
         *,
-        desk: CameraDesk,
+        desk: CameraSharedState,
         plan: CameraPlan,
         clock: Clock,
     ) -> None:
@@ -160,7 +160,7 @@ class CameraWorker:
 
     # One turn ---------------------------------------------------------------------------------------------
 
-    def step(self, inbox: "Inbox[CameraWorker]") -> None:
+    def step(self, inbox: "CommandInbox[CameraWorker]") -> None:
         """Do the next thing: a command, an attempt to open, a frame, or a look whether the camera lives."""
         try:
             pause_s = self._pause_s()
@@ -234,10 +234,10 @@ class CameraWorker:
     def _judge_silence(self, run: CameraRun, now_ns: int) -> None:
         run.silent(now_ns)
         advice = run.watchdog.advice(now_ns)
-        if advice is Advice.ASK:
+        if advice is WatchdogAdvice.ASK:
             self._held.ask()
             run.watchdog.answered(self._clock.now_ns())
-        elif advice is Advice.LOST:
+        elif advice is WatchdogAdvice.LOST:
             silent_s = run.watchdog.silent_ns(now_ns) / 1e9
             raise NotConnected(
                 f"no frame for {silent_s:.1f} s though it runs freely; check its cable and power"

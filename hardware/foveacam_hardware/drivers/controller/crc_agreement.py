@@ -8,10 +8,10 @@ import logging
 from enum import StrEnum
 
 from foveacam_hardware.contract import DeviceFault, Timeout
-from foveacam_hardware.drivers.controller.dialogue import HANDSHAKE_TRIES, Dialogue
-from foveacam_hardware.drivers.controller.identity import Controller
-from foveacam_hardware.drivers.controller.replies import MALFORMED, Refusal
-from foveacam_hardware.wire.controller import BadPacket, Method, Property
+from foveacam_hardware.drivers.controller.identity import IdentifiedController
+from foveacam_hardware.drivers.controller.replies import MALFORMED, ControllerRefusal
+from foveacam_hardware.drivers.controller.requests import HANDSHAKE_TRIES, ControllerRequests
+from foveacam_hardware.wire.controller import BadPacket, PacketMethod, PacketProperty
 from foveacam_hardware.wire.controller_payloads import GuardItem, pack_guard, pack_u8
 
 logger = logging.getLogger(__name__)
@@ -29,7 +29,7 @@ class Crc(StrEnum):
     FORBID = "forbid"
 
 
-def agree_on_crc(dialogue: Dialogue, controller: Controller, wanted: Crc) -> None:
+def agree_on_crc(dialogue: ControllerRequests, controller: IdentifiedController, wanted: Crc) -> None:
     """Bring a CRC into force, if it is wanted and offered; raise `DeviceFault` if it is required and is not.
 
     Afterwards both sides do the same: a question with a CRC was answered, or a plain one.
@@ -48,14 +48,16 @@ def agree_on_crc(dialogue: Dialogue, controller: Controller, wanted: Crc) -> Non
     logger.debug("controller: no CRC: %s", why)
 
 
-def _refused(dialogue: Dialogue) -> str | None:
+def _refused(dialogue: ControllerRequests) -> str | None:
     """Ask for a CRC; return why there will be none, or None when it is in force."""
     why = ""
     for _ in range(HANDSHAKE_TRIES):
         try:
-            dialogue.wait(dialogue.session.begin_crc((Method.SET, Property.GUARD, _ON)))
-            answer = dialogue.ask(Method.GET, Property.GUARD, pack_u8(GuardItem.CHECK)).packet.payload
-        except Refusal as refusal:
+            dialogue.wait(dialogue.session.begin_crc((PacketMethod.SET, PacketProperty.GUARD, _ON)))
+            answer = dialogue.ask(
+                PacketMethod.GET, PacketProperty.GUARD, pack_u8(GuardItem.CHECK)
+            ).packet.payload
+        except ControllerRefusal as refusal:
             why = f"it says '{refusal.text}'"
             if refusal.text != MALFORMED:
                 return why

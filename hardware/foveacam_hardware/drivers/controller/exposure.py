@@ -2,9 +2,9 @@
 
 from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
 from foveacam_hardware.drivers.controller.clock import ClockMap
-from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.recovery import Recovery
-from foveacam_hardware.drivers.controller.replies import Reply
+from foveacam_hardware.drivers.controller.recovery import LinkRecovery
+from foveacam_hardware.drivers.controller.replies import PendingReply
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
 from foveacam_hardware.drivers.controller.volts import is_whole, mirror_volts
 from foveacam_hardware.wire.controller_payloads import FrameReport
 
@@ -18,12 +18,12 @@ class ExposureUnderWay:
 
     def __init__(
         self,
-        dialogue: Dialogue,
-        replies: tuple[Reply, Reply],
+        dialogue: ControllerRequests,
+        replies: tuple[PendingReply, PendingReply],
         *,
         duration_s: float,
         clock_map: ClockMap,
-        recovery: Recovery,
+        recovery: LinkRecovery,
     ) -> None:
         self._dialogue = dialogue
         self._update, self._frame = replies

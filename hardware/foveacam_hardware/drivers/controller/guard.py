@@ -6,13 +6,13 @@ Both are optional: a controller in the field has no watchdog, and a script may w
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import DeviceFault, MirrorLimits
+from foveacam_hardware.drivers.controller.commanded_position import CommandedPosition
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
-from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.governor import CEILING_HZ
 from foveacam_hardware.drivers.controller.guardian import Guardian
-from foveacam_hardware.drivers.controller.identity import Controller
-from foveacam_hardware.drivers.controller.targets import Targets
-from foveacam_hardware.wire.controller import SILENT, Method, Packet, Property, encode_packet
+from foveacam_hardware.drivers.controller.identity import IdentifiedController
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.update_rate import CEILING_HZ
+from foveacam_hardware.wire.controller import SILENT, Packet, PacketMethod, PacketProperty, encode_packet
 from foveacam_hardware.wire.controller_payloads import (
     DAC_FULL_SCALE,
     DAC_FULL_SCALE_V,
@@ -27,14 +27,14 @@ BEAT_NS = 200_000_000
 """A quarter of it: three packets may be lost."""
 _MOST = {GuardItem.LARGEST_CODE: 57_343, GuardItem.LARGEST_DIFFERENCE: 55_705}
 """What the firmware allows at most, compiled in: narrower can be set, wider not."""
-PLAINLY = 2 * encode_packet(Packet(Method.NOP, Property.NONE, SILENT))
+PLAINLY = 2 * encode_packet(Packet(PacketMethod.NOP, PacketProperty.NONE, SILENT))
 """Ends a CRC that was agreed on: a guardian speaks without. Twice: a half packet takes the first along."""
 SETTLE_MS_HZ = 1548
 """Time that the drive filter takes for the whole stroke, times its cut-off: 13 ms at 120 Hz."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Care:
+class LinkSupervision:
     """How the link is looked after.
 
     `answer_s`: for an answer; `probe_s`: for each of the questions that follow silence. With the defaults a
@@ -50,7 +50,7 @@ class Care:
     """Whether packets shall carry a CRC."""
 
 
-def set_watch(dialogue: Dialogue, controller: Controller, limits: MirrorLimits) -> None:
+def set_watch(dialogue: ControllerRequests, controller: IdentifiedController, limits: MirrorLimits) -> None:
     """Give a firmware that has them its watchdog time and this rig's limits, and keep it fed; rail off."""
     if not controller.has_guard:
         return
@@ -63,7 +63,7 @@ def set_watch(dialogue: Dialogue, controller: Controller, limits: MirrorLimits) 
     for item, value in wanted.items():
         value = min(value, _MOST.get(item, value))
         order = pack_guard(item, value)
-        answer = dialogue.ask(Method.SET, Property.GUARD, order).packet.payload
+        answer = dialogue.ask(PacketMethod.SET, PacketProperty.GUARD, order).packet.payload
         if answer != order:
             raise DeviceFault(
                 f"controller: its guard took {answer.hex(' ')} for {item.name}, not {value};"
@@ -72,17 +72,24 @@ def set_watch(dialogue: Dialogue, controller: Controller, limits: MirrorLimits) 
     dialogue.session.beat(BEAT_NS)
 
 
-class Watch:
+class SessionGuard:
     """Who watches over the session in force; without a guardian, the firmware or nobody."""
 
     def __init__(self, guardian: Guardian | None) -> None:
         self._guardian = guardian
 
-    def watches(self, controller: Controller) -> bool:
+    def watches(self, controller: IdentifiedController) -> bool:
         """Tell whether the mirrors of this controller are parked when this process is killed."""
         return controller.has_guard or (self._guardian is not None and self._guardian.watching)
 
-    def keep(self, dialogue: Dialogue, controller: Controller, *, targets: Targets, low_pass_hz: int) -> None:
+    def keep(
+        self,
+        dialogue: ControllerRequests,
+        controller: IdentifiedController,
+        *,
+        targets: CommandedPosition,
+        low_pass_hz: int,
+    ) -> None:
         """Have the guardian hold the open port, again when it has died; a link without a port has none."""
         file = dialogue.session.file
         if self._guardian is None or self._guardian.watching or file is None:

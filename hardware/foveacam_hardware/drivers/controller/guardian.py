@@ -12,7 +12,13 @@ import subprocess
 import sys
 import threading
 
-from foveacam_hardware.wire.guardian import Guarded, ParkingPlan, await_answer, send_guarded, send_released
+from foveacam_hardware.wire.guardian import (
+    GuardRequest,
+    ParkingPlan,
+    await_answer,
+    send_guarded,
+    send_released,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +55,7 @@ class Guardian:
         """Hand an open port over, in the place of any before; a guardian that died is replaced."""
         with self._lock:
             for _ in range(2):
-                if self._handed_over(Guarded(file=file, plan=plan)):
+                if self._handed_over(GuardRequest(file=file, plan=plan)):
                     self._holds = True
                     return
                 self._end()
@@ -74,7 +80,7 @@ class Guardian:
         with self._lock:
             self._end()
 
-    def _handed_over(self, order: Guarded) -> bool:
+    def _handed_over(self, order: GuardRequest) -> bool:
         if self._connection is None:
             self._start()
         connection = self._connection

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
     BadPacket,
-    Method,
     Packet,
-    Property,
+    PacketMethod,
+    PacketProperty,
     decode_packet,
     encode_packet,
 )
@@ -24,14 +24,14 @@ FIRST_SEQUENCE = 0xFF00
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parking:
+class ParkingOutcome:
     """How it ended."""
 
     rail_off: bool
     detail: str
 
 
-def park_and_disable(port: OpenPort, plan: ParkingPlan) -> Parking:
+def park_and_disable(port: OpenPort, plan: ParkingPlan) -> ParkingOutcome:
     """Park, let the mirrors settle, and switch the rail off; ask again while nothing answers.
 
     The host may have died in the middle of a packet: the delimiter of our first one ends it, and takes that
@@ -46,11 +46,11 @@ def park_and_disable(port: OpenPort, plan: ParkingPlan) -> Parking:
         while time.monotonic() < deadline_s:
             tries += 1
             if conversation.switch_off():
-                return Parking(rail_off=True, detail=f"mirrors parked, rail off (asked {tries} times)")
+                return ParkingOutcome(rail_off=True, detail=f"mirrors parked, rail off (asked {tries} times)")
             port.write(plan.rest)
     except OSError as failure:
-        return Parking(rail_off=False, detail=f"the port failed ({failure})")
-    return Parking(
+        return ParkingOutcome(rail_off=False, detail=f"the port failed ({failure})")
+    return ParkingOutcome(
         rail_off=False,
         detail="the controller does not answer: switch its supply off and on, the mirror rail may be on",
     )
@@ -66,12 +66,12 @@ class _Conversation:
 
     def switch_off(self) -> bool:
         """Switch the rail off; tell whether the controller says that it is."""
-        off = self._ask(Method.SET, pack_u8(0))
-        return off == pack_u8(0) and self._ask(Method.GET) == pack_u8(0)
+        off = self._ask(PacketMethod.SET, pack_u8(0))
+        return off == pack_u8(0) and self._ask(PacketMethod.GET) == pack_u8(0)
 
-    def _ask(self, method: Method, payload: bytes = b"") -> bytes | None:
+    def _ask(self, method: PacketMethod, payload: bytes = b"") -> bytes | None:
         self._sequence += 1
-        self._port.write(encode_packet(Packet(method, Property.ENABLE, self._sequence, payload)))
+        self._port.write(encode_packet(Packet(method, PacketProperty.ENABLE, self._sequence, payload)))
         deadline_s = time.monotonic() + ANSWER_S
         while (left_s := deadline_s - time.monotonic()) > 0:
             for frame in self._decoder.feed(self._port.read(left_s)):
@@ -85,5 +85,5 @@ class _Conversation:
             packet = decode_packet(frame)
         except BadPacket:
             return None
-        ours = packet.prop is Property.ENABLE and packet.sequence == self._sequence
-        return packet if ours and packet.method is Method.ACK else None
+        ours = packet.prop is PacketProperty.ENABLE and packet.sequence == self._sequence
+        return packet if ours and packet.method is PacketMethod.ACK else None

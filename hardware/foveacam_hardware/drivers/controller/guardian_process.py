@@ -13,7 +13,7 @@ import sys
 
 from foveacam_hardware.drivers.controller.guardian_parking import park_and_disable
 from foveacam_hardware.wire.guardian import (
-    Guarded,
+    GuardRequest,
     HostGone,
     answer,
     await_death_or_message,
@@ -25,17 +25,17 @@ from foveacam_hardware.wire.open_file import OpenPort
 logger = logging.getLogger("foveacam.guardian")
 
 
-class Post:
+class GuardedPort:
     """The port that is watched over now, if any."""
 
     def __init__(self) -> None:
-        self._held: tuple[OpenPort, Guarded] | None = None
+        self._held: tuple[OpenPort, GuardRequest] | None = None
 
     def obey(self, connection: socket.socket) -> None:
         """Take one message of the host's; raise `HostGone` after its last."""
         order = receive(connection)
         self.give_back()
-        if isinstance(order, Guarded):
+        if isinstance(order, GuardRequest):
             self._held = OpenPort(order.file), order
         answer(connection)
 
@@ -59,7 +59,7 @@ class Post:
 
 def watch(connection: socket.socket, host_pid: int) -> None:
     """Serve one host until it is gone, and then in its place once."""
-    post = Post()
+    post = GuardedPort()
     process = watch_process(host_pid)
     try:
         while True:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import DeviceFault, DeviceInfo, FoveaError, NotConnected, Timeout
-from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.session import Session
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.session import ControllerSession
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID, BadPacket
 
 FIRST_KNOWN_MAJOR, LAST_KNOWN_MAJOR = 1, 2
@@ -22,7 +22,7 @@ _VOICES = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Controller:
+class IdentifiedController:
     """A controller that this driver can use."""
 
     name: str
@@ -54,11 +54,11 @@ class Controller:
         return DeviceInfo(vendor="FoveaCam", model=self.name, serial=serial, version=text, port=port)
 
 
-UNKNOWN = Controller(name="mirror controller", version=(0, 0, 0))
+UNKNOWN = IdentifiedController(name="mirror controller", version=(0, 0, 0))
 """Before any has answered."""
 
 
-def identify_controller(dialogue: Dialogue) -> Controller:
+def identify_controller(dialogue: ControllerRequests) -> IdentifiedController:
     """Ask who answers; raise `NotConnected` or `DeviceFault` when it is nobody that this driver can use."""
     session = dialogue.session
     try:
@@ -71,10 +71,10 @@ def identify_controller(dialogue: Dialogue) -> Controller:
         raise DeviceFault(f"{found} is newer than this driver ({known}); update the software")
     if version[0] < FIRST_KNOWN_MAJOR:
         raise DeviceFault(f"{found} is older than this driver knows ({known}); update the firmware")
-    return Controller(name=dialogue.name(), version=version)
+    return IdentifiedController(name=dialogue.name(), version=version)
 
 
-def _nobody(session: Session, failure: FoveaError) -> FoveaError:
+def _nobody(session: ControllerSession, failure: FoveaError) -> FoveaError:
     """Return what is known of an answer that was none of the controller's."""
     port = session.identity
     wrong_port = "; correct mirrors.port in the rig file"

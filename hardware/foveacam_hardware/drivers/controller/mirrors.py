@@ -25,19 +25,19 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_hardware.drivers.controller.clock import ClockMap
+from foveacam_hardware.drivers.controller.commanded_position import STREAMS, CommandedPosition
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
-from foveacam_hardware.drivers.controller.dialogue import Dialogue
 from foveacam_hardware.drivers.controller.exposure import ExposureUnderWay, check_times, longest_s
-from foveacam_hardware.drivers.controller.governor import Governor
-from foveacam_hardware.drivers.controller.guard import Care, Watch, set_watch
+from foveacam_hardware.drivers.controller.guard import LinkSupervision, SessionGuard, set_watch
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
-from foveacam_hardware.drivers.controller.pace import Pace
-from foveacam_hardware.drivers.controller.recovery import Recovery, switched_off, undone
-from foveacam_hardware.drivers.controller.replies import Refusal
-from foveacam_hardware.drivers.controller.session import Session
-from foveacam_hardware.drivers.controller.targets import STREAMS, Targets
+from foveacam_hardware.drivers.controller.recovery import LinkRecovery, switched_off, undone
+from foveacam_hardware.drivers.controller.replies import ControllerRefusal
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.session import ControllerSession
+from foveacam_hardware.drivers.controller.steering_pacer import SteeringPacer
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
-from foveacam_hardware.wire.controller import Property
+from foveacam_hardware.drivers.controller.update_rate import UpdateRateGovernor
+from foveacam_hardware.wire.controller import PacketProperty
 from foveacam_hardware.wire.link import PortLinkFactory
 
 logger = logging.getLogger(__name__)
@@ -60,23 +60,25 @@ class ControllerMirrors:
         low_pass_hz: int = 120,
         *,
         name: str = "controller",
-        care: Care | None = None,
+        care: LinkSupervision | None = None,
     ) -> None:
         self._link_factory = link_factory
         self._clock = clock
         self._limits = limits or MirrorLimits()
         self._low_pass_hz = low_pass_hz
         self._info = DeviceInfo(vendor="FoveaCam", model="mirror controller", serial=name)
-        self._care = care or Care()
-        self._watch = Watch(self._care.guardian)
+        self._care = care or LinkSupervision()
+        self._watch = SessionGuard(self._care.guardian)
         self._controller = UNKNOWN
         self._procedure = threading.RLock()  # connect, close, enable, disable, expose: one at a time
-        self._targets = Targets(self._limits)
-        self._dialogue: Dialogue | None = None
+        self._targets = CommandedPosition(self._limits)
+        self._dialogue: ControllerRequests | None = None
         self._clock_map: ClockMap | None = None
         self._enabled = False
-        self._pace = Pace(Governor(ceiling_hz=self._care.ceiling_hz), clock)
-        self._recovery = Recovery(self._targets, enabled=lambda: self._enabled, probe_s=self._care.probe_s)
+        self._pace = SteeringPacer(UpdateRateGovernor(ceiling_hz=self._care.ceiling_hz), clock)
+        self._recovery = LinkRecovery(
+            self._targets, enabled=lambda: self._enabled, probe_s=self._care.probe_s
+        )
 
     @property
     def info(self) -> DeviceInfo:
@@ -126,8 +128,8 @@ class ControllerMirrors:
                 return
             self._discard()
             try:
-                session = Session(self._link_factory(), self._clock)
-                self._dialogue = Dialogue(session, deadline_s=self._care.answer_s)
+                session = ControllerSession(self._link_factory(), self._clock)
+                self._dialogue = ControllerRequests(session, deadline_s=self._care.answer_s)
                 self._start(self._dialogue)
             except FoveaError as failure:
                 told = undone(self._dialogue, failure, probe_s=self._care.probe_s)
@@ -259,7 +261,7 @@ class ControllerMirrors:
         try:
             for reply in replies:
                 reply.wait(deadline_s=deadline_s)
-        except Refusal:
+        except ControllerRefusal:
             if self._enabled:
                 raise
         finally:
@@ -269,7 +271,7 @@ class ControllerMirrors:
         """Return one round trip, ms; as a watchdog it notices silence, and a controller that restarted."""
         return self._ping(self._connected())
 
-    def _connected(self) -> Dialogue:
+    def _connected(self) -> ControllerRequests:
         dialogue = self._dialogue
         if dialogue is None or dialogue.session.failure is not None:
             raise NotConnected(
@@ -277,13 +279,13 @@ class ControllerMirrors:
             )
         return dialogue
 
-    def _ready(self) -> Dialogue:
+    def _ready(self) -> ControllerRequests:
         dialogue = self._connected()
         if not self._enabled:
             raise DeviceFault("mirrors: the rail is off, nothing can move; enable the mirrors first")
         return dialogue
 
-    def _start(self, dialogue: Dialogue) -> None:
+    def _start(self, dialogue: ControllerRequests) -> None:
         self._controller = controller = identify_controller(dialogue)
         attached = dialogue.session.identity
         self._info = controller.info(serial=attached.serial or self._info.serial, port=attached.name)
@@ -302,11 +304,11 @@ class ControllerMirrors:
         self._pace.begin(dialogue.session)
         self._switch_on(dialogue)
 
-    def _watch_over(self, dialogue: Dialogue) -> None:
+    def _watch_over(self, dialogue: ControllerRequests) -> None:
         self._watch.keep(dialogue, self._controller, targets=self._targets, low_pass_hz=self._low_pass_hz)
 
-    def _switch_on(self, dialogue: Dialogue) -> None:
-        dialogue.configure(Property.BIAS, self._targets.bias_code)
+    def _switch_on(self, dialogue: ControllerRequests) -> None:
+        dialogue.configure(PacketProperty.BIAS, self._targets.bias_code)
         try:
             dialogue.switch(on=True)
             if self._controller.has_frames:
@@ -325,7 +327,7 @@ class ControllerMirrors:
         if dialogue is not None:
             dialogue.session.close()
 
-    def _ping(self, dialogue: Dialogue) -> float:
+    def _ping(self, dialogue: ControllerRequests) -> float:
         rtt_ms, steady = self._recovery.guarded(dialogue, lambda: dialogue.ping(self._clock_map))
         if not steady:
             raise self._recovery.give_up(dialogue, "controller: it restarted by itself (its clock jumped)")

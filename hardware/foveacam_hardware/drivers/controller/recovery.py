@@ -10,10 +10,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError, NotConnected, Timeout
-from foveacam_hardware.drivers.controller.dialogue import Dialogue
-from foveacam_hardware.drivers.controller.replies import MALFORMED, Refusal
-from foveacam_hardware.drivers.controller.session import Session
-from foveacam_hardware.drivers.controller.targets import Targets
+from foveacam_hardware.drivers.controller.commanded_position import CommandedPosition
+from foveacam_hardware.drivers.controller.replies import MALFORMED, ControllerRefusal
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.session import ControllerSession
 from foveacam_hardware.wire.controller import BadPacket
 
 logger = logging.getLogger(__name__)
@@ -32,9 +32,9 @@ _STATE_LOST = frozenset(
 )
 
 
-def switched_off(session: Session, *, probe_s: float, tries: int = PROBES) -> bool:
+def switched_off(session: ControllerSession, *, probe_s: float, tries: int = PROBES) -> bool:
     """Try to switch the rail off on a session that failed; tell whether the controller says that it is."""
-    probe = Dialogue(session, deadline_s=probe_s)
+    probe = ControllerRequests(session, deadline_s=probe_s)
     for _ in range(tries):
         try:
             probe.switch(on=False)
@@ -44,16 +44,16 @@ def switched_off(session: Session, *, probe_s: float, tries: int = PROBES) -> bo
     return False
 
 
-def undone(dialogue: Dialogue | None, failure: FoveaError, *, probe_s: float) -> FoveaError:
+def undone(dialogue: ControllerRequests | None, failure: FoveaError, *, probe_s: float) -> FoveaError:
     """Leave the rail off after a start that failed, if anybody listens; return the error to raise."""
     off = dialogue is not None and switched_off(dialogue.session, probe_s=probe_s)
     return failure if off or not isinstance(failure, Timeout) else Timeout(f"{failure}; {RAIL_WARNING}")
 
 
-class Recovery:
+class LinkRecovery:
     """Watches over conversations; `fault` says why the controller was given up."""
 
-    def __init__(self, targets: Targets, *, enabled: Callable[[], bool], probe_s: float) -> None:
+    def __init__(self, targets: CommandedPosition, *, enabled: Callable[[], bool], probe_s: float) -> None:
         self.fault: str | None = None
         self.lost_answers = 0
         """Answers that did not come from a controller that then answered again, since the connect."""
@@ -67,7 +67,7 @@ class Recovery:
         self.fault = None
         self.lost_answers = 0
 
-    def guarded(self, dialogue: Dialogue, action: Callable[[], _Answer]) -> _Answer:
+    def guarded(self, dialogue: ControllerRequests, action: Callable[[], _Answer]) -> _Answer:
         """Run a conversation; silence is looked into, and a controller that lost its state is given up."""
         try:
             return action()
@@ -77,7 +77,7 @@ class Recovery:
             ) from damaged
         except Timeout as silence:
             raise self._lost(dialogue, silence) from silence
-        except Refusal as refusal:
+        except ControllerRefusal as refusal:
             self._targets.lose_track()
             if refusal.text == MALFORMED:
                 raise self._lost(dialogue, Timeout(f"{refusal}: it came damaged")) from refusal
@@ -87,14 +87,14 @@ class Recovery:
                 ) from refusal
             raise
 
-    def give_up(self, dialogue: Dialogue, reason: str) -> NotConnected:
+    def give_up(self, dialogue: ControllerRequests, reason: str) -> NotConnected:
         """End the session for a reason, and return the error to raise."""
         failure = NotConnected(reason)
         self.fault = reason
         dialogue.session.fail(failure)
         return failure
 
-    def _lost(self, dialogue: Dialogue, silence: Timeout) -> Timeout:
+    def _lost(self, dialogue: ControllerRequests, silence: Timeout) -> Timeout:
         """Return the error to raise for an answer that did not come, from a controller that still answers."""
         self._targets.lose_track()
         self._after_silence(dialogue, silence)
@@ -103,10 +103,10 @@ class Recovery:
             f"{silence}; it answers again, so a packet was lost: the mirrors are parked, ask again"
         )
 
-    def _after_silence(self, dialogue: Dialogue, silence: Timeout) -> None:
+    def _after_silence(self, dialogue: ControllerRequests, silence: Timeout) -> None:
         """Park; return when the controller answers again in the state it should be in, else give it up."""
         with self._lock:
-            probe = Dialogue(dialogue.session, deadline_s=self._probe_s)
+            probe = ControllerRequests(dialogue.session, deadline_s=self._probe_s)
             for _ in range(PROBES):
                 self._park_if_enabled(dialogue)
                 try:
@@ -120,6 +120,6 @@ class Recovery:
             found = f"{silence}, nor to {PROBES} more questions: it has stopped or the line is broken"
             raise Timeout(str(self.give_up(dialogue, f"{found}; {RAIL_WARNING}"))) from silence
 
-    def _park_if_enabled(self, dialogue: Dialogue) -> None:
+    def _park_if_enabled(self, dialogue: ControllerRequests) -> None:
         if self._enabled():
             dialogue.session.forget(*self._targets.park(dialogue.session))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
 from foveacam_hardware.contract import DeviceFault, NotConnected, Timeout
-from foveacam_hardware.wire.controller import BadPacket, Method, Packet, decode_packet
+from foveacam_hardware.wire.controller import BadPacket, Packet, PacketMethod, decode_packet
 from foveacam_hardware.wire.controller_payloads import unpack_text
 
 STALL_S = 0.05
@@ -24,7 +24,7 @@ _REMEDIES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class ReplyArrival:
     """A reply, when it came and when its request was sent."""
 
     packet: Packet
@@ -37,7 +37,7 @@ class Arrival:
         return (self.t_ns - self.sent_ns) / 1e6
 
 
-class Reply:
+class PendingReply:
     """What comes back for one request."""
 
     def __init__(self, request: Packet, sent_ns: int, *, quiet: Callable[[], bool | None]) -> None:
@@ -50,8 +50,8 @@ class Reply:
         """Hand over a reply, or the reason why none will come (called by the reader)."""
         self._inbox.put(item)
 
-    def wait(self, *, deadline_s: float) -> Arrival:
-        """Return the next phase's reply; raise `Timeout`, `NotConnected`, or `Refusal` with REJ's text."""
+    def wait(self, *, deadline_s: float) -> ReplyArrival:
+        """Return the next phase's reply; raise `Timeout`, `NotConnected`, `ControllerRefusal` (REJ)."""
         request = self.request
         item = self._next(deadline_s) or self._next(min(STALL_S, deadline_s))
         if item is None:
@@ -61,11 +61,11 @@ class Reply:
         if isinstance(item, NotConnected):
             raise NotConnected(str(item)) from item
         packet, t_ns = item
-        if packet.method is Method.REJ:
+        if packet.method is PacketMethod.REJ:
             text = unpack_text(packet.payload)
             remedy = _REMEDIES.get(text, "see the controller's protocol")
-            raise Refusal(f"controller refused {request.prop.name}: '{text}'; {remedy}", text=text)
-        return Arrival(packet, self.sent_ns, t_ns)
+            raise ControllerRefusal(f"controller refused {request.prop.name}: '{text}'; {remedy}", text=text)
+        return ReplyArrival(packet, self.sent_ns, t_ns)
 
     def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
         """Return what comes within a time; on a link that knows, without waiting for what never comes."""
@@ -83,7 +83,7 @@ class Reply:
             return None
 
 
-class Refusal(DeviceFault):
+class ControllerRefusal(DeviceFault):
     """The controller answered REJ with `text`."""
 
     def __init__(self, message: str, *, text: str) -> None:
@@ -97,4 +97,4 @@ def says_malformed(frame: bytes | None) -> bool:
         packet = decode_packet(frame)
     except BadPacket:
         return False
-    return packet.method is Method.REJ and unpack_text(packet.payload) == MALFORMED
+    return packet.method is PacketMethod.REJ and unpack_text(packet.payload) == MALFORMED

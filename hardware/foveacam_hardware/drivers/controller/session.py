@@ -10,16 +10,16 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from foveacam_hardware.contract import Clock, LinkTelemetry, NotConnected
-from foveacam_hardware.drivers.controller.replies import Reply, says_malformed
-from foveacam_hardware.drivers.controller.traffic import Traffic
+from foveacam_hardware.drivers.controller.replies import PendingReply, says_malformed
+from foveacam_hardware.drivers.controller.traffic import TrafficCounters
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
     SILENT,
     BadCrc,
     BadPacket,
-    Method,
     Packet,
-    Property,
+    PacketMethod,
+    PacketProperty,
     decode_packet,
     encode_packet,
     next_sequence,
@@ -34,28 +34,28 @@ POLL_S = 0.05
 """How long the reader may stay deaf to `close`."""
 STRANGE_BYTES = 64
 """How much is kept of what a port says that is no packet."""
-Message: TypeAlias = tuple[Method, Property, bytes]
+Message: TypeAlias = tuple[PacketMethod, PacketProperty, bytes]
 """A request before it has a sequence number."""
 
 _LOG_LEVELS = {"[ERROR]": logging.ERROR, "[WARN]": logging.WARNING, "[VERBOSE]": logging.DEBUG}
-_REPLIES = frozenset({Method.ACK, Method.REJ, Method.FIN})
+_REPLIES = frozenset({PacketMethod.ACK, PacketMethod.REJ, PacketMethod.FIN})
 
 
-class Session:
+class ControllerSession:
     """An open link with exactly one reader thread."""
 
     def __init__(self, link: PortLink, clock: Clock) -> None:
         self._link = link
         self._clock = clock
         self._lock = threading.Lock()  # sequence, waiting replies, counters and the write itself
-        self._waiting: dict[int, Reply] = {}
+        self._waiting: dict[int, PendingReply] = {}
         self._unanswered: set[int] = set()
         self._answered = threading.Condition(self._lock)
         self._sequence = 0
         self._decoder = CobsDecoder()
         self._crc = False
         self._crc_after: int | None = None  # the request whose acknowledgement brings it into force
-        self._traffic = Traffic()
+        self._traffic = TrafficCounters()
         self._strange = b""
         self._sent_ns = clock.now_ns()
         self._heartbeat_ns: int | None = None
@@ -66,12 +66,12 @@ class Session:
         self._reader = threading.Thread(target=self._read, name="controller-reader", daemon=True)
         self._reader.start()
 
-    def begin(self, *messages: Message) -> list[Reply]:
+    def begin(self, *messages: Message) -> list[PendingReply]:
         """Send requests in one write; return their replies to be."""
         with self._lock:
             return self._begin(messages)
 
-    def begin_crc(self, message: Message) -> Reply:
+    def begin_crc(self, message: Message) -> PendingReply:
         """Send a request from whose acknowledgement on every packet, either way, carries a CRC."""
         with self._lock:
             (reply,) = self._begin([message])
@@ -93,7 +93,7 @@ class Session:
         with self._lock:
             self._write([Packet(method, prop, SILENT, payload) for method, prop, payload in messages])
 
-    def forget(self, *replies: Reply) -> None:
+    def forget(self, *replies: PendingReply) -> None:
         """Wait no longer for replies; one that still comes is dropped."""
         with self._lock:
             for reply in replies:
@@ -162,14 +162,14 @@ class Session:
         if self._crc and self.failure is None:
             self.speak_plainly()
             with contextlib.suppress(NotConnected):
-                self.post((Method.NOP, Property.NONE, b""))
+                self.post((PacketMethod.NOP, PacketProperty.NONE, b""))
 
-    def _begin(self, messages: Sequence[Message]) -> list[Reply]:
+    def _begin(self, messages: Sequence[Message]) -> list[PendingReply]:
         replies = []
         for method, prop, payload in messages:
             self._sequence = next_sequence(self._sequence)
             packet = Packet(method, prop, self._sequence, payload)
-            replies.append(Reply(packet, self._clock.now_ns(), quiet=lambda: self._link.quiet))
+            replies.append(PendingReply(packet, self._clock.now_ns(), quiet=lambda: self._link.quiet))
         self._waiting.update((reply.request.sequence, reply) for reply in replies)
         self._unanswered |= {reply.request.sequence for reply in replies}
         self._write([reply.request for reply in replies])
@@ -218,7 +218,7 @@ class Session:
         if self._heartbeat_ns is None or self._clock.now_ns() - self._sent_ns < self._heartbeat_ns:
             return
         with contextlib.suppress(NotConnected):  # the next read tells
-            self.post((Method.NOP, Property.NONE, b""))
+            self.post((PacketMethod.NOP, PacketProperty.NONE, b""))
 
     def _take(self, data: bytes, t_ns: int) -> None:
         with self._lock:
@@ -231,7 +231,7 @@ class Session:
             except BadPacket as bad:
                 self._drop(frame, bad)
                 continue
-            if packet.method not in _REPLIES and packet.prop is not Property.LOG:
+            if packet.method not in _REPLIES and packet.prop is not PacketProperty.LOG:
                 self.echoes = True
                 continue
             self._dispatch(packet, t_ns)
@@ -251,7 +251,7 @@ class Session:
         with self._lock:
             self._traffic.taken(t_ns)
         self._strange = b""
-        if packet.prop is Property.LOG:
+        if packet.prop is PacketProperty.LOG:
             text = unpack_text(packet.payload)
             level = next(
                 (level for mark, level in _LOG_LEVELS.items() if text.startswith(mark)), logging.INFO
@@ -263,9 +263,9 @@ class Session:
             if reply is None or packet.prop is not reply.request.prop:
                 logger.debug("nobody waits for %s", packet)
                 return
-            if packet.method is Method.ACK:
+            if packet.method is PacketMethod.ACK:
                 self._traffic.acknowledged(packet.prop, sent_ns=reply.sent_ns, t_ns=t_ns)
             if packet.sequence == self._crc_after:
-                self._crc, self._crc_after = packet.method is Method.ACK, None
+                self._crc, self._crc_after = packet.method is PacketMethod.ACK, None
             self._settle(packet.sequence)
             reply.put((packet, t_ns))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from foveacam_hardware.contract import LinkTelemetry, StereoVolts, StreamTelemetry
 from foveacam_hardware.drivers.controller.volts import mirror_volts
-from foveacam_hardware.wire.controller import TWO_PHASE, Packet, Property
+from foveacam_hardware.wire.controller import TWO_PHASE, Packet, PacketProperty
 from foveacam_hardware.wire.controller_payloads import StreamCommand, StreamOperation
 
 BUCKET_NS = 100_000_000
@@ -14,7 +14,7 @@ ROUND_TRIPS = 1000
 """Round trips that the quantiles are made of."""
 RECENT_NS = 1_000_000_000
 """Round trips that tell how the link is now."""
-_SLOW = frozenset({Property.ENABLE, Property.RESET})
+_SLOW = frozenset({PacketProperty.ENABLE, PacketProperty.RESET})
 """Requests whose acknowledgement waits for the rail or the DACs."""
 
 NO_TRAFFIC = LinkTelemetry(
@@ -50,7 +50,7 @@ class RateMeter:
         return sum(amount for index, amount in self._buckets if now - BUCKETS <= index < now)
 
 
-class Traffic:
+class TrafficCounters:
     """Counters of one session; whoever calls holds the session's lock."""
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class Traffic:
         self._rates["tx_packets"].add(t_ns, len(packets))
         self._rates["tx_bytes"].add(t_ns, size)
         for packet in packets:
-            if packet.prop is Property.STREAM:
+            if packet.prop is PacketProperty.STREAM:
                 self._stream(StreamCommand.unpack(packet.payload), t_ns)
 
     def received(self, size: int, t_ns: int) -> None:
@@ -81,7 +81,7 @@ class Traffic:
         self.rx_packets += 1
         self._rates["rx_packets"].add(t_ns)
 
-    def acknowledged(self, prop: Property, *, sent_ns: int, t_ns: int) -> None:
+    def acknowledged(self, prop: PacketProperty, *, sent_ns: int, t_ns: int) -> None:
         """Note a round trip."""
         if prop in _SLOW:
             return

@@ -20,10 +20,10 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis, feed_per_min
-from foveacam_hardware.drivers.positioners.grbl_journey import Journey
-from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, Sent
+from foveacam_hardware.drivers.positioners.grbl_move import AxesMove
+from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, SentLine
 from foveacam_hardware.drivers.positioners.grbl_start import MOVING, READY, greet
-from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, Alarm, Ok, Report, jog
+from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, GrblAlarm, GrblOk, GrblStatusReport, jog
 from foveacam_hardware.wire.link import LinkFactory
 
 HOMING_S = 90.0
@@ -72,14 +72,14 @@ class GrblBoard:
         self._lock = threading.RLock()
         self._session: GrblSession | None = None
         self._restarts = 0
-        self._dealt_with: Alarm | None = None
+        self._dealt_with: GrblAlarm | None = None
         self._homed = False
         self._moving = False
         self._place: tuple[float, ...] | None = None
         self._fault: str | None = None
-        self._homing: Sent | None = None
+        self._homing: SentLine | None = None
         self._homing_ends_ns = 0
-        self._journey = Journey(self._axes)
+        self._journey = AxesMove(self._axes)
         self._pause_ends_ns: int | None = None
         self._held = threading.Event()
 
@@ -224,7 +224,7 @@ class GrblBoard:
         report = session.report()
         if (
             report.state not in READY | MOVING
-            or report.state == "Alarm"
+            or report.state == "GrblAlarm"
             or session.restarts != self._restarts
         ):
             self._lose_place(session, report)
@@ -244,7 +244,7 @@ class GrblBoard:
             session.realtime(JOG_CANCEL)
         self._moving = self._journey.ahead or moving
 
-    def _home_found(self, session: GrblSession, sent: Sent) -> bool:
+    def _home_found(self, session: GrblSession, sent: SentLine) -> bool:
         """Return whether the search has ended well; when it ended badly, say why."""
         session.listen()
         if sent.answer is None and not sent.lost and session.alarm is None:
@@ -256,7 +256,7 @@ class GrblBoard:
             return False
         held = self._held.is_set()
         self._held.clear()
-        found = isinstance(sent.answer, Ok) and not held  # a reset is on its way
+        found = isinstance(sent.answer, GrblOk) and not held  # a reset is on its way
         why = session.alarm or sent.answer or "it restarted"
         self._forget(
             None if found or held else f"{self._name}: homing failed ({why}); look at it, home again"
@@ -281,7 +281,7 @@ class GrblBoard:
             f" counts {counts}; bring it to its zero, switch the board off and on, then confirm again"
         )
 
-    def _lose_place(self, session: GrblSession, report: Report) -> None:
+    def _lose_place(self, session: GrblSession, report: GrblStatusReport) -> None:
         """Say why it does not know where it stands any more, if there is anything to say."""
         restarted, self._restarts = session.restarts != self._restarts and self._homed, session.restarts
         why: object = None if session.alarm is self._dealt_with else session.alarm
@@ -319,7 +319,7 @@ class GrblBoard:
 
     def _clear_alarm(self, session: GrblSession) -> None:
         """Leave an alarm: some hear nothing but a reset."""
-        if session.alarm is not None or session.report().state == "Alarm":
+        if session.alarm is not None or session.report().state == "GrblAlarm":
             session.alarm = None
             session.realtime(RESET)
             session.report()

@@ -13,20 +13,20 @@ from dataclasses import dataclass, field
 from foveacam_hardware.contract import Clock, DeviceFault, NotConnected, Timeout
 from foveacam_hardware.wire.grbl import (
     STATUS,
-    Alarm,
-    BadLine,
+    BadGrblLine,
+    GrblAlarm,
+    GrblLineReader,
+    GrblMessage,
+    GrblOk,
+    GrblRefused,
+    GrblSetting,
+    GrblStatusReport,
+    GrblWelcome,
     Line,
-    LineReader,
-    Ok,
-    Refused,
-    Remark,
-    Report,
-    Setting,
-    Welcome,
     encode,
     parse,
 )
-from foveacam_hardware.wire.link import Link
+from foveacam_hardware.wire.link import ByteLink
 
 logger = logging.getLogger(__name__)
 
@@ -40,13 +40,13 @@ SLICE_S = 0.05
 
 
 @dataclass(slots=True, eq=False)
-class Sent:
+class SentLine:
     """A line on its way: `answer` is None until it comes; `lost` when it never will."""
 
     line: str
-    answer: Ok | Refused | None = None
+    answer: GrblOk | GrblRefused | None = None
     lost: bool = False
-    told: list[Remark | Setting] = field(default_factory=list)
+    told: list[GrblMessage | GrblSetting] = field(default_factory=list)
     """Messages and settings that came before the answer."""
     reports_since: int | None = None
 
@@ -54,7 +54,7 @@ class Sent:
 class LineRefused(DeviceFault):
     """A line was understood, or misunderstood, and refused; nothing moved."""
 
-    def __init__(self, name: str, refused: Refused, line: str) -> None:
+    def __init__(self, name: str, refused: GrblRefused, line: str) -> None:
         super().__init__(f"{name}: {line!r} was refused ({refused}); nothing moved")
         self.reason = refused
 
@@ -62,16 +62,16 @@ class LineRefused(DeviceFault):
 class GrblSession:
     """A link and what is known from it; one thread talks, any thread may send a realtime byte."""
 
-    def __init__(self, link: Link, clock: Clock, *, name: str) -> None:
+    def __init__(self, link: ByteLink, clock: Clock, *, name: str) -> None:
         self._link = link
         self._clock = clock
         self._name = name
-        self._reader = LineReader()
-        self._sent: deque[Sent] = deque()
+        self._reader = GrblLineReader()
+        self._sent: deque[SentLine] = deque()
         self._lock = threading.RLock()
         self._offset: tuple[float, ...] = (0.0, 0.0)
-        self._report: Report | None = None
-        self.alarm: Alarm | None = None
+        self._report: GrblStatusReport | None = None
+        self.alarm: GrblAlarm | None = None
         """The last alarm that it told; who acts on it clears it."""
         self._mute = False
         """Whether it has fallen silent over its alarm."""
@@ -84,11 +84,11 @@ class GrblSession:
         """Send a byte that jumps the queue; waits for nothing."""
         self._link.write(byte)
 
-    def report(self, *, tries: int = REPORT_TRIES) -> Report:
+    def report(self, *, tries: int = REPORT_TRIES) -> GrblStatusReport:
         """Ask where it stands; raise `NotConnected` when it does not say."""
         with self._lock:
             if self._mute and self.alarm is not None and self._is_still_mute():
-                return Report(state="Alarm")
+                return GrblStatusReport(state="GrblAlarm")
             for _ in range(tries):
                 self._report = None
                 self.realtime(STATUS)
@@ -97,13 +97,13 @@ class GrblSession:
                     return found
                 if self.alarm is not None:  # after some it says nothing until it is reset
                     self._mute = True
-                    return Report(state="Alarm")
+                    return GrblStatusReport(state="GrblAlarm")
         raise NotConnected(
             f"{self._name}: it was asked {tries} times where it stands and said nothing;"
             " check its cable and its supply, then connect it again"
         )
 
-    def place(self, report: Report) -> tuple[float, ...]:
+    def place(self, report: GrblStatusReport) -> tuple[float, ...]:
         """Return the machine position that a report tells, an axis after the other, in its own units."""
         if report.machine is not None:
             return report.machine
@@ -111,20 +111,20 @@ class GrblSession:
         offset = (*self._offset, *(0.0 for _ in work[len(self._offset) :]))
         return tuple(at + off for at, off in zip(work, offset, strict=False))
 
-    def begin(self, line: str) -> Sent:
+    def begin(self, line: str) -> SentLine:
         """Send a line without waiting for its answer."""
         with self._lock:
-            sent = Sent(line)
+            sent = SentLine(line)
             self._sent.append(sent)
             self._link.write(encode(line))
             return sent
 
-    def ask(self, line: str, *, deadline_s: float = LINE_S) -> Sent:
+    def ask(self, line: str, *, deadline_s: float = LINE_S) -> SentLine:
         """Send a line and wait; raise `DeviceFault` when it is refused, `Timeout` when nothing comes."""
         with self._lock:
             sent = self.begin(line)
             self._listen_until(lambda: sent.answer is not None or sent.lost, deadline_s)
-            if isinstance(sent.answer, Refused):
+            if isinstance(sent.answer, GrblRefused):
                 raise LineRefused(self._name, sent.answer, line)
             if sent.answer is None:
                 sent.reports_since = 0
@@ -144,7 +144,7 @@ class GrblSession:
             for text in self._reader.feed(self._link.read(timeout_s)):
                 try:
                     self._take(parse(text))
-                except BadLine:
+                except BadGrblLine:
                     self.bad_lines += 1
                     logger.warning("%s: not a line of Grbl's: %r", self._name, text[:80])
 
@@ -159,7 +159,7 @@ class GrblSession:
         self.realtime(STATUS)
         return self._mute
 
-    def _latest(self) -> Report | None:
+    def _latest(self) -> GrblStatusReport | None:
         return self._report
 
     def _listen_until(self, done: Callable[[], bool], timeout_s: float) -> None:
@@ -169,22 +169,22 @@ class GrblSession:
 
     def _take(self, line: Line) -> None:
         match line:
-            case Ok() | Refused():
+            case GrblOk() | GrblRefused():
                 self._answer(line)
-            case Report():
+            case GrblStatusReport():
                 self._report = line
                 self._offset = line.offset or self._offset
                 self._write_off()
-            case Alarm():
+            case GrblAlarm():
                 self.alarm = line
-            case Welcome():
+            case GrblWelcome():
                 self.restarts += 1
                 self._void_all()
-            case Remark() | Setting():
+            case GrblMessage() | GrblSetting():
                 if self._sent:
                     self._sent[0].told.append(line)
 
-    def _answer(self, answer: Ok | Refused) -> None:
+    def _answer(self, answer: GrblOk | GrblRefused) -> None:
         if self._sent:
             self._sent.popleft().answer = answer
         else:

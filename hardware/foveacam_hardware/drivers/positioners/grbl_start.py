@@ -4,8 +4,16 @@ from collections.abc import Sequence
 
 from foveacam_hardware.contract import DeviceFault, NotConnected
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
-from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, Sent
-from foveacam_hardware.wire.grbl import BUILD_INFO, JOG_CANCEL, RESET, SETTINGS, Remark, Report, Setting
+from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, SentLine
+from foveacam_hardware.wire.grbl import (
+    BUILD_INFO,
+    JOG_CANCEL,
+    RESET,
+    SETTINGS,
+    GrblMessage,
+    GrblSetting,
+    GrblStatusReport,
+)
 
 GREETING_TRIES = 12
 """Reports asked for, 0.3 s each: a board that restarts when its port is opened needs two seconds."""
@@ -32,7 +40,7 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
         raise DeviceFault(f"{name}: it stays in state {report.state}; release it at the board, connect again")
     version = _version(session.ask(BUILD_INFO, deadline_s=SETTINGS_S))
     told = session.ask(SETTINGS, deadline_s=SETTINGS_S).told
-    settings = {setting.number: setting.value for setting in told if isinstance(setting, Setting)}
+    settings = {setting.number: setting.value for setting in told if isinstance(setting, GrblSetting)}
     _check(settings, axes, name=name, has_switches=has_switches)
     places = len(session.place(report))
     for axis in axes:
@@ -44,7 +52,7 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
     return version
 
 
-def _first_report(session: GrblSession, name: str) -> Report:
+def _first_report(session: GrblSession, name: str) -> GrblStatusReport:
     for count in range(GREETING_TRIES):
         if count == RESET_AFTER:  # one that waits for a reset after a limit switch says nothing else
             session.realtime(RESET)
@@ -59,9 +67,9 @@ def _first_report(session: GrblSession, name: str) -> Report:
     raise AssertionError("the last try returns or raises")
 
 
-def _version(sent: Sent) -> str:
+def _version(sent: SentLine) -> str:
     for told in sent.told:
-        if isinstance(told, Remark) and told.text.startswith("VER:"):
+        if isinstance(told, GrblMessage) and told.text.startswith("VER:"):
             return told.text.removeprefix("VER:").rstrip(":")
     return "unknown"
 

@@ -23,10 +23,10 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.positioners.bearing_limits import STRAIGHT_AHEAD, check_bearing
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuAxes, PtuMounting, Steps
-from foveacam_hardware.drivers.positioners.ptu_session import PtuSession, Sent
+from foveacam_hardware.drivers.positioners.ptu_session import PtuSession, SentCommand
 from foveacam_hardware.drivers.positioners.ptu_start import greet, prepare
 from foveacam_hardware.wire.link import LinkFactory
-from foveacam_hardware.wire.ptu import HALT, RESET, Done, PtuAxis, PtuQuery, move
+from foveacam_hardware.wire.ptu import HALT, RESET, PtuAxis, PtuDone, PtuQuery, move
 
 HOMING_S = 90.0
 """While it finds its limits it answers nothing; the slowest unit needs half of this."""
@@ -60,7 +60,7 @@ class PtuPanTilt:
         self._restarts = 0
         self._held = threading.Event()
         self._homed = self._moving = self._slowing = False
-        self._homing: Sent | None = None
+        self._homing: SentCommand | None = None
         self._homing_ends_ns = 0
         self._goal: Steps | None = None
         self._at: Steps | None = None
@@ -205,7 +205,7 @@ class PtuPanTilt:
             round(session.number(PtuAxis.TILT, PtuQuery.POSITION)),
         )
 
-    def _home_found(self, session: PtuSession, sent: Sent) -> bool:
+    def _home_found(self, session: PtuSession, sent: SentCommand) -> bool:
         """Return whether the search has ended well; when it ended badly, say why."""
         session.listen()
         restarted = sent.lost or session.restarts != self._restarts
@@ -215,7 +215,7 @@ class PtuPanTilt:
                     f"{self._name}: its limits were not found within {HOMING_S:g} s; look at it, home again"
                 )
             return False
-        found = isinstance(sent.reply, Done) and not restarted
+        found = isinstance(sent.reply, PtuDone) and not restarted
         self._restarts = session.restarts
         session.limits_hit.clear()  # it has just been looking for them
         self._forget(None if found else f"{self._name}: homing failed; look at it, home again")

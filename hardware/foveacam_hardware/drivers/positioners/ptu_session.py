@@ -12,18 +12,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, DeviceFault, NotConnected, Timeout
-from foveacam_hardware.wire.link import Link
+from foveacam_hardware.wire.link import ByteLink
 from foveacam_hardware.wire.ptu import (
     VERSION,
-    BadReply,
-    Banner,
-    Done,
-    LimitHit,
+    BadPtuReply,
     Line,
     PtuAxis,
+    PtuBanner,
+    PtuDone,
+    PtuLimitHit,
     PtuQuery,
-    Refused,
-    ReplyReader,
+    PtuRefused,
+    PtuReplyReader,
     encode,
     is_version,
     parse,
@@ -39,30 +39,30 @@ SLICE_S = 0.05
 
 
 @dataclass(slots=True, eq=False)
-class Sent:
+class SentCommand:
     """A command on its way: `reply` is None until it comes; `lost` when it never will."""
 
     command: str
-    reply: Done | Refused | None = None
+    reply: PtuDone | PtuRefused | None = None
     lost: bool = False
 
 
 class CommandRefused(DeviceFault):
     """A command was understood, or misunderstood, and refused; nothing moved."""
 
-    def __init__(self, name: str, refused: Refused, command: str) -> None:
+    def __init__(self, name: str, refused: PtuRefused, command: str) -> None:
         super().__init__(f"{name}: {command!r} was refused ({refused.reason}); nothing moved")
 
 
 class PtuSession:
     """A link and what is known from it; one thread asks, any thread may send a command."""
 
-    def __init__(self, link: Link, clock: Clock, *, name: str) -> None:
+    def __init__(self, link: ByteLink, clock: Clock, *, name: str) -> None:
         self._link = link
         self._clock = clock
         self._name = name
-        self._reader = ReplyReader()
-        self._sent: deque[Sent] = deque()
+        self._reader = PtuReplyReader()
+        self._sent: deque[SentCommand] = deque()
         self._lock = threading.RLock()
         self._order = threading.Lock()  # a command's place in the queue is its place on the wire
         self._out_of_step = True
@@ -75,15 +75,15 @@ class PtuSession:
         self.heard = ""
         """The last line that was none of such a unit's."""
 
-    def begin(self, command: str) -> Sent:
+    def begin(self, command: str) -> SentCommand:
         """Send a command without waiting for its reply."""
         with self._order:
-            sent = Sent(command)
+            sent = SentCommand(command)
             self._sent.append(sent)
             self._link.write(encode(command))
             return sent
 
-    def ask(self, command: str) -> Done:
+    def ask(self, command: str) -> PtuDone:
         """Send a command and wait, again when no reply comes; raise `DeviceFault` when it is refused."""
         with self._lock:
             for _ in range(TRIES):
@@ -91,9 +91,9 @@ class PtuSession:
                     continue
                 sent = self.begin(command)
                 self._wait_for(sent)
-                if isinstance(sent.reply, Done):
+                if isinstance(sent.reply, PtuDone):
                     return sent.reply
-                if isinstance(sent.reply, Refused):
+                if isinstance(sent.reply, PtuRefused):
                     raise CommandRefused(self._name, sent.reply, command)
                 self._out_of_step = True
         raise NotConnected(
@@ -106,7 +106,7 @@ class PtuSession:
         for _ in range(TRIES):
             try:
                 return self.ask(query(axis, what)).number
-            except BadReply:  # a damaged reply, or that of another command
+            except BadPtuReply:  # a damaged reply, or that of another command
                 self._out_of_step = True
         raise Timeout(
             f"{self._name}: {query(axis, what)!r} was answered without a number {TRIES} times; check its"
@@ -124,7 +124,7 @@ class PtuSession:
                 try:
                     for line in parse(text):
                         self._take(line)
-                except BadReply:
+                except BadPtuReply:
                     self.heard = text[:40]
                     logger.warning("%s: not a reply: %r", self._name, text[:80])
 
@@ -139,7 +139,7 @@ class PtuSession:
         self._out_of_step = sent.reply is None
         return not self._out_of_step
 
-    def _wait_for(self, sent: Sent) -> None:
+    def _wait_for(self, sent: SentCommand) -> None:
         self._listen_until(lambda: sent.reply is not None or sent.lost, REPLY_S)
 
     def _listen_until(self, done: Callable[[], bool], timeout_s: float) -> None:
@@ -149,11 +149,11 @@ class PtuSession:
 
     def _take(self, line: Line) -> None:
         match line:
-            case LimitHit():
+            case PtuLimitHit():
                 self.limits_hit.append(line.axis)
-            case Banner():
+            case PtuBanner():
                 self._note_restart()
-            case Done() | Refused():
+            case PtuDone() | PtuRefused():
                 if line.echo and self.quiet:
                     self._note_restart()
                 self._answer(line)
@@ -164,9 +164,9 @@ class PtuSession:
         self.quiet = False
         self._out_of_step = True
 
-    def _answer(self, reply: Done | Refused) -> None:
+    def _answer(self, reply: PtuDone | PtuRefused) -> None:
         versions = [k for k, sent in enumerate(self._sent) if sent.command == VERSION]
-        if isinstance(reply, Done) and is_version(reply.text):
+        if isinstance(reply, PtuDone) and is_version(reply.text):
             # It answers the last that asked for it: a late one before is as good, and a later one is ignored.
             for _ in range(versions[-1] + 1 if versions else 0):
                 sent = self._sent.popleft()

@@ -19,12 +19,12 @@ from foveacam_hardware.contract import (
     OutOfRange,
     PixelFormat,
     Role,
-    Span,
     Timeout,
+    ValueRange,
 )
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
 from foveacam_hardware.drivers.replay.source import RecordedCamera
-from foveacam_hardware.drivers.replay.tape import Tape
+from foveacam_hardware.drivers.replay.timeline import PlaybackTimeline
 
 BACKLOG = 8
 """Frames that wait for a slow reader; older ones are skipped and counted."""
@@ -38,7 +38,7 @@ class ReplayCamera:
     Its times are the clock's, its pictures, volts and exposures the recorded ones. Nothing can be set.
     """
 
-    def __init__(self, role: Role, recorded: RecordedCamera, tape: Tape, *, clock: Clock) -> None:
+    def __init__(self, role: Role, recorded: RecordedCamera, tape: PlaybackTimeline, *, clock: Clock) -> None:
         self._role = role
         self._recorded = recorded
         self._tape = tape
@@ -84,10 +84,10 @@ class ReplayCamera:
         """What was recorded, and nothing else."""
         now = self._settings
         return CameraRanges(
-            exposure_ns=Span(low=now.exposure_ns, high=now.exposure_ns),
-            gain_db=Span(low=now.gain_db, high=now.gain_db),
-            frame_rate_hz=Span(low=now.frame_rate_hz, high=now.frame_rate_hz),
-            black_level=Span(low=now.black_level, high=now.black_level),
+            exposure_ns=ValueRange(low=now.exposure_ns, high=now.exposure_ns),
+            gain_db=ValueRange(low=now.gain_db, high=now.gain_db),
+            frame_rate_hz=ValueRange(low=now.frame_rate_hz, high=now.frame_rate_hz),
+            black_level=ValueRange(low=now.black_level, high=now.black_level),
             pixel_formats=(now.pixel_format,),
         )
 

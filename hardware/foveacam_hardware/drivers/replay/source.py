@@ -14,7 +14,7 @@ from foveacam_hardware.contract import DeviceInfo, Image, MirrorVolts, Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recorded:
+class RecordedExposure:
     """One recorded exposure: `image` as in `Frame`; what nobody wrote down is None."""
 
     image: Image
@@ -37,7 +37,7 @@ class RecordedCamera(Protocol):
         """(n,) moments of the exposures, ascending, on the recording's clock; at least one."""
         ...
 
-    def frame(self, index: int) -> Recorded:
+    def frame(self, index: int) -> RecordedExposure:
         """Return one frame; raise a `FoveaError` where the recording is damaged."""
         ...
 

@@ -12,7 +12,7 @@ from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 
 
-class Impairment(TypedDict, total=False):
+class BoardFaults(TypedDict, total=False):
     """How a board behaves; what is left out stays. A board refuses what it does not have."""
 
     silent: bool
@@ -57,7 +57,7 @@ class BoardFarEnd(Protocol):
         """Do everything that was due up to `t_ns`."""
         ...
 
-    def impair(self, **changes: Unpack[Impairment]) -> None:
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves."""
         ...
 
@@ -78,13 +78,13 @@ class BoardFarEnd(Protocol):
         ...
 
 
-def refuse_others(changes: Impairment, known: Set[str]) -> None:
+def refuse_others(changes: BoardFaults, known: Set[str]) -> None:
     """Raise `ValueError` for what a board does not have: nothing would be impaired."""
     if unknown := changes.keys() - known:
         raise ValueError(f"this board has no {', '.join(sorted(unknown))}; it has {', '.join(sorted(known))}")
 
 
-class Answers:
+class PendingAnswers:
     """Lines on their way to the host, each in its own good time."""
 
     def __init__(self, clock: Clock, line: LineFaults) -> None:

@@ -4,13 +4,13 @@ from types import TracebackType
 from typing import Unpack
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_hardware.sim.far_ends.board_far_end import Impairment
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults
 from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
-from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.side_channel import Message
-from foveacam_hardware.sim.pan_tilt import PanTiltCables, Place, Turning, TurningHistory
-from foveacam_hardware.wire.link import Link, SerialLink
+from foveacam_hardware.sim.pan_tilt import PanTiltCables, Place, TurningHistory, TurnSegment
+from foveacam_hardware.wire.link import ByteLink, SerialLink
 
 MODULE = "foveacam_hardware.sim.far_ends.board_process"
 
@@ -53,20 +53,20 @@ class BoardProcess:
         """End the process and its thread; harmless when closed."""
         self._process.close()
 
-    def open(self) -> Link:
+    def open(self) -> ByteLink:
         """Open its port, as a driver's link factory."""
         self._process.wait_until_ready()
         return SerialLink(self.port)
 
-    def impair(self, **changes: Unpack[Impairment]) -> None:
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
         self._process.obey("impair", changes=changes)
 
-    def damage_to_device(self, damage: Damage) -> None:
+    def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the board."""
         self._process.damage(damage, to="device")
 
-    def damage_to_host(self, damage: Damage) -> None:
+    def damage_to_host(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the host."""
         self._process.damage(damage, to="host")
 
@@ -99,12 +99,12 @@ class _Shafts:
         """Pass a turning on."""
         names = ("place_deg", "speed_deg_s", "acceleration_deg_s2", "slide_mm")
         fields = {name: tuple(message[name]) for name in names}
-        self._turn(Turning(t_ns=message["t_ns"], **fields))
+        self._turn(TurnSegment(t_ns=message["t_ns"], **fields))
 
     def lose(self) -> None:
         """Let everything stand where it is: the motors have no supply."""
         pan_deg, tilt_deg, rail_mm = self.place()
-        resting = Turning(
+        resting = TurnSegment(
             t_ns=self._clock.now_ns(), place_deg=(pan_deg, tilt_deg), slide_mm=(rail_mm, 0.0, 0.0)
         )
         self._turn(resting)
@@ -113,6 +113,6 @@ class _Shafts:
         """Return where everything is now."""
         return self._track.place(self._clock.now_ns())
 
-    def _turn(self, turning: Turning) -> None:
+    def _turn(self, turning: TurnSegment) -> None:
         self._track.turn(turning)
         self._cables.turn(turning)

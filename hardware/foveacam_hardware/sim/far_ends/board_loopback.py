@@ -7,9 +7,9 @@ import threading
 from typing import Generic, TypeVar, Unpack
 
 from foveacam_hardware.contract import Clock, NotConnected
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, Impairment
-from foveacam_hardware.sim.far_ends.line_faults import Damage
-from foveacam_hardware.wire.link import Link
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, BoardFaults
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
+from foveacam_hardware.wire.link import ByteLink
 
 FarEnd = TypeVar("FarEnd", bound=BoardFarEnd)
 
@@ -22,23 +22,23 @@ class BoardLoopback(Generic[FarEnd]):
         self.far_end = far_end
         self.lock = threading.RLock()
 
-    def open(self) -> Link:
+    def open(self) -> ByteLink:
         """Open its port, as a driver's link factory."""
         return _BoardLink(self.far_end, self.clock, self.lock)
 
     def close(self) -> None:
         """Release nothing: there is no process."""
 
-    def impair(self, **changes: Unpack[Impairment]) -> None:
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
         with self.lock:
             self.far_end.impair(**changes)
 
-    def damage_to_device(self, damage: Damage) -> None:
+    def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the board."""
         self.far_end.to_device.add(damage)
 
-    def damage_to_host(self, damage: Damage) -> None:
+    def damage_to_host(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the host."""
         self.far_end.to_host.add(damage)
 
@@ -69,7 +69,7 @@ class BoardLoopback(Generic[FarEnd]):
 
 
 class _BoardLink:
-    """A `Link` to a board in this process. A new one is what opening the port again is."""
+    """A `ByteLink` to a board in this process. A new one is what opening the port again is."""
 
     def __init__(self, far_end: BoardFarEnd, clock: Clock, lock: threading.RLock) -> None:
         self._far_end = far_end

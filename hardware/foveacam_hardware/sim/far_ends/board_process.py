@@ -15,7 +15,7 @@ from foveacam_hardware.sim.far_ends.board_kinds import BoardKind, board
 from foveacam_hardware.sim.far_ends.far_end_host import FarEndHost, connection, parser
 from foveacam_hardware.sim.far_ends.pty_port import PtyPort
 from foveacam_hardware.sim.far_ends.side_channel import Message, SideChannel
-from foveacam_hardware.sim.pan_tilt import Turning
+from foveacam_hardware.sim.pan_tilt import TurnSegment
 
 
 class _WorldShafts:
@@ -24,7 +24,7 @@ class _WorldShafts:
     def __init__(self, channel: SideChannel) -> None:
         self._channel = channel
 
-    def turn(self, turning: Turning) -> None:
+    def turn(self, turning: TurnSegment) -> None:
         self._channel.send({"event": "turn", **dataclasses.asdict(turning)})
 
 

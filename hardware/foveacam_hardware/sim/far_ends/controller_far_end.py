@@ -9,7 +9,7 @@ from collections import deque
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
 from foveacam_hardware.sim.cables import Cables
-from foveacam_hardware.sim.far_ends.controller_firmware import Firmware
+from foveacam_hardware.sim.far_ends.controller_firmware import ControllerFirmware
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
@@ -55,7 +55,7 @@ class ControllerFarEnd:
         self._decoder = CobsDecoder()
         self._inbox: deque[bytes | None] = deque()
         self._agenda = Agenda()
-        self.firmware = Firmware(
+        self.firmware = ControllerFirmware(
             clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, version=version
         )
         self.strict = strict

@@ -5,16 +5,16 @@ Bytes, damage and the passing of time are the far end's (`controller_far_end`).
 
 from collections.abc import Callable
 
-from foveacam_hardware.sim.agenda import Agenda, Entry
+from foveacam_hardware.sim.agenda import Agenda, PlannedAction
 from foveacam_hardware.sim.cables import Cables
-from foveacam_hardware.sim.far_ends.controller_frames import FrameDesk, Refused, Streams
+from foveacam_hardware.sim.far_ends.controller_frames import FrameQueue, RequestRefused, TargetStreams
 from foveacam_hardware.sim.mirror_drive import MirrorDrive
 from foveacam_hardware.wire.controller import (
     SILENT,
     BadPacket,
-    Method,
     Packet,
-    Property,
+    PacketMethod,
+    PacketProperty,
     encode_packet,
 )
 from foveacam_hardware.wire.controller_payloads import (
@@ -39,7 +39,7 @@ LOG_INFO = 3
 FACTORY_LOW_PASS_HZ = 60
 
 
-class Firmware:
+class ControllerFirmware:
     """The program on the controller; `send` takes its bytes, `agenda` its plans.
 
     While `blocked` it is in a delay loop and reads nothing.
@@ -59,15 +59,15 @@ class Firmware:
         self._agenda = agenda
         self._send = send
         self.drive = MirrorDrive(cables)
-        self._streams = Streams(self.drive)
-        self.desk = FrameDesk(
+        self._streams = TargetStreams(self.drive)
+        self.desk = FrameQueue(
             agenda=agenda,
             streams=self._streams,
             cables=cables,
             answer=self._answer,
             time_us=self._time_us,
         )
-        self._pending: dict[Property, tuple[Packet, Entry]] = {}
+        self._pending: dict[PacketProperty, tuple[Packet, PlannedAction]] = {}
         self.boot(t_ns)
 
     def boot(self, t_ns: int) -> None:
@@ -98,10 +98,10 @@ class Firmware:
         """Act on one request and answer it; tell whether it could be understood."""
         try:
             self._serve(t_ns, request)
-        except Refused as refused:
-            self._answer(request, Method.REJ, str(refused).encode("ascii"))
+        except RequestRefused as refused:
+            self._answer(request, PacketMethod.REJ, str(refused).encode("ascii"))
         except BadPacket:
-            self._answer(request, Method.REJ, b"Invalid packet")
+            self._answer(request, PacketMethod.REJ, b"Invalid packet")
             return False
         return True
 
@@ -117,28 +117,30 @@ class Firmware:
 
         self._agenda.add(t_ns + wait_ns, resume)
 
-    def _answer(self, request: Packet, method: Method, payload: bytes) -> None:
+    def _answer(self, request: Packet, method: PacketMethod, payload: bytes) -> None:
         if request.sequence != SILENT:
             self._send(encode_packet(Packet(method, request.prop, request.sequence, payload)))
 
     def _acknowledge(self, request: Packet, payload: bytes) -> None:
-        self._answer(request, Method.ACK, payload)
+        self._answer(request, PacketMethod.ACK, payload)
 
     def _log(self, text: str) -> None:
         if self._log_level >= LOG_INFO:
-            self._send(encode_packet(Packet(Method.SYN, Property.LOG, SILENT, text.encode("ascii"))))
+            self._send(
+                encode_packet(Packet(PacketMethod.SYN, PacketProperty.LOG, SILENT, text.encode("ascii")))
+            )
 
     def _serve(self, t_ns: int, request: Packet) -> None:
         match request.method, request.prop:
-            case Method.NOP, _:
+            case PacketMethod.NOP, _:
                 return
-            case Method.GET, Property.FRAME:
+            case PacketMethod.GET, PacketProperty.FRAME:
                 self._frame(t_ns, request)
-            case Method.GET, _:
+            case PacketMethod.GET, _:
                 self._get(t_ns, request)
-            case Method.SET, (Property.STREAM | Property.ACTUATE | Property.TRIGGER):
+            case PacketMethod.SET, (PacketProperty.STREAM | PacketProperty.ACTUATE | PacketProperty.TRIGGER):
                 self._act(t_ns, request)
-            case Method.SET, _:
+            case PacketMethod.SET, _:
                 self._set(t_ns, request)
             case _:
                 raise BadPacket("a host sends NOP, GET and SET only")
@@ -147,38 +149,38 @@ class Firmware:
         if request.payload:
             raise BadPacket("a plain GET has no payload")
         values = {
-            Property.INFO: NAME.encode("ascii"),
-            Property.VERSION: pack_version(self.version),
-            Property.ENABLE: bytes((self.enabled,)),
-            Property.LOG_LEVEL: bytes((self._log_level,)),
-            Property.LPF: pack_u16(self._low_pass_hz),
-            Property.BIAS: pack_u16(self._bias_code),
+            PacketProperty.INFO: NAME.encode("ascii"),
+            PacketProperty.VERSION: pack_version(self.version),
+            PacketProperty.ENABLE: bytes((self.enabled,)),
+            PacketProperty.LOG_LEVEL: bytes((self._log_level,)),
+            PacketProperty.LPF: pack_u16(self._low_pass_hz),
+            PacketProperty.BIAS: pack_u16(self._bias_code),
         }
         if self.version >= (1, 1, 0):
-            values[Property.TIMESTAMP] = pack_u64(self._time_us(t_ns))
+            values[PacketProperty.TIMESTAMP] = pack_u64(self._time_us(t_ns))
         if request.prop not in values:
             raise BadPacket(f"{request.prop.name} cannot be read")
         self._acknowledge(request, values[request.prop])
 
     def _set(self, t_ns: int, request: Packet) -> None:
         match request.prop:
-            case Property.RESET:
+            case PacketProperty.RESET:
                 self._reset(t_ns, request)
                 return
-            case Property.ENABLE:
+            case PacketProperty.ENABLE:
                 self._switch(t_ns, request, on=bool(unpack_u8(request.payload)))
                 return
-            case Property.LOG_LEVEL:
+            case PacketProperty.LOG_LEVEL:
                 self._log_level = unpack_u8(request.payload)
-            case Property.LPF:
+            case PacketProperty.LPF:
                 self._low_pass_hz = unpack_u16(request.payload)
                 self.drive.low_pass(t_ns, self._low_pass_hz if self.enabled else 0)
-            case Property.BIAS:
+            case PacketProperty.BIAS:
                 code = unpack_u16(request.payload)
                 if self.enabled:
-                    raise Refused("Cannot set bias while system is enabled")
+                    raise RequestRefused("Cannot set bias while system is enabled")
                 self._bias_code = code
-            case Property.TIMESTAMP if self.version >= (1, 1, 0):
+            case PacketProperty.TIMESTAMP if self.version >= (1, 1, 0):
                 self._zero_ns = t_ns - unpack_u64(request.payload) * 1000
             case _:
                 raise BadPacket(f"{request.prop.name} cannot be set")
@@ -216,7 +218,7 @@ class Firmware:
         self.desk.cancel(text)
         for request, end in self._pending.values():
             end.cancel()
-            self._answer(request, Method.REJ, text.encode("ascii"))
+            self._answer(request, PacketMethod.REJ, text.encode("ascii"))
         self._pending.clear()
 
     def _reset(self, t_ns: int, request: Packet) -> None:
@@ -227,16 +229,16 @@ class Firmware:
             self._delay(t_ns, REBOOT_NS, self.boot)
         elif kind == ResetType.MIRROR_DACS and self.version >= (2, 1, 0):
             if not self.enabled:
-                raise Refused("Cannot recover MEMS: system is not enabled")
+                raise RequestRefused("Cannot recover MEMS: system is not enabled")
             self.drive.recover(t_ns)
             self._streams.write(t_ns, again=True)
             self._acknowledge(request, request.payload)
         else:
-            raise Refused("Unknown reset type")
+            raise RequestRefused("Unknown reset type")
 
     def _need_enabled(self) -> None:
         if not self.enabled:
-            raise Refused("Cannot perform action: system is not enabled")
+            raise RequestRefused("Cannot perform action: system is not enabled")
 
     def _frame(self, t_ns: int, request: Packet) -> None:
         if self.version < (2, 0, 0):
@@ -246,17 +248,17 @@ class Firmware:
 
     def _act(self, t_ns: int, request: Packet) -> None:
         match request.prop:
-            case Property.STREAM if self.version >= (2, 0, 0):
+            case PacketProperty.STREAM if self.version >= (2, 0, 0):
                 command = StreamCommand.unpack(request.payload)
                 self._need_enabled()
                 self._streams.apply(t_ns, command, pending=self.desk.pending)
                 self._acknowledge(request, request.payload)
-            case Property.ACTUATE:
+            case PacketProperty.ACTUATE:
                 order = ActuateCommand.unpack(request.payload)
                 self._need_enabled()
                 self._start(t_ns, request, order.settle_us, "An actuate request is already pending")
                 self.drive.target(t_ns, order.left, order.right)
-            case Property.TRIGGER:
+            case PacketProperty.TRIGGER:
                 duration_us = unpack_u32(request.payload)
                 self._start(t_ns, request, duration_us, "A trigger request is already pending")
                 self.desk.trigger_all(t_ns, pulse_us=duration_us)
@@ -266,7 +268,7 @@ class Firmware:
     def _start(self, t_ns: int, request: Packet, duration_us: int, refusal: str) -> None:
         """Acknowledge a request with two phases, and plan its end."""
         if request.prop in self._pending:
-            raise Refused(refusal)
+            raise RequestRefused(refusal)
         self._acknowledge(request, request.payload)
         end = self._agenda.add(t_ns + duration_us * 1000, lambda t: self._end(t, request))
         self._pending[request.prop] = (request, end)
@@ -275,4 +277,4 @@ class Firmware:
         del self._pending[request.prop]
         if self.version >= (2, 0, 0):
             done = pack_u32(self._time_us(t_ns) & 0xFFFFFFFF)
-            self._answer(request, Method.FIN, request.payload[:-4] + done)
+            self._answer(request, PacketMethod.FIN, request.payload[:-4] + done)

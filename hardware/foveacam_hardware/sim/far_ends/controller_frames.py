@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from foveacam_hardware.sim.agenda import Agenda, Entry
+from foveacam_hardware.sim.agenda import Agenda, PlannedAction
 from foveacam_hardware.sim.cables import (
     CAMERA_CENTRE,
     CAMERA_LEFT,
@@ -19,7 +19,7 @@ from foveacam_hardware.sim.cables import (
     Cables,
 )
 from foveacam_hardware.sim.mirror_drive import MirrorDrive
-from foveacam_hardware.wire.controller import Method, Packet
+from foveacam_hardware.wire.controller import Packet, PacketMethod
 from foveacam_hardware.wire.controller_payloads import (
     FrameReport,
     FrameRequest,
@@ -33,17 +33,17 @@ MAX_QUEUED_FRAMES = 8
 STROBE_GRACE_US = 5000
 """After the pulse, how long a strobe may last before the frame is given up."""
 
-Answer: TypeAlias = Callable[[Packet, Method, bytes], None]
+Answer: TypeAlias = Callable[[Packet, PacketMethod, bytes], None]
 """Sends a reply to a request: request, method, payload."""
 
 Target: TypeAlias = tuple[MirrorCodes, MirrorCodes]
 
 
-class Refused(Exception):
+class RequestRefused(Exception):
     """A request that the firmware answers with REJ and this text."""
 
 
-class Streams:
+class TargetStreams:
     """The table of targets; the active one stands on the mirrors."""
 
     def __init__(self, drive: MirrorDrive) -> None:
@@ -72,20 +72,20 @@ class Streams:
         match command.operation:
             case StreamOperation.CREATE:
                 if stream >= MAX_STREAMS or stream in self._targets:
-                    raise Refused("Stream id out of range, or already exists")
+                    raise RequestRefused("Stream id out of range, or already exists")
                 self._targets[stream] = target
                 self.active = stream if self.active is None else self.active
             case StreamOperation.UPDATE:
                 if stream not in self._targets:
-                    raise Refused("Unknown stream id")
+                    raise RequestRefused("Unknown stream id")
                 self._targets[stream] = target
             case StreamOperation.TERMINATE:
                 if stream not in self._targets or pending(stream):
-                    raise Refused("Unknown stream id, or a frame request is pending on it")
+                    raise RequestRefused("Unknown stream id, or a frame request is pending on it")
                 del self._targets[stream]
                 self.active = None if self.active == stream else self.active
             case _:
-                raise Refused("Unknown stream operation")
+                raise RequestRefused("Unknown stream operation")
         self.write(t_ns)
 
     def activate(self, t_ns: int, stream: int) -> bool:
@@ -111,21 +111,21 @@ class _Frame:
     t_trigger_ns: int = 0
     rises: list[tuple[int, Target]] = field(default_factory=list)
     falls: list[tuple[int, Target]] = field(default_factory=list)
-    planned: list[Entry] = field(default_factory=list)
+    planned: list[PlannedAction] = field(default_factory=list)
 
     @property
     def camera_count(self) -> int:
         return self.cameras.bit_count()
 
 
-class FrameDesk:
+class FrameQueue:
     """One frame in work and a queue of eight, one a stream."""
 
     def __init__(
         self,
         *,
         agenda: Agenda,
-        streams: Streams,
+        streams: TargetStreams,
         cables: Cables,
         answer: Answer,
         time_us: Callable[[int], int],
@@ -153,17 +153,17 @@ class FrameDesk:
         order = FrameRequest.unpack(request.payload)
         cameras = order.cameras or CAMERA_LEFT | CAMERA_RIGHT
         if order.stream not in self._streams:
-            raise Refused("Unknown stream")
+            raise RequestRefused("Unknown stream")
         if cameras & ~(CAMERA_CENTRE | CAMERA_LEFT | CAMERA_RIGHT):
-            raise Refused("Invalid camera mask")
+            raise RequestRefused("Invalid camera mask")
         if cameras & CAMERA_CENTRE and not self.centre_strobe_cable:
-            raise Refused("Center camera (C) has no strobe cable connected")
+            raise RequestRefused("Center camera (C) has no strobe cable connected")
         if self.pending(order.stream):
-            raise Refused("Stream already has a pending frame request")
+            raise RequestRefused("Stream already has a pending frame request")
         if len(self._queue) >= MAX_QUEUED_FRAMES:
-            raise Refused("Frame queue is full")
+            raise RequestRefused("Frame queue is full")
         position = len(self._queue) + (self._work is not None)
-        self._answer(request, Method.ACK, bytes((position,)))
+        self._answer(request, PacketMethod.ACK, bytes((position,)))
         self._queue.append(_Frame(request, order, cameras))
         self._next(t_ns)
 
@@ -177,7 +177,7 @@ class FrameDesk:
         frames = [*self._queue] if self._work is None else [self._work, *self._queue]
         self.forget()
         for frame in frames:
-            self._answer(frame.request, Method.REJ, text.encode("ascii"))
+            self._answer(frame.request, PacketMethod.REJ, text.encode("ascii"))
 
     def forget(self) -> None:
         """End every frame without a word, as a reboot does."""
@@ -239,13 +239,13 @@ class FrameDesk:
             right=_mean(start[1][1], end[1][1]),
         )
         self._end(frame)
-        self._answer(frame.request, Method.FIN, report.pack())
+        self._answer(frame.request, PacketMethod.FIN, report.pack())
         self._next(t_ns)
 
     def _give_up(self, t_ns: int, frame: _Frame) -> None:
         self._line_stuck = False
         self._end(frame)
-        self._answer(frame.request, Method.REJ, b"Strobe timeout")
+        self._answer(frame.request, PacketMethod.REJ, b"Strobe timeout")
         self._next(t_ns)
 
     def _end(self, frame: _Frame) -> None:

@@ -5,7 +5,7 @@ from types import TracebackType
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.cables import NO_CODES, Cables
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
-from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Message
 from foveacam_hardware.wire.link import SerialLink
 
@@ -64,11 +64,11 @@ class ControllerProcess:
         given = {"strict": strict, "silent": silent, "fragile": fragile, "clock_ppm": clock_ppm}
         self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
 
-    def damage_to_device(self, damage: Damage) -> None:
+    def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the controller."""
         self._process.damage(damage, to="device")
 
-    def damage_to_host(self, damage: Damage) -> None:
+    def damage_to_host(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the host."""
         self._process.damage(damage, to="host")
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import Clock
-from foveacam_hardware.sim.far_ends.line_faults import Damage, DamageKind, LineFaults
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage, LineFaults
 from foveacam_hardware.sim.far_ends.pty_port import PtyPort
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
 
@@ -99,7 +99,9 @@ class FarEndHost:
                 line = self._far_end.to_device if message["to"] == "device" else self._far_end.to_host
                 kind = DamageKind(message["kind"])
                 line.add(
-                    Damage(kind=kind, skip=message["skip"], count=message["count"], value=message["value"])
+                    LineDamage(
+                        kind=kind, skip=message["skip"], count=message["count"], value=message["value"]
+                    )
                 )
             case "heal":
                 self._far_end.to_device.clear()

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import DeviceFault
-from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.port_folder import PortFolder
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
 
@@ -30,7 +30,7 @@ Options: TypeAlias = Callable[[], Sequence[str]]
 """Returns the options of the process that is started now."""
 
 
-class Cabling(Protocol):
+class FarEndCables(Protocol):
     """What a far end's process pulls on, in this process."""
 
     def receive(self, message: Message) -> Message | None:
@@ -45,7 +45,7 @@ class Cabling(Protocol):
 class FarEndProcess:
     """A process that runs `python -m module`, not yet waited for: call `wait_until_ready`."""
 
-    def __init__(self, module: str, name: str, cabling: Cabling, *, options: Options) -> None:
+    def __init__(self, module: str, name: str, cabling: FarEndCables, *, options: Options) -> None:
         self._module = module
         self._name = name
         self._cabling = cabling
@@ -109,7 +109,7 @@ class FarEndProcess:
                 )
             return self._answers.pop(number)
 
-    def damage(self, damage: Damage, *, to: str) -> None:
+    def damage(self, damage: LineDamage, *, to: str) -> None:
         """Damage bytes on their way to the "device" or the "host"."""
         fields = {"skip": damage.skip, "count": damage.count, "value": damage.value}
         self.obey("damage", to=to, kind=str(damage.kind), **fields)

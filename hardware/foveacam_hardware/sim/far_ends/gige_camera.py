@@ -22,7 +22,7 @@ _FILL = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, c_uint32, c_uint32, c_uint32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
+class AcquisitionRequest:
     """What the client set, as it arrived: `channels` is 3 for RGB."""
 
     width: int
@@ -36,7 +36,7 @@ class GigeCamera:
     """One camera on a network interface; it serves until closed. Only one can be on an address."""
 
     def __init__(
-        self, *, interface: str, serial: str, picture: Callable[[Request], NDArray[np.uint8]]
+        self, *, interface: str, serial: str, picture: Callable[[AcquisitionRequest], NDArray[np.uint8]]
     ) -> None:
         self._picture = picture
         self._library = _load()
@@ -47,7 +47,7 @@ class GigeCamera:
                 f"GigE Vision camera {serial}: it cannot serve on {interface}; another one is there already,"
                 " or this machine has no such interface: close that one, or give the address of an interface"
             )
-        self.served: Request | None = None
+        self.served: AcquisitionRequest | None = None
         """The last picture's request."""
         self._fill = _FILL(self._on_fill)  # the library keeps no reference to it
         inner = self._library.arv_gv_fake_camera_get_fake_camera(self._camera)
@@ -66,7 +66,7 @@ class GigeCamera:
         self.close()
 
     def _on_fill(self, buffer: int, _context: object, exposure_us: int, gain: int, pixel_format: int) -> None:
-        request = Request(
+        request = AcquisitionRequest(
             width=self._library.arv_buffer_get_image_width(buffer),
             height=self._library.arv_buffer_get_image_height(buffer),
             channels=CHANNELS[pixel_format],

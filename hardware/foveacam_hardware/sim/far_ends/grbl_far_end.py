@@ -9,11 +9,11 @@ from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
-from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_others
 from foveacam_hardware.sim.far_ends.grbl_firmware import GrblFirmware
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
-from foveacam_hardware.wire.grbl import REALTIME, LineReader
+from foveacam_hardware.wire.grbl import REALTIME, GrblLineReader
 
 ANSWER_NS = 1_500_000
 """From a byte's arrival to its answer's: reading, thinking, 115 200 baud."""
@@ -37,9 +37,9 @@ class GrblFarEnd:
         self.slow_ns = 0
         self.lines_received: deque[str] = deque(maxlen=4096)
         """What the host has asked, for those who check what a driver sends."""
-        self._out = Answers(clock, self.to_host)
+        self._out = PendingAnswers(clock, self.to_host)
         self._agenda = Agenda()
-        self._reader = LineReader()
+        self._reader = GrblLineReader()
         self._inbox: deque[str] = deque()
         self.firmware = GrblFirmware(
             clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, start=start
@@ -78,7 +78,7 @@ class GrblFarEnd:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
-    def impair(self, **changes: Unpack[Impairment]) -> None:
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
         refuse_others(changes, {"silent", "slow_ns", "seized", "has_switches", "settings"})
         firmware = self.firmware
@@ -119,7 +119,7 @@ class GrblFarEnd:
         if byte in REALTIME:
             if byte == b"\x18":
                 self._inbox.clear()
-                self._reader = LineReader()
+                self._reader = GrblLineReader()
             self.firmware.realtime(t_ns, byte)
         elif byte == b"\n":
             self._inbox.extend(self._reader.feed(byte) or [""])

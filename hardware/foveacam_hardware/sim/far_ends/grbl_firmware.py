@@ -8,8 +8,8 @@ import re
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from foveacam_hardware.sim.agenda import Agenda, Entry
-from foveacam_hardware.sim.far_ends.grbl_motion import Motors, Pace, pace_along
+from foveacam_hardware.sim.agenda import Agenda, PlannedAction
+from foveacam_hardware.sim.far_ends.grbl_motion import GrblMotors, MoveLimits, pace_along
 from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 
 VERSION = "1.1h"
@@ -71,9 +71,9 @@ class GrblFirmware:
         self._agenda = agenda
         self._send = send
         self._busy_until_ns = t_ns
-        self.motors = Motors(cables, steps_per_unit=SETTINGS[100], start=start)
-        self._queue: deque[tuple[Place, Pace]] = deque()
-        self._moving: Entry | None = None
+        self.motors = GrblMotors(cables, steps_per_unit=SETTINGS[100], start=start)
+        self._queue: deque[tuple[Place, MoveLimits]] = deque()
+        self._moving: PlannedAction | None = None
         self._goal: Place = SET_UP
         self._legs: deque[tuple[int, float, float]] = deque()
         self._acceleration = SETTINGS[120]
@@ -222,7 +222,7 @@ class GrblFirmware:
     def _travel(self, axis: int) -> float:
         return self.settings.get(130 + axis, 0.0)
 
-    def _pace(self, feed_per_min: float, way: Sequence[float]) -> Pace:
+    def _pace(self, feed_per_min: float, way: Sequence[float]) -> MoveLimits:
         pace = pace_along(way, self.settings, feed_per_min=feed_per_min)
         self._acceleration = pace.acceleration_per_s2
         return pace

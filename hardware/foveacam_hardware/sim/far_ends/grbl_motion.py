@@ -4,30 +4,30 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, Turning, TurningHistory
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, TurningHistory, TurnSegment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pace:
+class MoveLimits:
     """How fast a straight move may be, along its way, in the axes' own units."""
 
     speed_per_s: float
     acceleration_per_s2: float
 
 
-def pace_along(way: Sequence[float], settings: Mapping[int, float], *, feed_per_min: float) -> Pace:
+def pace_along(way: Sequence[float], settings: Mapping[int, float], *, feed_per_min: float) -> MoveLimits:
     """Return how fast it goes along a way on which no axis exceeds its own speed and acceleration."""
     length = math.hypot(*way)
     share = {axis: abs(part) / length for axis, part in enumerate(way) if part}
     fastest = [settings.get(110 + axis, feed_per_min) / part for axis, part in share.items()]
     gains = [settings.get(120 + axis, settings[120]) / part for axis, part in share.items()]
-    return Pace(
+    return MoveLimits(
         speed_per_s=min([feed_per_min, *fastest]) / 60.0,
         acceleration_per_s2=min(gains, default=settings[120]),
     )
 
 
-class Motors:
+class GrblMotors:
     """Where the motors are and what they will do, from `start` on."""
 
     def __init__(self, cables: PanTiltCables, *, steps_per_unit: float, start: Place = SET_UP) -> None:
@@ -43,7 +43,7 @@ class Motors:
         """Return how fast they are, along the way."""
         return math.hypot(*self._speeds(t_ns))
 
-    def move(self, t_ns: int, goal: Place, pace: Pace) -> int:
+    def move(self, t_ns: int, goal: Place, pace: MoveLimits) -> int:
         """Go straight to a place, or to the step nearest to it; return when they will be there."""
         start = self.place(t_ns)
         goal = self._on_a_step(goal)
@@ -89,7 +89,7 @@ class Motors:
         speed_per_s = self.speed_per_s(t_ns)
         pan_deg, tilt_deg, rail_mm = self.place(t_ns)
         self._turn(
-            Turning(
+            TurnSegment(
                 t_ns=t_ns,
                 place_deg=(pan_deg, tilt_deg),
                 speed_deg_s=(unit[0] * speed_per_s, unit[1] * speed_per_s),
@@ -100,9 +100,9 @@ class Motors:
         return t_ns + round(length_s * NS_PER_S)
 
     def _rest(self, t_ns: int, place: Place) -> None:
-        self._turn(Turning(t_ns=t_ns, place_deg=place[:2], slide_mm=(place[2], 0.0, 0.0)))
+        self._turn(TurnSegment(t_ns=t_ns, place_deg=place[:2], slide_mm=(place[2], 0.0, 0.0)))
 
-    def _turn(self, turning: Turning) -> None:
+    def _turn(self, turning: TurnSegment) -> None:
         self._track.turn(turning)
         self._cables.turn(turning)
 

@@ -13,7 +13,7 @@ class DamageKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Damage:
+class LineDamage:
     """One fault: it hits the byte that comes after `skip` others, and `count - 1` more behind it.
 
     CORRUPT flips the bits of `value` (0 becomes something else, and never a delimiter by design of
@@ -30,10 +30,10 @@ class Damage:
 class LineFaults:
     """The faults still to come in one direction, done one after the other."""
 
-    pending: list[Damage] = field(default_factory=list)
+    pending: list[LineDamage] = field(default_factory=list)
     _passed: int = 0
 
-    def add(self, damage: Damage) -> None:
+    def add(self, damage: LineDamage) -> None:
         """Let `damage` happen, once those before it have."""
         self.pending.append(damage)
 

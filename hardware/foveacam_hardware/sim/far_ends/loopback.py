@@ -9,7 +9,7 @@ import threading
 from foveacam_hardware.contract import Clock, NotConnected
 from foveacam_hardware.sim.cables import Cables
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.line_faults import Damage
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
@@ -112,11 +112,11 @@ class LoopbackController:
         far_end.fragile = far_end.fragile if fragile is None else fragile
         far_end.firmware.clock_ppm = far_end.firmware.clock_ppm if clock_ppm is None else clock_ppm
 
-    def damage_to_device(self, damage: Damage) -> None:
+    def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the controller."""
         self.far_end.to_device.add(damage)
 
-    def damage_to_host(self, damage: Damage) -> None:
+    def damage_to_host(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the host."""
         self.far_end.to_host.add(damage)
 

@@ -9,7 +9,7 @@ from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
-from foveacam_hardware.sim.far_ends.board_far_end import Answers, Impairment, refuse_others
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_others
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
 from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
@@ -31,7 +31,7 @@ class PtuFarEnd:
         self.slow_ns = 0
         self.words_received: deque[str] = deque(maxlen=4096)
         """What the host has asked, for those who check what a driver sends."""
-        self._out = Answers(clock, self.to_host)
+        self._out = PendingAnswers(clock, self.to_host)
         self._agenda = Agenda()
         self._rest = b""
         self._inbox: deque[str] = deque()
@@ -68,7 +68,7 @@ class PtuFarEnd:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
-    def impair(self, **changes: Unpack[Impairment]) -> None:
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
         refuse_others(changes, {"silent", "slow_ns", "seized", "steps_per_s"})
         self.silent = changes.get("silent", self.silent)

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.agenda import Agenda, Entry
+from foveacam_hardware.sim.agenda import Agenda, PlannedAction
 from foveacam_hardware.sim.far_ends.ptu_motion import PtuMotors, StepMotor
 from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
 
@@ -59,7 +59,7 @@ class PtuFirmware:
             "P": _Axis(self.motors.pan, REACH["P"]),
             "T": _Axis(self.motors.tilt, REACH["T"]),
         }
-        self._resting: Entry | None = None
+        self._resting: PlannedAction | None = None
         self._legs: deque[tuple[_Axis, int]] = deque()
         self.boot(t_ns, told=False)
 

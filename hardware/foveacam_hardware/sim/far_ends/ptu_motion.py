@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, Turning
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, TurnSegment
 
 ARC_SECONDS_A_DEG = 3600.0
 
@@ -105,5 +105,7 @@ class PtuMotors:
                 for of_pan, of_tilt in zip(pan, tilt, strict=True)
             )
             self._cables.turn(
-                Turning(t_ns=moment_ns, place_deg=place, speed_deg_s=speed, acceleration_deg_s2=acceleration)
+                TurnSegment(
+                    t_ns=moment_ns, place_deg=place, speed_deg_s=speed, acceleration_deg_s2=acceleration
+                )
             )

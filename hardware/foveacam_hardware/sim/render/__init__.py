@@ -1,10 +1,17 @@
 """The tile rasteriser: radiance, depth and identity of what a camera sees, and the sensor behind the lens."""
 
-from foveacam_hardware.sim.render.materials import Bitmap, Cells, Color, Material, Noise, Plain
+from foveacam_hardware.sim.render.materials import (
+    BitmapSurface,
+    CellSurface,
+    Color,
+    Material,
+    NoiseSurface,
+    PlainSurface,
+)
 from foveacam_hardware.sim.render.projection import Projection, RayTable
 from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Lighting, Scene
-from foveacam_hardware.sim.render.sensor import Exposure, expose
+from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.shapes import (
     Box,
     Mesh,
@@ -20,22 +27,22 @@ from foveacam_hardware.sim.render.shapes import (
 from foveacam_hardware.sim.render.warm import warm_up
 
 __all__ = [
-    "Bitmap",
+    "BitmapSurface",
     "Box",
-    "Cells",
+    "CellSurface",
     "Color",
-    "Exposure",
     "Lighting",
     "Material",
     "Mesh",
-    "Noise",
-    "Plain",
+    "NoiseSurface",
+    "PlainSurface",
     "Projection",
     "Quad",
     "Radiance",
     "RayTable",
     "Renderer",
     "Scene",
+    "SensorExposure",
     "Shape",
     "column",
     "expose",

@@ -18,7 +18,7 @@ I32 = NDArray[np.int32]
 CAPACITY = TILE_W * TILE_H
 
 
-class Batch(NamedTuple):
+class PixelBatch(NamedTuple):
     """Working memory: pixels 0..first[runs], of which run k is first[k]..first[k + 1] and sees face[k]."""
 
     first: I32  # (CAPACITY + 1,)
@@ -32,10 +32,10 @@ class Batch(NamedTuple):
 
 
 @kernel
-def new_batch() -> Batch:
+def new_batch() -> PixelBatch:
     """Allocate the working memory."""
     n = CAPACITY
-    return Batch(
+    return PixelBatch(
         np.zeros(n + 1, np.int32),
         np.zeros(n, np.int32),
         np.zeros(n),
@@ -48,7 +48,7 @@ def new_batch() -> Batch:
 
 
 @inlined
-def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: Batch) -> int:
+def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: PixelBatch) -> int:
     """Fill the batch row by row from a tile (its border left out); return the number of runs."""
     first, faces, to_x, to_y = batch.first, batch.face, batch.x, batch.y
     runs, n = 0, np.uintp(0)
@@ -69,7 +69,7 @@ def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: Batch) -> 
 
 
 @inlined
-def interpolate(batch: Batch, runs: int, q: F64, light: F64) -> None:
+def interpolate(batch: PixelBatch, runs: int, q: F64, light: F64) -> None:
     """Fill the ray parameters and the light of all runs that see a face."""
     face, first, x, y, t, lit = batch.face, batch.first, batch.x, batch.y, batch.t, batch.light
     for k in range(runs):
@@ -85,7 +85,7 @@ def interpolate(batch: Batch, runs: int, q: F64, light: F64) -> None:
 
 
 @inlined
-def shade_sky(batch: Batch, runs: int, Minv: F64) -> None:
+def shade_sky(batch: PixelBatch, runs: int, Minv: F64) -> None:
     """Fill the shade of all runs that see no face: 0 at the horizon, 1 from 40° up."""
     face, first, x, y, shade = batch.face, batch.first, batch.x, batch.y, batch.shade
     for k in range(runs):

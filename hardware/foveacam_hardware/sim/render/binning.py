@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import kernel
-from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Prims, View
+from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, VisibleFaces
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 
-class Bins(NamedTuple):
+class TileBins(NamedTuple):
     """Faces of each tile: items[start[i]:start[i + 1]], ascending."""
 
     start: NDArray[np.int64]
@@ -31,7 +31,9 @@ def _outside(edges: F64, x0: float, x1: float, y0: float, y1: float) -> bool:
 
 
 @kernel
-def _visit(prims: Prims, count: int, view: View, bins: Bins, footprint: NDArray[np.bool_]) -> None:
+def _visit(
+    prims: VisibleFaces, count: int, view: KernelView, bins: TileBins, footprint: NDArray[np.bool_]
+) -> None:
     """Count the faces of each tile into start[tile + 1] or, given room, file them at start[tile]."""
     fill = bins.items.shape[0] > 0
     columns = (view.width + TILE_W - 1) // TILE_W
@@ -63,15 +65,17 @@ def _visit(prims: Prims, count: int, view: View, bins: Bins, footprint: NDArray[
 
 
 @kernel
-def sort_into_tiles(prims: Prims, count: int, view: View, footprint: NDArray[np.bool_]) -> Bins:
+def sort_into_tiles(
+    prims: VisibleFaces, count: int, view: KernelView, footprint: NDArray[np.bool_]
+) -> TileBins:
     """Return the faces of each tile; fill footprint (objects, tiles) with where each object may be seen."""
     tiles = footprint.shape[1]
     start = np.zeros(tiles + 1, np.int64)
-    empty = Bins(start, np.empty(0, np.int32))
+    empty = TileBins(start, np.empty(0, np.int32))
     _visit(prims, count, view, empty, footprint)
     for tile in range(tiles):
         start[tile + 1] += start[tile]
-    bins = Bins(start, np.empty(start[tiles], np.int32))
+    bins = TileBins(start, np.empty(start[tiles], np.int32))
     _visit(prims, count, view, bins, footprint)
     for tile in range(tiles, 0, -1):
         start[tile] = start[tile - 1]

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined, kernel
-from foveacam_hardware.sim.render.batch import CAPACITY, Batch
-from foveacam_hardware.sim.render.items import FROM_U, FROM_V, Items, U, V
-from foveacam_hardware.sim.render.materials import CELLS, Tables
-from foveacam_hardware.sim.render.setup import Objects, Prims
+from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
+from foveacam_hardware.sim.render.items import FROM_U, FROM_V, LookupItems, U, V
+from foveacam_hardware.sim.render.materials import CELLS, MaterialTables
+from foveacam_hardware.sim.render.setup import ObjectTable, VisibleFaces
 
 F64 = NDArray[np.float64]
 Four = tuple[float, float, float, float]
@@ -89,7 +89,12 @@ def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tup
 
 @inlined
 def shade_cells(
-    batch: Batch, items: Items, count: int, prims: Prims, objects: Objects, tables: Tables
+    batch: PixelBatch,
+    items: LookupItems,
+    count: int,
+    prims: VisibleFaces,
+    objects: ObjectTable,
+    tables: MaterialTables,
 ) -> None:
     """Fill the values of all items of cells with their mean over the footprint of each pixel, 0..1."""
     begin, end, obj, where, sides = items.begin, items.end, items.obj, items.where, items.side

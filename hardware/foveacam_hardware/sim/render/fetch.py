@@ -15,7 +15,7 @@ LONG = 16
 """Spans from this length on are fetched in two passes, the first of which the compiler vectorises."""
 
 
-class Lookup(NamedTuple):
+class TexelSpan(NamedTuple):
     """Where a span lies in one level of the tile: texel (u, v) plus a 2x2 matrix times (du, dv)."""
 
     u: np.float32
@@ -30,11 +30,11 @@ class Lookup(NamedTuple):
 
 
 @kernel
-def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: int) -> Lookup:
+def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: int) -> TexelSpan:
     """Return the lookup at texel (u, v) of level 0, `grid` texels of it per metre, in another level."""
     size, scale = float(TILE), 1.0 / (1 << level)
     first = (4 * TILE * TILE - ((4 * TILE * TILE) >> (2 * level))) // 3
-    return Lookup(
+    return TexelSpan(
         np.float32((u - np.floor(u / size) * size) * scale),
         np.float32((v - np.floor(v / size) * size) * scale),
         np.float32(grid[0] * scale),
@@ -49,7 +49,7 @@ def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: i
 
 @kernel
 def fetch_short(
-    at: Lookup, u: float, v: float, w: float, du: F32, dv: F32, a: int, b: int, noise: F32, out: F32
+    at: TexelSpan, u: float, v: float, w: float, du: F32, dv: F32, a: int, b: int, noise: F32, out: F32
 ) -> None:
     """Add w times the noise of pixels a..b, moved by texels (u, v) of level 0."""
     u0, v0, u_du, u_dv, v_du, v_dv, scale, base, bits = at
@@ -72,7 +72,7 @@ def fetch_short(
 
 @kernel
 def fetch_long(
-    at: Lookup,
+    at: TexelSpan,
     u: float,
     v: float,
     w: float,

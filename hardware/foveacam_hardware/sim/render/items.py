@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined, kernel
-from foveacam_hardware.sim.render.batch import CAPACITY, Batch
-from foveacam_hardware.sim.render.materials import BITMAP, NOISE, PLAIN, Tables
-from foveacam_hardware.sim.render.setup import Objects, Prims
+from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
+from foveacam_hardware.sim.render.materials import BITMAP, NOISE, PLAIN, MaterialTables
+from foveacam_hardware.sim.render.setup import ObjectTable, VisibleFaces
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -24,7 +24,7 @@ ALIKE = 0.08
 """Footprints that differ by less than this part share an item."""
 
 
-class Items(NamedTuple):
+class LookupItems(NamedTuple):
     """Working memory: item m covers begin[m]..end[m]; pixel i of the batch stands at axis · CAPACITY + i."""
 
     begin: I32  # (3 · CAPACITY,)
@@ -43,10 +43,10 @@ class Items(NamedTuple):
 
 
 @kernel
-def new_items() -> Items:
+def new_items() -> LookupItems:
     """Allocate the working memory."""
     n = 3 * CAPACITY
-    return Items(
+    return LookupItems(
         np.zeros(n, np.int32),
         np.zeros(n, np.int32),
         np.zeros(n, np.int32),
@@ -70,7 +70,14 @@ def _axes(blend: int, side: int) -> tuple[int, int]:
 
 
 @inlined
-def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: Tables, items: Items) -> int:
+def find_items(
+    batch: PixelBatch,
+    runs: int,
+    prims: VisibleFaces,
+    objects: ObjectTable,
+    tables: MaterialTables,
+    items: LookupItems,
+) -> int:
     """List the items of all runs that see a textured face; return how many."""
     face, start, x, y, t = batch.face, batch.first, batch.x, batch.y, batch.t
     obj, sides, blends, weights, q = prims.obj, prims.side, prims.blend, prims.weights, prims.q
@@ -131,7 +138,9 @@ def find_items(batch: Batch, runs: int, prims: Prims, objects: Objects, tables: 
 
 
 @inlined
-def add_up(batch: Batch, runs: int, prims: Prims, tables: Tables, items: Items) -> None:
+def add_up(
+    batch: PixelBatch, runs: int, prims: VisibleFaces, tables: MaterialTables, items: LookupItems
+) -> None:
     """Fill each run's shade from its items: their mean by how far the face looks along their axes.
 
     Noise keeps its contrast, for its axes are independent; it is brought from mean 0 to 0..1 by a smooth

@@ -31,7 +31,7 @@ def _color(name: str, color: Color) -> None:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Noise:
+class NoiseSurface:
     """Many octaves of noise between two colours: texture at every scale, for any amount of surface.
 
     Attributes:
@@ -61,7 +61,7 @@ class Noise:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Plain:
+class PlainSurface:
     """One colour without any texture: what a stereo matcher must refuse."""
 
     color: Color = (0.7, 0.7, 0.7)
@@ -71,7 +71,7 @@ class Plain:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Cells:
+class CellSurface:
     """Square cells of two colours about the face's centre: checkerboards, ArUco markers.
 
     Attributes:
@@ -100,7 +100,7 @@ class Cells:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bitmap:
+class BitmapSurface:
     """A picture about the face's centre, `width_m` wide, as high as its proportions say; its edge repeats."""
 
     rgb: NDArray[np.uint8]
@@ -114,10 +114,10 @@ class Bitmap:
             raise InvalidInput(f"bitmap: width_m = {self.width_m}; pass a finite length above 0")
 
 
-Material = Noise | Plain | Cells | Bitmap
+Material = NoiseSurface | PlainSurface | CellSurface | BitmapSurface
 
 
-class Tables(NamedTuple):
+class MaterialTables(NamedTuple):
     """All materials as flat arrays, one row each."""
 
     kind: I32  # (n,)
@@ -132,7 +132,7 @@ class Tables(NamedTuple):
     noise: F32  # the noise tile's levels
 
 
-def _noise_layers(material: Noise) -> F64:
+def _noise_layers(material: NoiseSurface) -> F64:
     """Return (MAX_LAYERS, 7): from the longest wavelengths down to the grain, each layer turned further."""
     layers: F64 = np.zeros((MAX_LAYERS, 7))
     rng = np.random.default_rng([material.seed & 0xFFFFFFFF, 0x0F0E])
@@ -192,14 +192,14 @@ class _Packer:
         self._summed, self._texels = 0, 0
 
     def put(self, i: int, material: Material) -> None:
-        if isinstance(material, Plain):
+        if isinstance(material, PlainSurface):
             self.kind[i], self.colors[i] = PLAIN, material.color
-        elif isinstance(material, Noise):
+        elif isinstance(material, NoiseSurface):
             self.kind[i] = NOISE
             self.stretch[i] = 1.0 / max(material.stretch, 1.0), min(material.stretch, 1.0)
             self.colors[i] = material.color_a, material.color_b
             self.layers[i] = _noise_layers(material)
-        elif isinstance(material, Cells):
+        elif isinstance(material, CellSurface):
             rows, columns = material.cells.shape
             self.kind[i] = CELLS
             self.colors[i] = material.color_0, material.color_1
@@ -214,12 +214,12 @@ class _Packer:
             self._texels += self.texels[-1].size
 
 
-def pack(materials: list[Material]) -> Tables:
+def pack(materials: list[Material]) -> MaterialTables:
     """Return the tables of all materials, row i for material i."""
     packer = _Packer(max(len(materials), 1))
     for i, material in enumerate(materials):
         packer.put(i, material)
-    return Tables(
+    return MaterialTables(
         packer.kind,
         packer.colors,
         packer.stretch,

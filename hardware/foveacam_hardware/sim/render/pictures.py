@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.footprint import MAX_TAPS, footprint_filter, tap
-from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
-from foveacam_hardware.sim.render.materials import BITMAP, Tables
+from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
+from foveacam_hardware.sim.render.materials import BITMAP, MaterialTables
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -33,7 +33,7 @@ def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32
 
 
 @inlined
-def shade_bitmap(items: Items, count: int, tables: Tables) -> None:
+def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None:
     """Fill the values of all items of pictures with their colours, averaged over each footprint."""
     begin, end, obj, where = items.begin, items.end, items.obj, items.where
     du, dv, value = items.du, items.dv, items.value

@@ -21,17 +21,17 @@ from foveacam_hardware.sim.render.binning import sort_into_tiles, tile_shifts
 from foveacam_hardware.sim.render.disparity import disparity_of
 from foveacam_hardware.sim.render.materials import LUMA
 from foveacam_hardware.sim.render.projection import Projection, RayTable
-from foveacam_hardware.sim.render.scene import Scene, Snapshot
+from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
 from foveacam_hardware.sim.render.setup import (
     TILE_H,
     TILE_W,
-    Objects,
-    View,
+    KernelView,
+    ObjectTable,
     empty_corners,
     empty_prims,
     set_up,
 )
-from foveacam_hardware.sim.render.tiles import Stage, Target, render_tiles
+from foveacam_hardware.sim.render.tiles import TileInputs, TileOutputs, render_tiles
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -65,16 +65,16 @@ class _Entry:
 
     def __init__(self, projection: Projection, channels: int, tiles: int) -> None:
         shape = (projection.height, projection.width)
-        self.target = Target(
+        self.target = TileOutputs(
             np.zeros((*shape, channels), np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32)
         )
         self.good: Bool = np.zeros(tiles, bool)
         self.footprint: Bool = np.zeros((0, tiles), bool)
         self.revision = -1
         self.lent = False
-        self.stage: Stage | None = None
+        self.stage: TileInputs | None = None
 
-    def forget(self, snapshot: Snapshot, footprint: Bool) -> None:
+    def forget(self, snapshot: SceneSnapshot, footprint: Bool) -> None:
         """Spoil the tiles that any object that moved since touched, or touches now."""
         moved = np.flatnonzero(snapshot.moved > self.revision)
         before = moved[moved < len(self.footprint)]
@@ -85,14 +85,14 @@ class _Entry:
         """Go on with copies of arrays that a caller may still hold."""
         if self.lent:
             radiance, depth, ids = self.target
-            self.target = Target(radiance.copy(), depth.copy(), ids.copy())
+            self.target = TileOutputs(radiance.copy(), depth.copy(), ids.copy())
             self.lent = False
 
 
-def _objects(snapshot: Snapshot, projection: Projection, Minv: F64) -> Objects:
+def _objects(snapshot: SceneSnapshot, projection: Projection, Minv: F64) -> ObjectTable:
     R, T = snapshot.poses[:, :3, :3], snapshot.poses[:, :3, 3]
     away = T - projection.C
-    return Objects(
+    return ObjectTable(
         np.einsum("nji,jk->nik", R, Minv),
         -np.einsum("nji,nj->ni", R, away),
         np.einsum("nji,j->ni", R, snapshot.lamp),
@@ -101,7 +101,7 @@ def _objects(snapshot: Snapshot, projection: Projection, Minv: F64) -> Objects:
     )
 
 
-def _in_channels(snapshot: Snapshot, channels: int) -> tuple[F64, F64]:
+def _in_channels(snapshot: SceneSnapshot, channels: int) -> tuple[F64, F64]:
     """Return the colours (n, 2, c) and the sky (2, c) as the frame's channels see them."""
     if channels == 3:
         return snapshot.tables.colors, snapshot.sky
@@ -194,7 +194,7 @@ class Renderer:
         self._render(tiles, entry.stage, entry.target)
         entry.good[tiles] = True
 
-    def _render(self, tiles: NDArray[np.int64], stage: Stage, target: Target) -> None:
+    def _render(self, tiles: NDArray[np.int64], stage: TileInputs, target: TileOutputs) -> None:
         if self._pool is None or len(tiles) < 8:
             render_tiles(tiles, stage, target)
             return
@@ -202,7 +202,9 @@ class Renderer:
         for work in [self._pool.submit(render_tiles, band, stage, target) for band in bands]:
             work.result()
 
-    def _stage(self, snapshot: Snapshot, projection: Projection, channels: int) -> tuple[Stage, Bool]:
+    def _stage(
+        self, snapshot: SceneSnapshot, projection: Projection, channels: int
+    ) -> tuple[TileInputs, Bool]:
         """Set a frame up; return also where each object may be seen, (objects, tiles)."""
         view = self._view(projection)
         objects = _objects(snapshot, projection, view.Minv)
@@ -213,13 +215,13 @@ class Renderer:
         bins = sort_into_tiles(prims, count, view, footprint)
         colors, sky = _in_channels(snapshot, channels)
         tables = snapshot.tables._replace(colors=colors)
-        stage = Stage(view, objects, prims, bins, tables, snapshot.geometry.smooth, sky, LUMA)
+        stage = TileInputs(view, objects, prims, bins, tables, snapshot.geometry.smooth, sky, LUMA)
         return stage, footprint
 
-    def _view(self, projection: Projection) -> View:
+    def _view(self, projection: Projection) -> KernelView:
         Minv: F64 = np.asarray(np.linalg.inv(projection.M), dtype=np.float64)
         shift, tile_shift = self._lens(projection.rays, projection.width, projection.height)
-        return View(
+        return KernelView(
             projection.M.copy(),  # writable, as all the others: kernels are compiled for either
             Minv,
             projection.C.copy(),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
-from foveacam_hardware.sim.render.materials import Color, Material, Tables, pack
+from foveacam_hardware.sim.render.materials import Color, Material, MaterialTables, pack
 from foveacam_hardware.sim.render.shapes import Box, Mesh, Quad, Shape
 
 F64 = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Lighting:
             raise InvalidInput(f"lighting: ambient = {self.ambient}; pass 0..1")
 
 
-class Geometry(NamedTuple):
+class SceneGeometry(NamedTuple):
     """All shapes in their own coordinates, flat, one object after another."""
 
     vertices: F64  # (v, 3)
@@ -56,12 +56,12 @@ class Geometry(NamedTuple):
     smooth: I32  # (n,) 1 = light and texture run on from face to face
 
 
-class Snapshot(NamedTuple):
+class SceneSnapshot(NamedTuple):
     """A consistent state of the scene: what one frame shows."""
 
     revision: int
-    geometry: Geometry
-    tables: Tables
+    geometry: SceneGeometry
+    tables: MaterialTables
     poses: F64  # (n, 4, 4) scene_from_object
     moved: NDArray[np.int64]  # (n,) revision at which each object last moved
     lamp: F64  # (3,) unit, towards the lamp
@@ -120,14 +120,14 @@ def _box_corners(vertices: F64) -> F64:
     return corners
 
 
-def _flatten(parts: list[_Part]) -> Geometry:
+def _flatten(parts: list[_Part]) -> SceneGeometry:
     first_vertex = np.cumsum([0] + [len(p.vertices) for p in parts]).astype(np.int32)
     first_face = np.cumsum([0] + [len(p.faces) for p in parts]).astype(np.int32)
     faces = [np.where(p.faces < 0, -1, p.faces + v) for p, v in zip(parts, first_vertex, strict=False)]
     face_normals = np.concatenate([np.zeros((0, 3))] + [p.face_normals for p in parts])
     axis = np.argmax(np.abs(face_normals), axis=1) if len(face_normals) else np.zeros(0, np.intp)
     positive = np.take_along_axis(face_normals, axis[:, None], axis=1)[:, 0] > 0
-    return Geometry(
+    return SceneGeometry(
         np.concatenate([np.zeros((0, 3))] + [p.vertices for p in parts]),
         np.concatenate([np.zeros((0, 3))] + [p.normals for p in parts]),
         np.concatenate([np.zeros((0, 4), np.int32), *faces]).astype(np.int32),
@@ -166,7 +166,7 @@ class Scene:
         self._poses: list[F64] = []
         self._moved: list[int] = []
         self._revision = 0
-        self._flat: tuple[Geometry, Tables] | None = None
+        self._flat: tuple[SceneGeometry, MaterialTables] | None = None
 
     @property
     def revision(self) -> int:
@@ -214,14 +214,14 @@ class Scene:
         """Return the material of an object."""
         return self._materials[obj_id]
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> SceneSnapshot:
         """Return the present state; later changes do not reach it."""
         with self._lock:
             if self._flat is None:
                 self._flat = (_flatten(self._parts), pack(self._materials))
             geometry, tables = self._flat
             lamp = np.array(self._lighting.lamp, dtype=np.float64)
-            return Snapshot(
+            return SceneSnapshot(
                 self._revision,
                 geometry,
                 tables,

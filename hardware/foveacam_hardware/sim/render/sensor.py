@@ -22,7 +22,7 @@ MAX_RADIUS = 16
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Exposure:
+class SensorExposure:
     """How a sensor turns radiance into counts.
 
     Attributes:
@@ -165,7 +165,7 @@ def _frame_key(key: tuple[int, int, int]) -> int:
 
 
 def expose(
-    radiance: F32, exposure: Exposure, key: tuple[int, int, int]
+    radiance: F32, exposure: SensorExposure, key: tuple[int, int, int]
 ) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """Return the image of one exposure, (h, w) or (h, w, 3), uint8, or uint16 holding 10 or 12 bits.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import kernel
-from foveacam_hardware.sim.render.scene import Geometry
+from foveacam_hardware.sim.render.scene import SceneGeometry
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -22,7 +22,7 @@ BLEND_FROM = 0.8
 """A mesh is mapped along every axis whose normal component exceeds this part of the greatest."""
 
 
-class View(NamedTuple):
+class KernelView(NamedTuple):
     """A projection as the kernels see it."""
 
     M: F64  # (3, 3)
@@ -38,7 +38,7 @@ class View(NamedTuple):
     )
 
 
-class Objects(NamedTuple):
+class ObjectTable(NamedTuple):
     """What every face of an object shares."""
 
     A: F64  # (n, 3, 3) ray directions in object coordinates: A p
@@ -48,7 +48,7 @@ class Objects(NamedTuple):
     b: F64  # (n, 3)
 
 
-class Prims(NamedTuple):
+class VisibleFaces(NamedTuple):
     """The faces in view, in the order of the scene; the first `count` rows are filled."""
 
     edges: F64  # (f, 4, 3)
@@ -62,10 +62,10 @@ class Prims(NamedTuple):
     box: F64  # (f, 4) least and greatest undistorted x, then y
 
 
-def empty_prims(faces: int) -> Prims:
+def empty_prims(faces: int) -> VisibleFaces:
     """Return room for `faces` faces."""
     n = max(faces, 1)
-    return Prims(
+    return VisibleFaces(
         np.empty((n, 4, 3)),
         np.empty((n, 3)),
         np.empty((n, 3)),
@@ -78,7 +78,7 @@ def empty_prims(faces: int) -> Prims:
     )
 
 
-class Corners(NamedTuple):
+class ProjectedVertices(NamedTuple):
     """What every vertex of the scene becomes in a view."""
 
     p: F64  # (v, 3) homogeneous pixel
@@ -86,13 +86,13 @@ class Corners(NamedTuple):
     weights: F64  # (v, 3) share of each mapping axis
 
 
-def empty_corners(vertices: int) -> Corners:
+def empty_corners(vertices: int) -> ProjectedVertices:
     """Return room for `vertices` vertices."""
-    return Corners(np.empty((vertices, 3)), np.empty(vertices), np.empty((vertices, 3)))
+    return ProjectedVertices(np.empty((vertices, 3)), np.empty(vertices), np.empty((vertices, 3)))
 
 
 @kernel
-def _in_view(corners: F64, P: F64, b: F64, view: View) -> bool:
+def _in_view(corners: F64, P: F64, b: F64, view: KernelView) -> bool:
     """Whether any part of a box, given by its corners (8, 3) in object coordinates, may be in the picture."""
     span = view.tile_shift[-1]
     x0, x1 = span[0] - 1.0, view.width + span[1]
@@ -111,7 +111,11 @@ def _in_view(corners: F64, P: F64, b: F64, view: View) -> bool:
 
 @kernel
 def _transform(
-    geometry: Geometry, objects: Objects, ambient: float, view: View, corners: Corners
+    geometry: SceneGeometry,
+    objects: ObjectTable,
+    ambient: float,
+    view: KernelView,
+    corners: ProjectedVertices,
 ) -> NDArray[np.bool_]:
     """Fill the corners of all objects that may be in view; return which these are."""
     vertices, normals, first, smooth = (
@@ -182,8 +186,15 @@ def _edges(p: F64, faces: I32, f: int, out: F64, n: int) -> float:
 
 
 @kernel
-def _place(geometry: Geometry, objects: Objects, in_view: NDArray[np.bool_], view: View, p: F64, prims: Prims,
-           dets: F64) -> int:  # fmt: skip
+def _place(
+    geometry: SceneGeometry,
+    objects: ObjectTable,
+    in_view: NDArray[np.bool_],
+    view: KernelView,
+    p: F64,
+    prims: VisibleFaces,
+    dets: F64,
+) -> int:
     """Fill box, plane and edges of the faces that may be seen; return how many."""
     vertices, faces, normals, sides = geometry.vertices, geometry.faces, geometry.face_normals, geometry.side
     first, closed, A, o = geometry.first_face, geometry.closed, objects.A, objects.o
@@ -217,7 +228,9 @@ def _place(geometry: Geometry, objects: Objects, in_view: NDArray[np.bool_], vie
 
 
 @kernel
-def _light_smooth(n: int, det: float, geometry: Geometry, corners: Corners, prims: Prims) -> None:
+def _light_smooth(
+    n: int, det: float, geometry: SceneGeometry, corners: ProjectedVertices, prims: VisibleFaces
+) -> None:
     """Interpolate a triangle's light and, where it needs them, its mapping weights between its corners."""
     f = prims.face[n]
     a, b, c = geometry.faces[f, 0], geometry.faces[f, 1], geometry.faces[f, 2]
@@ -237,7 +250,9 @@ def _light_smooth(n: int, det: float, geometry: Geometry, corners: Corners, prim
 
 
 @kernel
-def _light_flat(n: int, normal: F64, o: F64, vertex: F64, lamp: F64, ambient: float, prims: Prims) -> None:
+def _light_flat(
+    n: int, normal: F64, o: F64, vertex: F64, lamp: F64, ambient: float, prims: VisibleFaces
+) -> None:
     """Give a flat face one light; a face seen from behind is lit from there."""
     above = normal[0] * (o[0] - vertex[0]) + normal[1] * (o[1] - vertex[1]) + normal[2] * (o[2] - vertex[2])
     towards = normal[0] * lamp[0] + normal[1] * lamp[1] + normal[2] * lamp[2]
@@ -249,7 +264,12 @@ def _light_flat(n: int, normal: F64, o: F64, vertex: F64, lamp: F64, ambient: fl
 
 @kernel
 def set_up(
-    geometry: Geometry, objects: Objects, ambient: float, view: View, corners: Corners, prims: Prims
+    geometry: SceneGeometry,
+    objects: ObjectTable,
+    ambient: float,
+    view: KernelView,
+    corners: ProjectedVertices,
+    prims: VisibleFaces,
 ) -> int:
     """Fill prims for a view; return how many faces may be seen."""
     in_view = _transform(geometry, objects, ambient, view, corners)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined
-from foveacam_hardware.sim.render.batch import Batch
+from foveacam_hardware.sim.render.batch import PixelBatch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
 from foveacam_hardware.sim.render.footprint import MAX_TAPS, MESH_TAPS, footprint_filter, tap
-from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, Items, U, V
-from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, Tables
+from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
+from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, MaterialTables
 from foveacam_hardware.sim.render.noise import LEVELS, SHORTEST, TILE
 
 F64 = NDArray[np.float64]
@@ -24,7 +24,7 @@ CUT_PX = 2.6
 
 
 @inlined
-def shade_noise(items: Items, count: int, smooth: I32, tables: Tables) -> None:
+def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTables) -> None:
     """Fill the values of all items of noise with the sum of the layers that the footprint lets through."""
     begin, end, obj, sides, where = items.begin, items.end, items.obj, items.side, items.where
     du, dv, out, texel, part_x, part_y = (
@@ -82,7 +82,9 @@ def shade_noise(items: Items, count: int, smooth: I32, tables: Tables) -> None:
 
 
 @inlined
-def paint(batch: Batch, runs: int, objs: I32, tables: Tables, sky: F64, luma: F64, out: F32) -> None:
+def paint(
+    batch: PixelBatch, runs: int, objs: I32, tables: MaterialTables, sky: F64, luma: F64, out: F32
+) -> None:
     """Turn light and shade into radiance; out: (CAPACITY, channels)."""
     face, start, shade, light = batch.face, batch.first, batch.shade, batch.light
     kind, colors = tables.kind, tables.colors

@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined, kernel
-from foveacam_hardware.sim.render.batch import CAPACITY, Batch, gather, interpolate, new_batch, shade_sky
-from foveacam_hardware.sim.render.binning import Bins
+from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch, gather, interpolate, new_batch, shade_sky
+from foveacam_hardware.sim.render.binning import TileBins
 from foveacam_hardware.sim.render.cells import shade_cells
-from foveacam_hardware.sim.render.items import Items, add_up, find_items, new_items
-from foveacam_hardware.sim.render.materials import Tables
+from foveacam_hardware.sim.render.items import LookupItems, add_up, find_items, new_items
+from foveacam_hardware.sim.render.materials import MaterialTables
 from foveacam_hardware.sim.render.pictures import shade_bitmap
-from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Objects, Prims, View
+from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, ObjectTable, VisibleFaces
 from foveacam_hardware.sim.render.shade import paint, shade_noise
 from foveacam_hardware.sim.render.visibility import (
     COUNTED,
     CREASE,
     SAMPLES,
-    Tile,
+    TileMemory,
     fill,
     load_rays,
     mark_edges,
@@ -31,20 +31,20 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 
-class Stage(NamedTuple):
+class TileInputs(NamedTuple):
     """Everything that the tiles of one frame are rendered from."""
 
-    camera: View
-    objects: Objects
-    prims: Prims
-    bins: Bins
-    tables: Tables  # colours already in the frame's channels
+    camera: KernelView
+    objects: ObjectTable
+    prims: VisibleFaces
+    bins: TileBins
+    tables: MaterialTables  # colours already in the frame's channels
     smooth: I32
     sky: F64  # (2, channels)
     luma: F64  # (3,)
 
 
-class Target(NamedTuple):
+class TileOutputs(NamedTuple):
     """Where the frame is written."""
 
     radiance: F32  # (h, w, channels)
@@ -53,7 +53,7 @@ class Target(NamedTuple):
 
 
 @inlined
-def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> None:
+def _shade(batch: PixelBatch, runs: int, items: LookupItems, stage: TileInputs, colour: F32) -> None:
     """Fill colour (CAPACITY, channels) for all runs of the batch."""
     interpolate(batch, runs, stage.prims.q, stage.prims.light)
     shade_sky(batch, runs, stage.camera.Minv)
@@ -67,15 +67,15 @@ def _shade(batch: Batch, runs: int, items: Items, stage: Stage, colour: F32) -> 
 
 @inlined
 def _store(
-    batch: Batch,
+    batch: PixelBatch,
     runs: int,
     x0: int,
     y0: int,
     width: int,
     height: int,
-    stage: Stage,
+    stage: TileInputs,
     colour: F32,
-    target: Target,
+    target: TileOutputs,
 ) -> None:
     """Write a tile's colour, depth and ids into the image."""
     d0, d1, d2 = stage.camera.depth[0], stage.camera.depth[1], stage.camera.depth[2]
@@ -104,7 +104,14 @@ def _store(
 
 @inlined
 def _gather_marks(
-    tile: Tile, mark: int, marks: int, prims: Prims, smooth: I32, batch: Batch, weight: F32, start: I32
+    tile: TileMemory,
+    mark: int,
+    marks: int,
+    prims: VisibleFaces,
+    smooth: I32,
+    batch: PixelBatch,
+    weight: F32,
+    start: I32,
 ) -> tuple[int, int]:
     """Fill the batch from as many marks as fit, from `mark` on; return the runs and the mark after.
 
@@ -152,7 +159,15 @@ def _gather_marks(
 
 @inlined
 def _resolve(
-    tile: Tile, begin: int, end: int, x0: int, y0: int, colour: F32, weight: F32, start: I32, radiance: F32
+    tile: TileMemory,
+    begin: int,
+    end: int,
+    x0: int,
+    y0: int,
+    colour: F32,
+    weight: F32,
+    start: I32,
+    radiance: F32,
 ) -> None:
     """Replace the radiance of the marks begin..end by the mean over their samples."""
     columns, rows = tile.mark, tile.mark_row
@@ -167,7 +182,7 @@ def _resolve(
 
 
 @kernel
-def render_tiles(tiles: NDArray[np.int64], stage: Stage, target: Target) -> None:
+def render_tiles(tiles: NDArray[np.int64], stage: TileInputs, target: TileOutputs) -> None:
     """Render the tiles of these numbers (row by row from the top left): first all pixels, then the edges."""
     camera, prims, bins, smooth, radiance = (
         stage.camera,

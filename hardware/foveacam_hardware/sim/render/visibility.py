@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import inlined, kernel
-from foveacam_hardware.sim.render.binning import Bins
-from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, Prims, View
+from foveacam_hardware.sim.render.binning import TileBins
+from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, VisibleFaces
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -26,7 +26,7 @@ COUNTED = -2
 """Stands in place of a face once it has been gathered."""
 
 
-class Tile(NamedTuple):
+class TileMemory(NamedTuple):
     """Working memory of one tile, its border included: index [y − y0 + 1, x − x0 + 1]."""
 
     x: F64  # (ROWS, COLUMNS) undistorted pixel
@@ -42,10 +42,10 @@ class Tile(NamedTuple):
 
 
 @kernel
-def new_tile() -> Tile:
+def new_tile() -> TileMemory:
     """Allocate the working memory."""
     shape, marks = (ROWS, COLUMNS), TILE_W * TILE_H
-    return Tile(
+    return TileMemory(
         np.zeros(shape),
         np.zeros(shape),
         np.zeros(shape),
@@ -60,7 +60,7 @@ def new_tile() -> Tile:
 
 
 @inlined
-def load_rays(tile: Tile, x0: int, y0: int, view: View) -> None:
+def load_rays(tile: TileMemory, x0: int, y0: int, view: KernelView) -> None:
     """Fill the undistorted pixels of the tile that begins at image pixel (x0, y0)."""
     for r in range(ROWS):
         for c in range(COLUMNS):
@@ -87,7 +87,9 @@ def _pixel_range(
 
 
 @inlined
-def fill(tile: Tile, index: int, x0: int, y0: int, view: View, prims: Prims, bins: Bins) -> None:
+def fill(
+    tile: TileMemory, index: int, x0: int, y0: int, view: KernelView, prims: VisibleFaces, bins: TileBins
+) -> None:
     """Find the nearest face at every pixel centre of the tile and its border; of equals, the first."""
     xs, ys, q, face = tile.x, tile.y, tile.q, tile.face
     items, box, e, plane, q_max = bins.items, prims.box, prims.edges, prims.q, view.q_max
@@ -119,7 +121,7 @@ def fill(tile: Tile, index: int, x0: int, y0: int, view: View, prims: Prims, bin
 
 
 @inlined
-def mark_edges(tile: Tile, height: int, width: int, prims: Prims, smooth: I32) -> int:
+def mark_edges(tile: TileMemory, height: int, width: int, prims: VisibleFaces, smooth: I32) -> int:
     """List the pixels that do not run on into one of their four neighbours, row by row; return how many."""
     face, x, y, q, mark, mark_row, start = (
         tile.face,
@@ -191,7 +193,14 @@ def _test_samples(
 
 @inlined
 def sample_edges(
-    tile: Tile, count: int, index: int, x0: int, y0: int, view: View, prims: Prims, bins: Bins
+    tile: TileMemory,
+    count: int,
+    index: int,
+    x0: int,
+    y0: int,
+    view: KernelView,
+    prims: VisibleFaces,
+    bins: TileBins,
 ) -> None:
     """Find the nearest face at each of the 4x4 samples of the marked pixels."""
     xs, ys, mark, start, q, face = (

@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from foveacam_hardware.sim.render.materials import Noise
+from foveacam_hardware.sim.render.materials import NoiseSurface
 from foveacam_hardware.sim.render.noise import noise_levels
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Renderer
 from foveacam_hardware.sim.render.scene import Scene
-from foveacam_hardware.sim.render.sensor import Exposure, expose
+from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.shapes import Quad, place
 
 Progress = Callable[[int, int, str], None]
@@ -22,7 +22,7 @@ def _silent(done: int, total: int, name: str) -> None:
 
 def _render() -> None:
     scene = Scene()
-    scene.add(Quad(width_m=1.0, height_m=1.0), Noise(), place((0.0, 0.0, 2.0)), "panel")
+    scene.add(Quad(width_m=1.0, height_m=1.0), NoiseSurface(), place((0.0, 0.0, 2.0)), "panel")
     M = np.array([[100.0, 0.0, 31.5], [0.0, 100.0, 23.5], [0.0, 0.0, 1.0]])
     with Renderer(scene, threads=1) as renderer:
         renderer.radiance(Projection(M=M, C=np.zeros(3), width=64, height=48))
@@ -30,7 +30,7 @@ def _render() -> None:
 
 def _expose() -> None:
     for bits in (8, 12):
-        expose(np.zeros((4, 64), np.float32), Exposure(bits=bits), (0, 0, 0))
+        expose(np.zeros((4, 64), np.float32), SensorExposure(bits=bits), (0, 0, 0))
 
 
 def warm_up(progress: Progress = _silent) -> None:

@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.sim.render.materials import Bitmap, Cells, Noise, Plain
+from foveacam_hardware.sim.render.materials import BitmapSurface, CellSurface, NoiseSurface, PlainSurface
 from foveacam_hardware.sim.render.materials import Material as RenderMaterial
 from foveacam_hardware.sim.render.scene import Lighting, Scene
 from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, sphere
 from foveacam_hardware.sim.scenes.figure import cone_stump, figurine
 from foveacam_hardware.sim.scenes.format import (
-    BoxThing,
-    ColumnThing,
+    BoxObject,
+    ColumnObject,
     Object,
-    QuadThing,
+    QuadObject,
     SceneFile,
-    SphereThing,
+    SphereObject,
 )
 from foveacam_hardware.sim.scenes.motion import pose
 from foveacam_hardware.sim.scenes.paint import (
@@ -51,13 +51,13 @@ def build_scene(file: SceneFile, *, folder: Path) -> Scene:
 
 
 def _shape(thing: Object) -> Shape:
-    if isinstance(thing, QuadThing):
+    if isinstance(thing, QuadObject):
         return Quad(width_m=thing.size_m[0], height_m=thing.size_m[1])
-    if isinstance(thing, BoxThing):
+    if isinstance(thing, BoxObject):
         return Box(width_m=thing.size_m[0], height_m=thing.size_m[1], depth_m=thing.size_m[2])
-    if isinstance(thing, SphereThing):
+    if isinstance(thing, SphereObject):
         return sphere(radius_m=thing.radius_m, rings=thing.facets)
-    if isinstance(thing, ColumnThing):
+    if isinstance(thing, ColumnObject):
         if thing.top_radius_m is None:
             return column(radius_m=thing.radius_m, height_m=thing.height_m, sides=thing.sides, bands=1)
         return cone_stump(
@@ -71,9 +71,9 @@ def _shape(thing: Object) -> Shape:
 
 def _material(name: str, given: Material, folder: Path) -> RenderMaterial:
     if isinstance(given, PlainMaterial):
-        return Plain(color=given.color)
+        return PlainSurface(color=given.color)
     if isinstance(given, NoiseMaterial):
-        return Noise(
+        return NoiseSurface(
             seed=given.seed,
             color_a=given.color,
             color_b=given.accent,
@@ -90,15 +90,15 @@ def _material(name: str, given: Material, folder: Path) -> RenderMaterial:
     if isinstance(given, MarkerMaterial):
         return _cells(_marker(given.id), given.side_m / (MARKER_CELLS - 2), given.color, given.accent)
     if isinstance(given, PrintMaterial):
-        return Bitmap(rgb=_print(given), width_m=given.width_m)
+        return BitmapSurface(rgb=_print(given), width_m=given.width_m)
     return _picture(name, given, folder)
 
 
 def _cells(
     light: NDArray[np.bool_], cell_m: float, color: tuple[float, ...], accent: tuple[float, ...]
-) -> Cells:
+) -> CellSurface:
     (r0, g0, b0), (r1, g1, b1) = accent, color
-    return Cells(cells=light, cell_m=cell_m, color_0=(r0, g0, b0), color_1=(r1, g1, b1), outside=1)
+    return CellSurface(cells=light, cell_m=cell_m, color_0=(r0, g0, b0), color_1=(r1, g1, b1), outside=1)
 
 
 def _marker(number: int) -> NDArray[np.bool_]:
@@ -164,9 +164,9 @@ def _bytes(color: tuple[float, ...]) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _picture(name: str, given: PictureMaterial, folder: Path) -> Bitmap:
+def _picture(name: str, given: PictureMaterial, folder: Path) -> BitmapSurface:
     path = folder / given.file
     bgr = cv2.imread(str(path), cv2.IMREAD_COLOR) if path.is_file() else None
     if bgr is None:
         raise InvalidInput(f"scene material {name!r}: no readable PNG or JPEG at {path}; correct `file`")
-    return Bitmap(rgb=np.ascontiguousarray(bgr[:, :, ::-1]).astype(np.uint8), width_m=given.width_m)
+    return BitmapSurface(rgb=np.ascontiguousarray(bgr[:, :, ::-1]).astype(np.uint8), width_m=given.width_m)

@@ -8,11 +8,11 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 
-from foveacam_hardware.sim.scenes.paint import Color, Material, Metres, Position, Real, Table, Unit
+from foveacam_hardware.sim.scenes.paint import Color, Material, Metres, Position, Real, StrictTable, Unit
 from foveacam_hardware.stations import StationTable, check_station_names
 
 
-class PathMotion(Table):
+class PathMotion(StrictTable):
     """Walk along a line of points at a constant speed, there and back or around."""
 
     kind: Literal["path"]
@@ -24,7 +24,7 @@ class PathMotion(Table):
     """How far into the walk it is at the beginning."""
 
 
-class SwayMotion(Table):
+class SwayMotion(StrictTable):
     """Swing about the position, along a vector."""
 
     kind: Literal["sway"]
@@ -33,7 +33,7 @@ class SwayMotion(Table):
     start_s: Real = 0.0
 
 
-class SpinMotion(Table):
+class SpinMotion(StrictTable):
     """Turn about the vertical axis."""
 
     kind: Literal["spin"]
@@ -41,7 +41,7 @@ class SpinMotion(Table):
     start_s: Real = 0.0
 
 
-class ShownPose(Table):
+class ShownPose(StrictTable):
     """How somebody holds the thing for a while, seen from the object's own place."""
 
     at_m: Position
@@ -49,7 +49,7 @@ class ShownPose(Table):
     """About x, then y, then z."""
 
 
-class ShowMotion(Table):
+class ShowMotion(StrictTable):
     """Hold the thing in one pose after the other, around and around, as one shows a board to a camera.
 
     The poses are counted from the object's position and rotation: that is where the camera stands.
@@ -65,7 +65,7 @@ class ShowMotion(Table):
 Motion: TypeAlias = Annotated[PathMotion | SwayMotion | SpinMotion | ShowMotion, Field(discriminator="kind")]
 
 
-class Thing(Table):
+class SceneObject(StrictTable):
     """What all objects have in common; `rotation_deg` turns about x, then y, then z."""
 
     name: str = Field(min_length=1, max_length=60)
@@ -75,21 +75,21 @@ class Thing(Table):
     motion: Motion | None = None
 
 
-class QuadThing(Thing):
+class QuadObject(SceneObject):
     """A flat rectangle; unturned, it faces the rig."""
 
     shape: Literal["quad"]
     size_m: tuple[Metres, Metres]
 
 
-class BoxThing(Thing):
+class BoxObject(SceneObject):
     """A box of width (x), height (y) and depth (z)."""
 
     shape: Literal["box"]
     size_m: tuple[Metres, Metres, Metres]
 
 
-class SphereThing(Thing):
+class SphereObject(SceneObject):
     """A ball of `facets` flats from pole to pole; more are rounder and take longer to draw."""
 
     shape: Literal["sphere"]
@@ -97,7 +97,7 @@ class SphereThing(Thing):
     facets: int = Field(strict=True, default=10, ge=4, le=64)
 
 
-class ColumnThing(Thing):
+class ColumnObject(SceneObject):
     """An upright cylinder or, with two radii, a cone's stump; its position is its middle."""
 
     shape: Literal["column"]
@@ -107,7 +107,7 @@ class ColumnThing(Thing):
     sides: int = Field(strict=True, default=20, ge=3, le=128)
 
 
-class StatueThing(Thing):
+class StatueObject(SceneObject):
     """A figurine of about `triangles` triangles; its position is the middle of its foot."""
 
     shape: Literal["statue"]
@@ -116,11 +116,11 @@ class StatueThing(Thing):
 
 
 Object: TypeAlias = Annotated[
-    QuadThing | BoxThing | SphereThing | ColumnThing | StatueThing, Field(discriminator="shape")
+    QuadObject | BoxObject | SphereObject | ColumnObject | StatueObject, Field(discriminator="shape")
 ]
 
 
-class LightTable(Table):
+class LightTable(StrictTable):
     """A distant lamp and the background where nothing stands; both belong to the scene, not to the rig."""
 
     towards: Position = (-0.45, -0.8, -0.55)
@@ -131,7 +131,7 @@ class LightTable(Table):
     zenith: Color = (0.28, 0.42, 0.62)
 
 
-class SceneFile(Table):
+class SceneFile(StrictTable):
     """A whole scene file."""
 
     format: Literal["foveacam-scene"]

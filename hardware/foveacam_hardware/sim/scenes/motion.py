@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.scenes.format import Motion, PathMotion, ShowMotion, SwayMotion, Thing
+from foveacam_hardware.sim.scenes.format import Motion, PathMotion, SceneObject, ShowMotion, SwayMotion
 
 
-def pose(thing: Thing, t_s: float) -> NDArray[np.float64]:
+def pose(thing: SceneObject, t_s: float) -> NDArray[np.float64]:
     """Return world_from_object (4, 4) float64 of an object `t_s` after the scene began."""
     turned = _rotation(thing.rotation_deg)
     place = np.array(thing.position_m)

@@ -26,13 +26,13 @@ Real: TypeAlias = Annotated[float, Strict()]
 Position: TypeAlias = tuple[Real, Real, Real]
 
 
-class Table(BaseModel):
+class StrictTable(BaseModel):
     """A TOML table: unknown keys are refused, infinities and NaN too."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class NoiseMaterial(Table):
+class NoiseMaterial(StrictTable):
     """Natural texture: noise of many octaves between two colours, with detail down to `finest_m`."""
 
     kind: Literal["noise"]
@@ -54,14 +54,14 @@ class NoiseMaterial(Table):
         return self
 
 
-class PlainMaterial(Table):
+class PlainMaterial(StrictTable):
     """One colour and no texture at all: nothing to verge on."""
 
     kind: Literal["plain"]
     color: Color
 
 
-class CheckerboardMaterial(Table):
+class CheckerboardMaterial(StrictTable):
     """Squares of two colours."""
 
     kind: Literal["checkerboard"]
@@ -72,7 +72,7 @@ class CheckerboardMaterial(Table):
     accent: Color = (0.06, 0.06, 0.07)
 
 
-class CharucoMaterial(Table):
+class CharucoMaterial(StrictTable):
     """A ChArUco board: a checkerboard with markers of the dictionary 4X4_50 in its light squares."""
 
     kind: Literal["charuco"]
@@ -94,7 +94,7 @@ class CharucoMaterial(Table):
         return self
 
 
-class MarkerMaterial(Table):
+class MarkerMaterial(StrictTable):
     """An ArUco marker of the dictionary 4X4_50 with its white border."""
 
     kind: Literal["aruco"]
@@ -105,7 +105,7 @@ class MarkerMaterial(Table):
     accent: Color = (0.06, 0.06, 0.07)
 
 
-class PrintMaterial(Table):
+class PrintMaterial(StrictTable):
     """Lines of text on coloured stock, stretched over the face: signs, book spines, posters."""
 
     kind: Literal["print"]
@@ -119,7 +119,7 @@ class PrintMaterial(Table):
     """Write from top to bottom, as on a book's spine."""
 
 
-class PictureMaterial(Table):
+class PictureMaterial(StrictTable):
     """An image file beside the scene file (PNG or JPEG)."""
 
     kind: Literal["picture"]

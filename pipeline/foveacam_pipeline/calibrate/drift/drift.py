@@ -15,13 +15,13 @@ from foveacam_pipeline.calibrate.drift.drift_eyes import eye_drifts, field_of
 from foveacam_pipeline.calibrate.drift.drift_fit import DriftFit, fit_drift
 from foveacam_pipeline.calibrate.drift.drift_height import height_alone
 from foveacam_pipeline.calibrate.drift.drift_known import known_spots
-from foveacam_pipeline.calibrate.drift.drift_look import Expectation, PlaceLooker
-from foveacam_pipeline.calibrate.drift.drift_places import Field, Spot, spots
+from foveacam_pipeline.calibrate.drift.drift_look import DriftExpectation, DriftPlaceFinder
+from foveacam_pipeline.calibrate.drift.drift_places import DistinctnessMap, DriftPatch, spots
 from foveacam_pipeline.calibrate.drift.drift_turn import TERMS, EyeTurn, turned_eye
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftPlace, DriftSettings, EyeDrift
 from foveacam_pipeline.calibrate.drift.drift_view import drift_view
 from foveacam_pipeline.calibrate.drift.drift_words import words
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -42,11 +42,11 @@ def one_shot(
     calibration: Calibration,
     *,
     clock: Clock,
-    watch: Watcher | None = None,
+    watch: ProcedureWatcher | None = None,
     settings: DriftSettings = DEFAULT,
 ) -> DriftCheck:
     """Look, compare, and return how far the eyes have moved; nothing is changed."""
-    watch = watch or Nobody()
+    watch = watch or SilentWatcher()
     started_ns = clock.now_ns()
     frames = _two_pictures(head, clock)
     shot = _Shot(head, calibration, clock=clock, watch=watch, settings=settings)
@@ -143,9 +143,15 @@ class _Shot:
     """The looks of one check."""
 
     def __init__(
-        self, head: Head, calibration: Calibration, *, clock: Clock, watch: Watcher, settings: DriftSettings
+        self,
+        head: Head,
+        calibration: Calibration,
+        *,
+        clock: Clock,
+        watch: ProcedureWatcher,
+        settings: DriftSettings,
     ) -> None:
-        self._looker = PlaceLooker(head, calibration, settings)
+        self._looker = DriftPlaceFinder(head, calibration, settings)
         self._calibration = calibration
         self._clock = clock
         self._watch = watch
@@ -160,10 +166,10 @@ class _Shot:
     def places(self, frames: tuple[Frame, Frame], *, started_ns: int) -> tuple[DriftPlace, ...]:
         """Return what was seen of each part of the field of regard, as far as there was time."""
         first, second = (gray(to_uint8(frame)) for frame in frames)
-        field = Field.of((first, second), self._calibration, self._settings)
+        field = DistinctnessMap.of((first, second), self._calibration, self._settings)
         known = known_spots(field, self._calibration, self._settings)
         queue = [*known, *spots(field, self._calibration, self._settings)]
-        expected = Expectation()
+        expected = DriftExpectation()
         total = len({spot.part for spot in queue})
         for spot in queue:
             check(self._watch, doing="the drift check")
@@ -184,7 +190,7 @@ class _Shot:
         found = judged(tuple(self._done.values()), self._calibration, settings=self._settings)
         return found.locked or took_s > self._settings.longest_s
 
-    def _measure(self, spot: Spot, expected: Expectation) -> None:
+    def _measure(self, spot: DriftPatch, expected: DriftExpectation) -> None:
         place = self._looker.measure(spot, expected)
         if place is not None:
             self._done[spot.part] = place

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.drift.drift_places import Field, Spot
+from foveacam_pipeline.calibrate.drift.drift_places import DistinctnessMap, DriftPatch
 from foveacam_pipeline.calibrate.drift.drift_values import DriftSettings
 from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.markers import find_markers
@@ -19,12 +19,14 @@ LENS_REL_SIGMA = 2e-4
 """How well the wide camera's focal length, and so the distance of a target of known size, is known."""
 
 
-def known_spots(field: Field, calibration: Calibration, settings: DriftSettings) -> list[Spot]:
+def known_spots(
+    field: DistinctnessMap, calibration: Calibration, settings: DriftSettings
+) -> list[DriftPatch]:
     """Return the places of a wide picture whose distance is known: of the markers, and as told."""
     return [*_markers(field, calibration, settings), *_told(field, calibration, settings)]
 
 
-def _markers(field: Field, calibration: Calibration, settings: DriftSettings) -> list[Spot]:
+def _markers(field: DistinctnessMap, calibration: Calibration, settings: DriftSettings) -> list[DriftPatch]:
     """Return the markers of the target, if it is in view as it was printed."""
     layout = settings.layout
     if layout is None:
@@ -40,7 +42,7 @@ def _markers(field: Field, calibration: Calibration, settings: DriftSettings) ->
         x_m, y_m, z_m = pose.marker_rig_m(role).tolist()
         pixel = calibration.wide.pixels([[math.atan(x_m / z_m), math.atan(y_m / z_m)]])[0]
         spots.append(
-            Spot(
+            DriftPatch(
                 template=field.patch(calibration.wide, pixel, settings),
                 part=MARKER_PARTS[role],
                 known_inverse=1.0 / z_m,
@@ -50,7 +52,7 @@ def _markers(field: Field, calibration: Calibration, settings: DriftSettings) ->
     return spots
 
 
-def _told(field: Field, calibration: Calibration, settings: DriftSettings) -> list[Spot]:
+def _told(field: DistinctnessMap, calibration: Calibration, settings: DriftSettings) -> list[DriftPatch]:
     """Return the most textured places in the middle of the view, if its distance was told."""
     if settings.distance_m is None:
         return []
@@ -62,7 +64,7 @@ def _told(field: Field, calibration: Calibration, settings: DriftSettings) -> li
         template = field.patch(wide, pixel, settings)
         inverse = math.hypot(1.0, *template.target.tolist()) / settings.distance_m
         spots.append(
-            Spot(
+            DriftPatch(
                 template=template,
                 part=TOLD_PART,
                 known_inverse=inverse,

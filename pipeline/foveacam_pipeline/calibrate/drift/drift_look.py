@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Head, OutOfRange, Role, Sighting
-from foveacam_pipeline.calibrate.drift.drift_places import Spot
+from foveacam_pipeline.calibrate.drift.drift_places import DriftPatch
 from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import Gazes, aim_at, gazes_under, reach_span, volts_for
-from foveacam_pipeline.verge.fine import FineMatch, Guess, match_fine
+from foveacam_pipeline.verge.centre_fit import vicinity
+from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, match_fine
 from foveacam_pipeline.verge.survey import ReducedEye, reduce_look
-from foveacam_pipeline.verge.template import Template, follow, peak
-from foveacam_pipeline.verge.vicinity import vicinity
+from foveacam_pipeline.verge.wide_patch import WidePatch, follow, peak
 
 SPANS = (0.0, 0.2, 0.4, 0.6)
 """Depths at which a place is looked for when nothing is known, 1/m: infinity to 1.7 m."""
@@ -40,7 +40,7 @@ UNSEEN = -1.0
 
 
 @dataclass(slots=True)
-class Expectation:
+class DriftExpectation:
     """What the places so far say: how far each eye is off, (2,) tangents, and how far away things are."""
 
     offsets: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=list)
@@ -79,7 +79,7 @@ class _Found:
     score: float
 
 
-class PlaceLooker:
+class DriftPlaceFinder:
     """Looks at places through the head and counts the looks."""
 
     def __init__(self, head: Head, calibration: Calibration, settings: DriftSettings) -> None:
@@ -89,7 +89,7 @@ class PlaceLooker:
         self.looks = 0
         self.last: Sighting | None = None
 
-    def measure(self, spot: Spot, expected: Expectation) -> DriftPlace | None:
+    def measure(self, spot: DriftPatch, expected: DriftExpectation) -> DriftPlace | None:
         """Return what both eyes see of a place, or None when they do not both see it well."""
         for inverse in self._reached(spot.template, expected):
             found = self._find(spot.template, expected, inverse)
@@ -101,7 +101,7 @@ class PlaceLooker:
             return place
         return None
 
-    def _reached(self, template: Template, expected: Expectation) -> Iterator[float]:
+    def _reached(self, template: WidePatch, expected: DriftExpectation) -> Iterator[float]:
         """Yield 1/Z, 1/m, at which to look, from the depths at which both eyes can look there."""
         span = reach_span(self._calibration, template.target, nearest=SPANS[-1])
         if span is None:
@@ -113,7 +113,7 @@ class PlaceLooker:
                 tried.append(inverse)
                 yield inverse
 
-    def _find(self, template: Template, expected: Expectation, inverse: float) -> _Found | None:
+    def _find(self, template: WidePatch, expected: DriftExpectation, inverse: float) -> _Found | None:
         """Look once, and return where each eye sees the place, if left and right agree on it."""
         left, right = expected.offset()
         gazes = aim_at(self._calibration, template.target, inverse).moved(left, right)
@@ -128,12 +128,12 @@ class PlaceLooker:
         score = min(at_left[1], at_right[1])
         if score < self._settings.score:
             return None
-        fine = match_fine(sighting, self._calibration, Guess(left=at_left[0], right=at_right[0]))
+        fine = match_fine(sighting, self._calibration, MatchGuess(left=at_left[0], right=at_right[0]))
         if not self._sharp(fine, apart=at_left[0] - at_right[0], f_px=look.f_px):
             return None
         return _Found(sighting=sighting, left=at_left[0], right=at_right[0], fine=fine, score=score)
 
-    def _centred(self, spot: Spot, found: _Found) -> DriftPlace | None:
+    def _centred(self, spot: DriftPatch, found: _Found) -> DriftPlace | None:
         """Look with the place in both centres and measure it there; None where an eye cannot turn so far."""
         gazes = gazes_under(self._calibration, found.sighting.volts).moved(found.left, found.right)
         sighting = self._look(gazes)
@@ -142,7 +142,7 @@ class PlaceLooker:
             return None
         look = reduce_look(sighting, self._calibration, f_px=template.f_px)
         left, right, _ = vicinity(look, template, np.zeros(2)).peaks()
-        fine = match_fine(sighting, self._calibration, Guess(left=left, right=right))
+        fine = match_fine(sighting, self._calibration, MatchGuess(left=left, right=right))
         if not self._sharp(fine, apart=left - right, f_px=look.f_px):
             return None
         residual = fine.residual_px / self._calibration.fovea_f_px
@@ -151,7 +151,7 @@ class PlaceLooker:
             return None
         return self._place(spot, sighting, centre=centre, fine=fine, score=score)
 
-    def _aside(self, spot: Spot, found: _Found) -> DriftPlace | None:
+    def _aside(self, spot: DriftPatch, found: _Found) -> DriftPlace | None:
         """Measure the place where it lies, beside the centres."""
         if not self._still(spot.template, found.sighting):
             return None
@@ -159,7 +159,13 @@ class PlaceLooker:
         return self._place(spot, found.sighting, centre=centre, fine=found.fine, score=found.score)
 
     def _place(
-        self, spot: Spot, sighting: Sighting, *, centre: NDArray[np.float64], fine: FineMatch, score: float
+        self,
+        spot: DriftPatch,
+        sighting: Sighting,
+        *,
+        centre: NDArray[np.float64],
+        fine: FineMatch,
+        score: float,
     ) -> DriftPlace:
         gazes = gazes_under(self._calibration, sighting.volts)
         half = fine.residual_px / (2.0 * self._calibration.fovea_f_px)
@@ -181,7 +187,7 @@ class PlaceLooker:
             inverse_sigma=spot.known_sigma,
         )
 
-    def _learn(self, expected: Expectation, place: DriftPlace) -> None:
+    def _learn(self, expected: DriftExpectation, place: DriftPlace) -> None:
         """Split what was seen into depth and offsets, for the looks that follow."""
         apart = place.left[0] - place.right[0]
         inverse = apart / self._calibration.baseline_m
@@ -204,14 +210,14 @@ class PlaceLooker:
         clear = fine.score >= settings.fine_score and fine.sigma_x_px <= settings.fine_sigma_px
         return bool(clear and astray <= EYES_AGREE_PX)
 
-    def _still(self, template: Template, sighting: Sighting) -> bool:
+    def _still(self, template: WidePatch, sighting: Sighting) -> bool:
         """Return whether the place is where it was in the wide picture of this look."""
         image = gray(to_uint8(sighting.wide))
         return follow(template, image, self._calibration.wide, elapsed_s=0.0) is template.target
 
 
 def _found(
-    eye: ReducedEye, f_px: float, template: Template, *, row_px: float, reach_px: float
+    eye: ReducedEye, f_px: float, template: WidePatch, *, row_px: float, reach_px: float
 ) -> tuple[NDArray[np.float64], float]:
     """Return where an eye sees the patch, (2,) tangents from its gaze, and the correlation there.
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.drift import judged
 from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftPlace, DriftSettings
-from foveacam_pipeline.calibrate.fit.measured import Distance, Placed, RigDrawing, placed_targets
-from foveacam_pipeline.calibrate.fit.measured_rows import Row, eye_rows
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, PlacedPose, placed_targets
+from foveacam_pipeline.calibrate.fit.measured_rows import FitRow, eye_rows
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.verge.aim import EYES, aim_at
@@ -36,7 +36,11 @@ error is taken out: there is no scene here that could mislead."""
 
 
 def marker_shot(
-    sweeps: Sequence[Sweep], visits: Sequence[SweepPose], calibration: Calibration, *, distance: Distance
+    sweeps: Sequence[Sweep],
+    visits: Sequence[SweepPose],
+    calibration: Calibration,
+    *,
+    distance: DistanceSource,
 ) -> DriftCheck:
     """Return how far the eyes have moved against a calibration, by nodes of its sweeps visited again.
 
@@ -62,14 +66,14 @@ def _duration_s(visits: Sequence[SweepPose]) -> float:
     return 1e-9 * (max(times) - min(times)) if times else 0.0
 
 
-def _place(placed: Placed, calibration: Calibration, distance: Distance) -> DriftPlace | None:
+def _place(placed: PlacedPose, calibration: Calibration, distance: DistanceSource) -> DriftPlace | None:
     """Return the middle of the target as the wide camera and, by the calibration, either eye has it."""
     middle = placed.target.middle_m
     target, inverse = middle[:2] / middle[2], 1.0 / float(middle[2])
     true = aim_at(calibration, target, inverse)
     seen = []
     for role in EYES:
-        drawing = RigDrawing(rig_id="", baseline_m=calibration.baseline_m, fovea_f_px=calibration.fovea_f_px)
+        drawing = NominalRig(rig_id="", baseline_m=calibration.baseline_m, fovea_f_px=calibration.fovea_f_px)
         size = calibration.fovea_width, calibration.fovea_height
         centre_px = np.array([(size[0] - 1) / 2.0, (size[1] - 1) / 2.0])
         rows = eye_rows([placed], role, drawing, distance, centre_px=centre_px)
@@ -91,7 +95,7 @@ def _place(placed: Placed, calibration: Calibration, distance: Distance) -> Drif
     )
 
 
-def _off(row: Row, role: Role, calibration: Calibration) -> NDArray[np.float64]:
+def _off(row: FitRow, role: Role, calibration: Calibration) -> NDArray[np.float64]:
     """Return by how much, (2,) tangents, the model has the image centre beside where it was seen to look."""
     point = calibration.reference_rig_m(role) + row.depth_m * np.array([*np.tan(row.angles_rad), 1.0])
     ray = point - calibration.pivot_rig_m(role)

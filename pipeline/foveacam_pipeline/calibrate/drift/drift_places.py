@@ -12,8 +12,8 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.template import Template, cut_template
 from foveacam_pipeline.verge.texture import noise_level
+from foveacam_pipeline.verge.wide_patch import WidePatch, cut_template
 
 SHADING_PX = 6.0
 CONTRAST_PX = 4.0
@@ -36,10 +36,10 @@ Box: TypeAlias = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Spot:
+class DriftPatch:
     """A place to look at: its patch, and the part of the field it stands for."""
 
-    template: Template
+    template: WidePatch
     part: int
     known_inverse: float | None = None
     """1 / Z, 1/m, where the depth is known otherwise than by the eyes."""
@@ -47,7 +47,7 @@ class Spot:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Field:
+class DistinctnessMap:
     """The wide view with how well each place of it can be told from its neighbours, 0 where it is no use.
 
     `gray`: (h, w) uint8. `energy`: (h, w) float32.
@@ -62,7 +62,7 @@ class Field:
         grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
         calibration: Calibration,
         settings: DriftSettings,
-    ) -> "Field":
+    ) -> "DistinctnessMap":
         """Judge the second of two wide pictures; what moved between them or is out of reach is no use."""
         energy = _texture(grays[1], settings)
         energy[_moving(*grays, reach_px=settings.template_half_px)] = 0.0
@@ -87,7 +87,7 @@ class Field:
             part[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1] = 0.0
         return found
 
-    def patch(self, wide: Intrinsics, pixel: NDArray[np.float64], settings: DriftSettings) -> Template:
+    def patch(self, wide: Intrinsics, pixel: NDArray[np.float64], settings: DriftSettings) -> WidePatch:
         """Cut the patch about a pixel, (2,) px."""
         half = settings.template_half_px
         target = np.tan(wide.angles_rad(pixel[None])[0])
@@ -95,11 +95,11 @@ class Field:
         return cut_template(self.gray, wide, target, half_px=(half, half), noise=noise)
 
 
-def spots(field: Field, calibration: Calibration, settings: DriftSettings) -> list[Spot]:
+def spots(field: DistinctnessMap, calibration: Calibration, settings: DriftSettings) -> list[DriftPatch]:
     """Return the best places of each part of the field of regard, the best of every part first."""
     wide = calibration.wide
     chosen = [
-        [Spot(template=field.patch(wide, at, settings), part=part) for at in field.best(box, settings)]
+        [DriftPatch(template=field.patch(wide, at, settings), part=part) for at in field.best(box, settings)]
         for part, box in enumerate(_parts_px(calibration, settings))
     ]
     return [part[k] for k in range(ALTERNATIVES) for part in chosen if k < len(part)]

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.drift.drift_places import Spot
+from foveacam_pipeline.calibrate.drift.drift_places import DriftPatch
 from foveacam_pipeline.models.calibration import Calibration
 
 FOUND = (80, 220, 100)
@@ -12,7 +12,7 @@ WANTED = (230, 200, 60)
 
 
 def drift_view(
-    gray: NDArray[np.uint8], calibration: Calibration, queue: list[Spot], done: set[int]
+    gray: NDArray[np.uint8], calibration: Calibration, queue: list[DriftPatch], done: set[int]
 ) -> NDArray[np.uint8]:
     """Return the wide view with a frame around the first place of each part, (h, w, 3) uint8 RGB."""
     view = cv2.cvtColor(gray, cv2.COLOR_GRAY2RGB)

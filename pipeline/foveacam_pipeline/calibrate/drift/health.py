@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.astray import Astray
+from foveacam_pipeline.verge.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
 KEPT = 60
@@ -36,7 +36,7 @@ MEDIAN_SIGMA = 1.17
 """Standard error of a standard deviation told by the median, times the root of how many there are."""
 
 
-class Verdict(StrEnum):
+class HealthVerdict(StrEnum):
     """What is to be done about it."""
 
     GOOD = "good"
@@ -45,7 +45,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Residual:
+class FixationResidual:
     """What one fixation says of the calibration, fovea px.
 
     `across_px`, `down_px`: where the eyes looked, the mean of both, against where the target was. `rows_px`:
@@ -60,7 +60,7 @@ class Residual:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Health:
+class HealthReport:
     """How good a calibration is.
 
     `score`: disagreement over what may be expected, about 1 when all is as stated. `horizontal_px`,
@@ -68,7 +68,7 @@ class Health:
     the two eyes in height. None while too few fixations have been seen.
     """
 
-    verdict: Verdict
+    verdict: HealthVerdict
     score: float | None
     fixations: int
     horizontal_px: float | None
@@ -77,13 +77,13 @@ class Health:
     detail: str
 
 
-class Checkup:
+class HealthMonitor:
     """Takes fixations as they come, and tells the health of the calibration that they were made with."""
 
     def __init__(self, calibration: Calibration) -> None:
         self._calibration = calibration
         self._calibration_id = calibration.id
-        self._residuals: deque[Residual] = deque(maxlen=KEPT)
+        self._residuals: deque[FixationResidual] = deque(maxlen=KEPT)
 
     @property
     def calibration_id(self) -> str:
@@ -97,12 +97,12 @@ class Checkup:
             self._residuals.append(residual)
 
     @property
-    def health(self) -> Health:
+    def health(self) -> HealthReport:
         """Return what is known."""
         return health_of(tuple(self._residuals))
 
 
-def residual_of(fixation: Fixation, calibration: Calibration) -> Residual | None:
+def residual_of(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
     """Return what a fixation says, or None where it says nothing."""
     if fixation.astray is not None:
         return _residual_astray(fixation.astray)
@@ -113,7 +113,7 @@ def residual_of(fixation: Fixation, calibration: Calibration) -> Residual | None
     wide_px = f_px / calibration.wide.fx_px
     left, right = calibration.left.mirror.sigma_rad, calibration.right.mirror.sigma_rad
     placed_px = PLACED_SIGMA_WIDE_PX * wide_px
-    return Residual(
+    return FixationResidual(
         across_px=f_px * (x_m / z_m - math.tan(fixation.target_ax_rad)),
         down_px=f_px * (y_m / z_m - math.tan(fixation.target_ay_rad)),
         rows_px=_rows_px(fixation, fixation.volts, calibration),
@@ -125,10 +125,10 @@ def residual_of(fixation: Fixation, calibration: Calibration) -> Residual | None
     )
 
 
-def _residual_astray(astray: Astray) -> Residual:
+def _residual_astray(astray: TargetOffset) -> FixationResidual:
     """Return what a target says that both eyes showed far from its place."""
     sigma_px = astray.sigma_px
-    return Residual(
+    return FixationResidual(
         across_px=astray.across_px,
         down_px=astray.down_px,
         rows_px=astray.rows_px,
@@ -136,7 +136,7 @@ def _residual_astray(astray: Astray) -> Residual:
     )
 
 
-def health_of(residuals: Sequence[Residual]) -> Health:
+def health_of(residuals: Sequence[FixationResidual]) -> HealthReport:
     """Return the health that residuals tell; a few that are far off (targets that moved) do not matter.
 
     It is that of all or of the newest alone, whichever is worse: a knock shows after five fixations that
@@ -146,10 +146,10 @@ def health_of(residuals: Sequence[Residual]) -> Health:
     return newest if (newest.score or 0.0) > (every.score or 0.0) else every
 
 
-def _health(residuals: Sequence[Residual]) -> Health:
+def _health(residuals: Sequence[FixationResidual]) -> HealthReport:
     if len(residuals) < FEWEST:
-        return Health(
-            verdict=Verdict.UNKNOWN,
+        return HealthReport(
+            verdict=HealthVerdict.UNKNOWN,
             score=None,
             fixations=len(residuals),
             horizontal_px=None,
@@ -162,9 +162,9 @@ def _health(residuals: Sequence[Residual]) -> Health:
     typical = np.median(np.abs(seen), axis=0)
     scores = NORMAL * np.median(np.abs(seen / stated), axis=0) / _by_chance(len(residuals))
     score = float(scores.max())
-    verdict = Verdict.GOOD if score <= GOOD_UP_TO else Verdict.RECALIBRATE
+    verdict = HealthVerdict.GOOD if score <= GOOD_UP_TO else HealthVerdict.RECALIBRATE
     across_px, down_px, rows_px = typical.tolist()
-    return Health(
+    return HealthReport(
         verdict=verdict,
         score=score,
         fixations=len(residuals),
@@ -189,12 +189,12 @@ def _rows_px(fixation: Fixation, volts: StereoVolts, calibration: Calibration) -
     return calibration.fovea_f_px * apart_rad - remaining_px
 
 
-def _sentence(verdict: Verdict, typical_px: NDArray[np.float64], count: int) -> str:
+def _sentence(verdict: HealthVerdict, typical_px: NDArray[np.float64], count: int) -> str:
     across, down, rows = typical_px.tolist()
     seen = (
         f"Over {count} fixations the eyes looked {across:.1f} px across and {down:.1f} px down from the "
         f"target, and {rows:.1f} px apart in height"
     )
-    if verdict is Verdict.GOOD:
+    if verdict is HealthVerdict.GOOD:
         return f"{seen}: as stated. The angle between the eyes shows only at a known distance."
     return f"{seen}: more than stated. Check the drift, or calibrate again."

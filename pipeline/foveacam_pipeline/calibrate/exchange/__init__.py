@@ -1,6 +1,6 @@
 """The exchange formats of the authors' application: their records as our measurements, and ours as theirs."""
 
-from foveacam_pipeline.calibrate.exchange.angles import Optics, rig_sweep_of
+from foveacam_pipeline.calibrate.exchange.angles import NominalOptics, rig_sweep_of
 from foveacam_pipeline.calibrate.exchange.bundle import (
     CameraKeys,
     RigSettings,
@@ -22,15 +22,15 @@ from foveacam_pipeline.calibrate.exchange.files import (
     write_record,
 )
 from foveacam_pipeline.calibrate.exchange.intrinsic import intrinsic_record, intrinsics_of
-from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
+from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKind
 
 __all__ = [
     "CameraKeys",
     "DeviceBundle",
     "ExchangeRecord",
     "ImportedRig",
-    "Kind",
-    "Optics",
+    "NominalOptics",
+    "RecordKind",
     "RigSettings",
     "bundle_document",
     "bundle_from",

@@ -32,7 +32,7 @@ _PLACE_DIGITS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Optics:
+class NominalOptics:
     """What the fit takes from the drawing: `baseline_m`, focal length of the telephoto, its pupil."""
 
     baseline_m: float = 0.2
@@ -46,7 +46,7 @@ def rig_sweep_of(
     *,
     wide: Intrinsics,
     rig: ImportedRig,
-    optics: Optics,
+    optics: NominalOptics,
     drift_rad: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0)),
 ) -> RigSweep:
     """Return the samples of two records; `drift_rad`: what an operator corrected, left and right (ax, ay)."""
@@ -80,7 +80,7 @@ def _eye_sweep(
     role: Role,
     *,
     rig: ImportedRig,
-    optics: Optics,
+    optics: NominalOptics,
     drift_rad: tuple[float, float],
 ) -> EyeSweep:
     corners = sorted({place for point in points for place in _keys(point)})

@@ -8,7 +8,7 @@ from foveacam_pipeline.calibrate.exchange.canonical import Json, triple_hash
 from foveacam_pipeline.calibrate.exchange.extrinsic import extrinsic_record
 from foveacam_pipeline.calibrate.exchange.files import DeviceBundle
 from foveacam_pipeline.calibrate.exchange.intrinsic import intrinsic_record
-from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
+from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKind
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -85,7 +85,7 @@ def settings_of(bundle: DeviceBundle) -> RigSettings:
 
 def record_of(bundle: DeviceBundle, role: Role) -> ExchangeRecord:
     """Return the newest record of a camera: the wide one's solve, or an eye's poses."""
-    kind = Kind.INTRINSIC if role is Role.WIDE else Kind.EXTRINSIC
+    kind = RecordKind.INTRINSIC if role is Role.WIDE else RecordKind.EXTRINSIC
     fitting = [record for record in bundle.records if record.kind is kind and record.role is role]
     if not fitting:
         raise InvalidInput(

@@ -100,7 +100,7 @@ class TypedArray(_Document):
         return flat.astype(np.float64).reshape(self.props.shape)
 
 
-class Size(_Document):
+class ImageSizeDocument(_Document):
     """Of an image, px."""
 
     width: Annotated[int, Field(gt=0)]
@@ -110,7 +110,7 @@ class Size(_Document):
 class Solve(_Document):
     """What the solve of a camera gave."""
 
-    sensor_size: Size
+    sensor_size: ImageSizeDocument
     camera_matrix: TypedArray | list[float] | list[list[float]]
     dist_coeffs: TypedArray | list[float] | list[list[float]]
     rms: float | None = None
@@ -140,14 +140,14 @@ class Outer(_Document):
     sources: list[Id] | None = None
 
 
-class Stored(_Document):
+class StoredRecord(_Document):
     """A record as the authors' application keeps it."""
 
     id: str
     outer: Outer
 
 
-class Exported(_Document):
+class ExportedRecord(_Document):
     """A record as it travels: without its associations."""
 
     id: str

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput, PanTiltPose, Role, Station, StationTarget
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.documents import Datapoint, Point2
-from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
+from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKind
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import FEWEST, SweepPlan
@@ -62,8 +62,8 @@ def extrinsic_record(
             "measure the sweep first"
         )
     return ExchangeRecord(
-        kind=Kind.EXTRINSIC,
-        inner={"kind": Kind.EXTRINSIC.value, "dataset": poses},
+        kind=RecordKind.EXTRINSIC,
+        inner={"kind": RecordKind.EXTRINSIC.value, "dataset": poses},
         created_utc=sweep.header.created_utc,
         label=label,
         role=role,
@@ -110,7 +110,7 @@ def checked_points(
     """Return the poses of both records, or raise InvalidInput when they are not of this rig's eyes."""
     points: dict[Role, Sequence[Datapoint]] = {}
     for role, record, key in ((Role.LEFT, left, rig.left_key), (Role.RIGHT, right, rig.right_key)):
-        record.check(kind=Kind.EXTRINSIC, role=role)
+        record.check(kind=RecordKind.EXTRINSIC, role=role)
         if key is not None:
             record.check_camera(key)
         points[role] = record.extrinsic().dataset

@@ -13,12 +13,12 @@ from typing import NoReturn
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.exchange.canonical import Json
-from foveacam_pipeline.calibrate.exchange.documents import DeviceConfig, Exported, Stored
+from foveacam_pipeline.calibrate.exchange.documents import DeviceConfig, ExportedRecord, StoredRecord
 from foveacam_pipeline.calibrate.exchange.record import (
     LETTER_OF,
     LETTERS,
     ExchangeRecord,
-    Kind,
+    RecordKind,
     checked_date,
     parsed,
 )
@@ -125,7 +125,7 @@ def date_text(moment: datetime) -> str:
 
 
 def _from_export(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
-    facts = parsed(Exported, document, what=what)
+    facts = parsed(ExportedRecord, document, what=what)
     inner = _mapping(document, "inner", what=what)
     record = ExchangeRecord(
         kind=_kind(inner, what=what),
@@ -140,7 +140,7 @@ def _from_export(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
 
 
 def _from_store(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
-    facts = parsed(Stored, document, what=what)
+    facts = parsed(StoredRecord, document, what=what)
     inner = _mapping(document, "inner", what=what)
     roles = {association.role for association in facts.outer.associations if association.role}
     record = ExchangeRecord(
@@ -159,7 +159,7 @@ def _from_store(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
 def _checked(record: ExchangeRecord, *, what: str) -> ExchangeRecord:
     """Return the record once all of it could be read."""
     try:
-        _ = record.extrinsic() if record.kind is Kind.EXTRINSIC else record.intrinsic()
+        _ = record.extrinsic() if record.kind is RecordKind.EXTRINSIC else record.intrinsic()
     except InvalidInput as error:
         raise InvalidInput(f"{what}: {error}") from error
     if record.warning:
@@ -167,14 +167,14 @@ def _checked(record: ExchangeRecord, *, what: str) -> ExchangeRecord:
     return record
 
 
-def _kind(inner: Mapping[str, Json], *, what: str) -> Kind:
+def _kind(inner: Mapping[str, Json], *, what: str) -> RecordKind:
     kind = inner.get("kind")
-    if kind not in {known.value for known in Kind}:
+    if kind not in {known.value for known in RecordKind}:
         raise InvalidInput(
             f"{what}: inner.kind: extrinsic or intrinsic is needed, {kind!r} was found; "
             "give the file as it was exported"
         )
-    return Kind(str(kind))
+    return RecordKind(str(kind))
 
 
 def _exported(record: ExchangeRecord) -> dict[str, Json]:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.documents import TypedArray
-from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, Kind
+from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKind
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 COEFFICIENTS = (4, 5, 8, 12, 14)
@@ -23,7 +23,7 @@ def intrinsics_of(
 
     `size`: (width, height), px, and `key`, of the camera at hand; a record of another one is refused.
     """
-    record.check(kind=Kind.INTRINSIC, role=Role.WIDE)
+    record.check(kind=RecordKind.INTRINSIC, role=Role.WIDE)
     if key is not None:
         record.check_camera(key)
     solve = record.intrinsic().calibration
@@ -70,8 +70,8 @@ def intrinsic_record(
     if rms_px is not None:
         solve["rms"] = rms_px
     return ExchangeRecord(
-        kind=Kind.INTRINSIC,
-        inner={"kind": Kind.INTRINSIC.value, "calibration": solve},
+        kind=RecordKind.INTRINSIC,
+        inner={"kind": RecordKind.INTRINSIC.value, "calibration": solve},
         created_utc=created_utc,
         label=label,
         role=Role.WIDE,

@@ -24,7 +24,7 @@ LETTER_OF = {role: letter for letter, role in LETTERS.items()}
 _Parsed = TypeVar("_Parsed", bound=BaseModel)
 
 
-class Kind(StrEnum):
+class RecordKind(StrEnum):
     """What a record holds."""
 
     EXTRINSIC = "extrinsic"
@@ -41,7 +41,7 @@ class ExchangeRecord:
     from. `stated_id`: the id that its file gave.
     """
 
-    kind: Kind
+    kind: RecordKind
     inner: Mapping[str, Json]
     created_utc: str
     label: str | None = None
@@ -62,7 +62,7 @@ class ExchangeRecord:
             return None
         return f"the file says {self.stated_id}, its content is {self.id}; it counts as the latter"
 
-    def check(self, *, kind: Kind, role: Role) -> None:
+    def check(self, *, kind: RecordKind, role: Role) -> None:
         """Raise InvalidInput unless the record is of this kind, and of this camera as far as it says."""
         if self.kind is not kind:
             raise InvalidInput(

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Head, InvalidInput, Role, Sighting
-from foveacam_pipeline.calibrate.drift.drift_look import Expectation, PlaceLooker
-from foveacam_pipeline.calibrate.drift.drift_places import Field, Spot, spots
+from foveacam_pipeline.calibrate.drift.drift_look import DriftExpectation, DriftPlaceFinder
+from foveacam_pipeline.calibrate.drift.drift_places import DistinctnessMap, DriftPatch, spots
 from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace, DriftSettings
-from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings, Pointing, RowMatch
+from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings, PointingError, RowMatch
 from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import aim_at, gazes_under
-from foveacam_pipeline.verge.fine import Guess, match_fine
+from foveacam_pipeline.verge.fine import MatchGuess, match_fine
 
 PAUSE_NS = 300_000_000
 """Between the two wide pictures that tell what moves."""
@@ -39,7 +39,7 @@ def check_calibration(
     calibration: Calibration,
     *,
     clock: Clock,
-    watch: Watcher | None = None,
+    watch: ProcedureWatcher | None = None,
     settings: CheckSettings | None = None,
     swept_rad: NDArray[np.float64] | None = None,
 ) -> CheckResult:
@@ -49,7 +49,7 @@ def check_calibration(
     Raise InvalidInput when the scene shows too few places to say anything.
     """
     run = _Check(
-        head, calibration, clock=clock, watch=watch or Nobody(), settings=settings or CheckSettings()
+        head, calibration, clock=clock, watch=watch or SilentWatcher(), settings=settings or CheckSettings()
     )
     return run.result(swept_rad)
 
@@ -58,7 +58,13 @@ class _Check:
     """The looks of one check."""
 
     def __init__(
-        self, head: Head, calibration: Calibration, *, clock: Clock, watch: Watcher, settings: CheckSettings
+        self,
+        head: Head,
+        calibration: Calibration,
+        *,
+        clock: Clock,
+        watch: ProcedureWatcher,
+        settings: CheckSettings,
     ) -> None:
         self._head = head
         self._calibration = calibration
@@ -68,9 +74,9 @@ class _Check:
         self._places = DriftSettings(
             columns=settings.columns, rows=settings.rows, margin_rad=settings.margin_rad, layout=None
         )
-        self._looker = PlaceLooker(head, calibration, self._places)
+        self._looker = DriftPlaceFinder(head, calibration, self._places)
         self._rows: list[RowMatch] = []
-        self._pointings: list[Pointing] = []
+        self._pointings: list[PointingError] = []
         self._farthest: tuple[float, Sighting] | None = None
 
     def result(self, swept_rad: NDArray[np.float64] | None) -> CheckResult:
@@ -80,14 +86,14 @@ class _Check:
         queue = [
             spot
             for spot in spots(
-                Field.of(views, self._calibration, self._places), self._calibration, self._places
+                DistinctnessMap.of(views, self._calibration, self._places), self._calibration, self._places
             )
             if self._apart(spot, swept_rad)
         ]
         mosaic = np.repeat(views[1][:, :, None], 3, axis=2)
         done: set[int] = set()
         total = len({spot.part for spot in queue})
-        expected = Expectation()
+        expected = DriftExpectation()
         for spot in queue:
             check(self._watch, doing="the check")
             if spot.part in done or self._clock.now_ns() > deadline_ns:
@@ -124,7 +130,7 @@ class _Check:
         self._clock.sleep_until_ns(self._clock.now_ns() + PAUSE_NS)
         return first, gray(to_uint8(self._head.wide(max_age_ms=FRESH_MS)))
 
-    def _apart(self, spot: Spot, swept_rad: NDArray[np.float64] | None) -> bool:
+    def _apart(self, spot: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
         if swept_rad is None or not len(swept_rad):
             return True
         apart = np.linalg.norm(np.arctan(spot.template.target) - swept_rad, axis=1)
@@ -142,7 +148,7 @@ class _Check:
         )
         missed = (place.seen(Role.LEFT) - true.left + place.seen(Role.RIGHT) - true.right) / 2.0
         x_px, y_px = (self._calibration.fovea_f_px * missed).tolist()
-        self._pointings.append(Pointing(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
+        self._pointings.append(PointingError(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
         beside = place.seen(Role.LEFT) - gazes.left, place.seen(Role.RIGHT) - gazes.right
         self._rows += row_matches(sighting, self._calibration, self._settings, beside=beside)
         reach = float(np.linalg.norm(middle))
@@ -179,7 +185,7 @@ def row_matches(
     found = []
     for x, y in ((0.0, 0.0), (-ASIDE, -ASIDE), (ASIDE, -ASIDE), (ASIDE, ASIDE), (-ASIDE, ASIDE)):
         aside = np.array([x, y]) * half / calibration.fovea_f_px
-        guess = Guess(left=beside[0] + aside, right=beside[1] + aside)
+        guess = MatchGuess(left=beside[0] + aside, right=beside[1] + aside)
         fine = match_fine(sighting, calibration, guess)
         if fine.score < settings.score or fine.sigma_y_px > settings.sigma_px:
             continue
@@ -195,7 +201,7 @@ def row_matches(
     return found
 
 
-def _middles_apart_px(sighting: Sighting, calibration: Calibration, guess: Guess) -> float:
+def _middles_apart_px(sighting: Sighting, calibration: Calibration, guess: MatchGuess) -> float:
     """Return by how much lower the left eye's image centre lies on its plane than the right one's, px."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])

@@ -43,7 +43,7 @@ class RowMatch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pointing:
+class PointingError:
     """How far from the wide camera's own view of a place the eyes see it, (x, y) fovea px, mean of both."""
 
     gaze_rad: tuple[float, float]
@@ -61,7 +61,7 @@ class CheckResult:
 
     calibration_id: str
     rows: tuple[RowMatch, ...]
-    pointings: tuple[Pointing, ...]
+    pointings: tuple[PointingError, ...]
     pointing_sigma_px: float
     looks: int
     mosaic: NDArray[np.uint8]

@@ -19,7 +19,7 @@ from foveacam_pipeline.calibrate.fit.mirror_models import (
 )
 from foveacam_pipeline.calibrate.fit.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot, mount_sigma_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 
@@ -77,13 +77,15 @@ def fit_calibration(sweep: RigSweep) -> Calibration:
     return fit_rig(sweep).calibration
 
 
-def fit_rig(sweep: RigSweep, choice: FitChoice | None = None, *, watch: Watcher | None = None) -> RigFit:
+def fit_rig(
+    sweep: RigSweep, choice: FitChoice | None = None, *, watch: ProcedureWatcher | None = None
+) -> RigFit:
     """Fit both eyes, keep every candidate's score; raise Cancelled soon after `watch` wants no more.
 
     The rectification found first says what the image centre sees from all corners of a pose, also where the
     marker stood aside; then everything is fitted once more.
     """
-    choice, watch = choice or FitChoice(), watch or Nobody()
+    choice, watch = choice or FitChoice(), watch or SilentWatcher()
     first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
     check(watch, doing=DOING)
     sharper = replace(
@@ -95,7 +97,7 @@ def fit_rig(sweep: RigSweep, choice: FitChoice | None = None, *, watch: Watcher 
     return _fit_eyes(sharper, choice, pupil_m=pupil_m, watch=watch)
 
 
-def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Watcher) -> RigFit:
+def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: ProcedureWatcher) -> RigFit:
     eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
     pivots = {role: fit_pivot(eye) if choice.walks else PivotFit() for role, eye in eyes.items()}
     widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0

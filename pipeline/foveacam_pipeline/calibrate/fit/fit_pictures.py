@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
-from foveacam_pipeline.calibrate.fit.mirror_models import Family, MirrorScore
+from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily, MirrorScore
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
@@ -81,10 +81,11 @@ def models_picture(result: FitResult) -> bytes:
     mirrors, fields = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     f_px = result.calibration.fovea_f_px
     for role, colour in ((Role.LEFT, BLUE), (Role.RIGHT, RED)):
-        for family, line in ((Family.POLYNOMIAL, "o-"), (Family.SPRINGS, "s--")):
+        for family, line in ((MirrorModelFamily.POLYNOMIAL, "o-"), (MirrorModelFamily.SPRINGS, "s--")):
             scores = [score for score in result.models[role] if score.family is family]
             errors = [f_px * float(np.hypot(*score.loo_rad)) for score in scores]
-            label = f"{role}: {'polynomial' if family is Family.POLYNOMIAL else 'springs + polynomial'}"
+            name = "polynomial" if family is MirrorModelFamily.POLYNOMIAL else "springs + polynomial"
+            label = f"{role}: {name}"
             mirrors.plot([s.order for s in scores], errors, line, color=colour, label=label, markersize=4)
             _mark(mirrors, scores, errors, colour)
         orders = result.fit.fields[role].scores

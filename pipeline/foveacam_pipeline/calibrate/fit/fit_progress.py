@@ -1,7 +1,7 @@
 """How far a fit is, and whether it shall go on: counted in fits of a whole rig."""
 
 from foveacam_pipeline.calibrate.fit.fit import DOING
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 
 ELECTION = 4
 """A fit that tries every model takes so much longer than one whose models are known."""
@@ -10,7 +10,7 @@ ELECTION = 4
 class FitProgress:
     """Counts what is done of a fit and tells the watcher, who may end it between any two parts."""
 
-    def __init__(self, watch: Watcher, *, comparisons: int) -> None:
+    def __init__(self, watch: ProcedureWatcher, *, comparisons: int) -> None:
         self.watch = watch
         self._total = ELECTION + comparisons + 1
         self._done = 0

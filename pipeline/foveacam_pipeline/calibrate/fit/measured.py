@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.measured_drift import without_drift
 from foveacam_pipeline.calibrate.fit.measured_rows import (
-    Distance,
-    Placed,
-    RigDrawing,
-    Row,
+    DistanceSource,
+    FitRow,
+    NominalRig,
+    PlacedPose,
     eye_rows,
     eye_sweep,
     volts_of,
 )
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
-from foveacam_pipeline.calibrate.fit.parallax import Parallax, parallax_of
+from foveacam_pipeline.calibrate.fit.parallax import StationParallax, parallax_of
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, held_to_base
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
@@ -41,7 +41,15 @@ from foveacam_pipeline.calibrate.sweep.sweep_checks import (
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
-__all__ = ["Distance", "Measured", "Placed", "RigDrawing", "placed_targets", "rig_sweep", "same_node"]
+__all__ = [
+    "DistanceSource",
+    "NominalRig",
+    "PlacedPose",
+    "SweepMeasurements",
+    "placed_targets",
+    "rig_sweep",
+    "same_node",
+]
 
 SAME_NODE_RAD = math.radians(0.2)
 """Gazes nearer than this were meant to be the same, at targets of different distances."""
@@ -50,7 +58,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Measured:
+class SweepMeasurements:
     """What can be fitted, and what is to be said of it.
 
     `nodes`: for each eye (n, 2) int, the sweep's number and the pose's index of every row. `left_out`: poses
@@ -59,7 +67,7 @@ class Measured:
     """
 
     rig: RigSweep
-    parallax: tuple[Parallax, ...]
+    parallax: tuple[StationParallax, ...]
     base: TurningBase
     nodes: dict[Role, NDArray[np.int64]]
     left_out: tuple[str, ...]
@@ -70,11 +78,11 @@ def rig_sweep(
     sweeps: Sequence[Sweep],
     wide: Intrinsics,
     *,
-    drawing: RigDrawing,
+    drawing: NominalRig,
     label: str,
-    distance: Distance = Distance.PRINT,
+    distance: DistanceSource = DistanceSource.PRINT,
     take_out_drift: bool = True,
-) -> Measured:
+) -> SweepMeasurements:
     """Return what the sweeps measured of both eyes; raise InvalidInput naming what is wrong with them.
 
     Nodes that were visited again serve to measure the mounts' drift and are no rows of their own.
@@ -87,7 +95,7 @@ def rig_sweep(
     _check_nodes(sweeps, seen)
     straight, drift = without_drift(seen, group, f_px=drawing.fovea_f_px) if take_out_drift else (seen, None)
     rows = {role: [row for row in straight[role] if not row.visit] for role in EYES}
-    one_depth = distance is Distance.UNKNOWN
+    one_depth = distance is DistanceSource.UNKNOWN
     header = sweeps[0].header
     rig = RigSweep(
         rig_id=drawing.rig_id,
@@ -103,7 +111,7 @@ def rig_sweep(
         fovea_height=header.fovea_size[1],
         pupil_m=drawing.pupil_m,
     )
-    return Measured(
+    return SweepMeasurements(
         rig=rig,
         parallax=_parallax(sweeps, placed, drawing, distance),
         base=base,
@@ -113,7 +121,7 @@ def rig_sweep(
     )
 
 
-def _check_nodes(sweeps: Sequence[Sweep], seen: dict[Role, list[Row]]) -> None:
+def _check_nodes(sweeps: Sequence[Sweep], seen: dict[Role, list[FitRow]]) -> None:
     """Refuse an eye that was not seen, an axis that does not answer and poses on a line, by name."""
     max_v = max(sweep.header.max_v for sweep in sweeps)
     for role in EYES:
@@ -125,21 +133,21 @@ def _check_nodes(sweeps: Sequence[Sweep], seen: dict[Role, list[Row]]) -> None:
 
 
 def _parallax(
-    sweeps: Sequence[Sweep], placed: Sequence[Placed], drawing: RigDrawing, distance: Distance
-) -> tuple[Parallax, ...]:
+    sweeps: Sequence[Sweep], placed: Sequence[PlacedPose], drawing: NominalRig, distance: DistanceSource
+) -> tuple[StationParallax, ...]:
     return tuple(
         parallax_of(
             sweep.header.station,
             [one.target for one in placed if one.sweep == k],
             baseline_m=drawing.baseline_m,
-            corrected=distance is not Distance.UNKNOWN,
+            corrected=distance is not DistanceSource.UNKNOWN,
         )
         for k, sweep in enumerate(sweeps)
     )
 
 
 def _swept(
-    rows: dict[Role, list[Row]],
+    rows: dict[Role, list[FitRow]],
     role: Role,
     group: dict[tuple[int, int], int],
     drift: dict[Role, MountDrift] | None,
@@ -151,10 +159,10 @@ def _swept(
 
 
 def placed_targets(
-    sweeps: Sequence[Sweep], wide: Intrinsics, *, distance: Distance
-) -> tuple[list[Placed], tuple[str, ...], TurningBase]:
+    sweeps: Sequence[Sweep], wide: Intrinsics, *, distance: DistanceSource
+) -> tuple[list[PlacedPose], tuple[str, ...], TurningBase]:
     """Return every pose with its target, what could not be placed and why, and how the base turned."""
-    placed: list[list[Placed]] = []
+    placed: list[list[PlacedPose]] = []
     left_out: list[str] = []
     for k, sweep in enumerate(sweeps):
         check_markers(sweep)
@@ -165,7 +173,7 @@ def placed_targets(
             except InvalidInput as error:
                 left_out.append(f"{sweep.header.station.name}, pose {pose.index}: {error}")
                 continue
-            mine.append(Placed(sweep=k, pose=pose, target=target))
+            mine.append(PlacedPose(sweep=k, pose=pose, target=target))
         if 2 * len(mine) < len(sweep.poses) or not mine:
             raise InvalidInput(
                 f"sweep at {sweep.header.station.name!r}: the target was placed at {len(mine)} of "
@@ -178,7 +186,7 @@ def placed_targets(
     for sweep, found in zip(sweeps, targets, strict=True):
         check_target(sweep, found)
     held = [
-        Placed(sweep=p.sweep, pose=p.pose, target=_as_told(target, sweeps[p.sweep], distance, found))
+        PlacedPose(sweep=p.sweep, pose=p.pose, target=_as_told(target, sweeps[p.sweep], distance, found))
         for mine, found in zip(placed, targets, strict=True)
         for p, target in zip(mine, found, strict=True)
     ]
@@ -186,10 +194,10 @@ def placed_targets(
 
 
 def _as_told(
-    target: TargetPose, sweep: Sweep, distance: Distance, station: Sequence[TargetPose]
+    target: TargetPose, sweep: Sweep, distance: DistanceSource, station: Sequence[TargetPose]
 ) -> TargetPose:
     """Return the target at the distance that counts; a tape scales all poses of its station alike."""
-    if distance is not Distance.TAPE:
+    if distance is not DistanceSource.TAPE:
         return target
     tape_m = sweep.header.station.distance_m
     if tape_m is None:
@@ -201,7 +209,7 @@ def _as_told(
     return target.at_distance(factor * target.distance_m)
 
 
-def same_node(placed: Sequence[Placed]) -> list[int]:
+def same_node(placed: Sequence[PlacedPose]) -> list[int]:
     """Return for each pose the number of the first one that was planned for nearly the same gaze."""
     nodes_rad = np.array([one.pose.node_rad for one in placed])
     apart = np.linalg.norm(nodes_rad[:, None, :] - nodes_rad[None, :, :], axis=2)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.measured_rows import Row, volts_of
+from foveacam_pipeline.calibrate.fit.measured_rows import FitRow, volts_of
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift, referred
 from foveacam_pipeline.calibrate.fit.mount_drift_fit import DriftSamples, fit_mount_drift, turns_of, watched
 from foveacam_pipeline.calibrate.fit.mount_knocks import parted_at_knocks
@@ -15,8 +15,8 @@ from foveacam_pipeline.calibrate.fit.mount_moves import ROUNDS, moves_between
 
 
 def without_drift(
-    rows: Mapping[Role, Sequence[Row]], group: Mapping[tuple[int, int], int], *, f_px: float
-) -> tuple[dict[Role, list[Row]], dict[Role, MountDrift] | None]:
+    rows: Mapping[Role, Sequence[FitRow]], group: Mapping[tuple[int, int], int], *, f_px: float
+) -> tuple[dict[Role, list[FitRow]], dict[Role, MountDrift] | None]:
     """Return the rows of both eyes referred to the end of the last run, and the drift that was taken out.
 
     `group`: numbers of the nodes; sweeps share those at which they looked the same way. Where no nodes were
@@ -42,8 +42,8 @@ def without_drift(
 
 
 def _without_far_moves(
-    rows: list[Row], samples: DriftSamples, *, runs: int, f_px: float
-) -> tuple[list[Row], DriftSamples, NDArray[np.float64]]:
+    rows: list[FitRow], samples: DriftSamples, *, runs: int, f_px: float
+) -> tuple[list[FitRow], DriftSamples, NDArray[np.float64]]:
     """Return all as if the mount had not been moved far between runs, and (runs, 3) how far it was.
 
     An eye that measured nothing in the last runs is referred to the end of its own last one.
@@ -70,13 +70,13 @@ def _ended_by_knocks(whole: Mapping[Role, DriftSamples], parted: Mapping[Role, D
     return {part for part, run in origin.items() if origin.get(part + 1) == run}
 
 
-def run_of(row: Row) -> tuple[str, int]:
+def run_of(row: FitRow) -> tuple[str, int]:
     """Return in which run a row was measured; where nobody wrote it down, each sweep counts as one."""
     return (row.run, -1) if row.run else ("", row.node[0])
 
 
 def _samples(
-    rows: Sequence[Row], numbers: Mapping[tuple[str, int], int], group: Mapping[tuple[int, int], int]
+    rows: Sequence[FitRow], numbers: Mapping[tuple[str, int], int], group: Mapping[tuple[int, int], int]
 ) -> DriftSamples:
     return DriftSamples(
         volts_v=volts_of(rows),
@@ -89,10 +89,10 @@ def _samples(
     )
 
 
-def _angles(rows: Sequence[Row]) -> NDArray[np.float64]:
+def _angles(rows: Sequence[FitRow]) -> NDArray[np.float64]:
     return np.array([row.angles_rad for row in rows], dtype=np.float64).reshape(-1, 2)
 
 
-def _moved(row: Row, turn_rad: NDArray[np.float64], *, f_px: float) -> Row:
+def _moved(row: FitRow, turn_rad: NDArray[np.float64], *, f_px: float) -> FitRow:
     gaze, corners = referred(row.angles_rad[None], row.plane_px[None], turn_rad[None], f_px=f_px)
     return replace(row, angles_rad=gaze[0], plane_px=corners[0])

@@ -20,7 +20,7 @@ from foveacam_pipeline.geometry.pinhole import homography_apply
 _FEWEST_CORNERS = 4
 
 
-class Distance(StrEnum):
+class DistanceSource(StrEnum):
     """Who says how far the target is, for the parallax between the wide camera and an eye."""
 
     PRINT = "print"
@@ -32,7 +32,7 @@ class Distance(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RigDrawing:
+class NominalRig:
     """What is known of a rig before it is calibrated.
 
     `baseline_m`: between the eyes' reference points. `fovea_f_px`: focal length of the virtual pinholes.
@@ -46,7 +46,7 @@ class RigDrawing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Placed:
+class PlacedPose:
     """One pose with the place of its target."""
 
     sweep: int
@@ -55,7 +55,7 @@ class Placed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Row:
+class FitRow:
     """One row of what is fitted; `run`, `visit`: in which run it was measured, and whether it repeats a node.
 
     `angles_rad`: (2,) from the eye's reference point. `plane_px`: (m, 2) corners, from the gaze.
@@ -72,13 +72,13 @@ class Row:
 
 
 def eye_rows(
-    placed: Sequence[Placed],
+    placed: Sequence[PlacedPose],
     role: Role,
-    drawing: RigDrawing,
-    distance: Distance,
+    drawing: NominalRig,
+    distance: DistanceSource,
     *,
     centre_px: NDArray[np.float64],
-) -> list[Row]:
+) -> list[FitRow]:
     """Return what an eye measured, the repeated nodes as well."""
     rows = []
     for one in placed:
@@ -90,28 +90,28 @@ def eye_rows(
 
 
 def _reference_m(
-    target: TargetPose, role: Role, drawing: RigDrawing, distance: Distance
+    target: TargetPose, role: Role, drawing: NominalRig, distance: DistanceSource
 ) -> NDArray[np.float64]:
     """Return (3,) from where an eye's angles are counted.
 
     With the distance unknown the eye's marker is seen as the wide camera sees its own: from a point that
     stands beside it as the markers stand beside each other.
     """
-    if distance is Distance.UNKNOWN:
+    if distance is DistanceSource.UNKNOWN:
         return np.asarray(target.marker_rig_m(role) - target.middle_m, dtype=np.float64)
     half = 0.5 * drawing.baseline_m
     return np.array([-half if role is Role.LEFT else half, 0.0, 0.0])
 
 
 def _row(
-    placed: Placed,
+    placed: PlacedPose,
     eye: EyePose,
     role: Role,
     reference_m: NDArray[np.float64],
     *,
     f_px: float,
     centre_px: NDArray[np.float64],
-) -> Row:
+) -> FitRow:
     """Return what the image centre saw: its place on the virtual pinhole's plane, by the corners."""
     target = placed.target
     points = target.points_rig_m(eye.corners.places_m, role) - reference_m
@@ -124,7 +124,7 @@ def _row(
         )
     centre = homography_apply(np.asarray(homography, dtype=np.float64), [centre_px])[0] + about
     normal, ray = target.rotation[:, 2], np.array([*(centre / f_px), 1.0])
-    return Row(
+    return FitRow(
         eye=eye,
         node=(placed.sweep, placed.pose.index),
         t_ns=placed.pose.t_ns,
@@ -136,7 +136,7 @@ def _row(
     )
 
 
-def eye_sweep(rows: Sequence[Row], group: dict[tuple[int, int], int], *, one_depth: bool) -> EyeSweep:
+def eye_sweep(rows: Sequence[FitRow], group: dict[tuple[int, int], int], *, one_depth: bool) -> EyeSweep:
     """Return the rows as arrays, corners padded with NaN; `one_depth` hides how the distances differ."""
     longest = max(len(row.plane_px) for row in rows)
     raw, plane = np.full((2, len(rows), longest, 2), np.nan)
@@ -155,6 +155,6 @@ def eye_sweep(rows: Sequence[Row], group: dict[tuple[int, int], int], *, one_dep
     )
 
 
-def volts_of(rows: Sequence[Row]) -> NDArray[np.float64]:
+def volts_of(rows: Sequence[FitRow]) -> NDArray[np.float64]:
     """Return the (n, 2) volts."""
     return np.array([row.eye.volts_v for row in rows], dtype=np.float64).reshape(-1, 2)

@@ -34,7 +34,7 @@ _WRITTEN_ORDER = 11
 logger = logging.getLogger(__name__)
 
 
-class Family(StrEnum):
+class MirrorModelFamily(StrEnum):
     """What a model of a mirror is made of."""
 
     POLYNOMIAL = "polynomial"
@@ -50,7 +50,7 @@ class MirrorScore:
     """
 
     name: str
-    family: Family
+    family: MirrorModelFamily
     order: int
     terms: int
     rms_rad: tuple[float, float]
@@ -81,7 +81,7 @@ class MirrorFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Candidate:
-    family: Family
+    family: MirrorModelFamily
     stiffening: tuple[float, float]
     max_v: NDArray[np.float64]
     fit: PolynomialFit
@@ -92,11 +92,11 @@ class _Candidate:
 
     @property
     def terms(self) -> int:
-        return len(exponents(self.order)) + (self.family is Family.SPRINGS)
+        return len(exponents(self.order)) + (self.family is MirrorModelFamily.SPRINGS)
 
     def drive(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the polynomial is a function of, (n, 2), under volts (n, 2)."""
-        if self.family is Family.POLYNOMIAL:
+        if self.family is MirrorModelFamily.POLYNOMIAL:
             return volts_v
         return stretched(volts_v / self.max_v, self.stiffening)
 
@@ -165,7 +165,7 @@ def _candidates(
     rooms = len(volts_v) // SAMPLES_PER_TERM
     found = [
         _Candidate(
-            family=Family.POLYNOMIAL,
+            family=MirrorModelFamily.POLYNOMIAL,
             stiffening=(0.0, 0.0),
             max_v=max_v,
             fit=fit_polynomial(volts_v, angles_rad, order),
@@ -207,7 +207,7 @@ def _springs(
     stiffening = fit_stiffening(volts_v / max_v, angles_rad, order=order)
     drive = stretched(volts_v / max_v, stiffening)
     fit = fit_polynomial(drive, angles_rad, order)
-    return _Candidate(family=Family.SPRINGS, stiffening=stiffening, max_v=max_v, fit=fit)
+    return _Candidate(family=MirrorModelFamily.SPRINGS, stiffening=stiffening, max_v=max_v, fit=fit)
 
 
 def _judged_rad(candidates: list[_Candidate]) -> list[float]:
@@ -218,7 +218,7 @@ def _judged_rad(candidates: list[_Candidate]) -> list[float]:
 
 
 def _score(candidate: _Candidate, judged_rad: float, *, chosen: bool) -> MirrorScore:
-    polynomial = candidate.family is Family.POLYNOMIAL
+    polynomial = candidate.family is MirrorModelFamily.POLYNOMIAL
     rms, loo = candidate.fit.rms.tolist(), candidate.fit.loo_rms.tolist()
     return MirrorScore(
         name=f"order {candidate.order}" if polynomial else f"springs + order {candidate.order}",
@@ -240,7 +240,7 @@ def _written(
     line = np.sin(np.linspace(-0.5, 0.5, 33) * math.pi)  # dense at the rim, where a polynomial swings
     grid = np.array([(x, y) for x in line for y in line]) * candidate.max_v
     forward = candidate.fit.polynomial
-    if candidate.family is Family.SPRINGS:
+    if candidate.family is MirrorModelFamily.SPRINGS:
         forward = fit_polynomial(grid, candidate(grid), _WRITTEN_ORDER, "square").polynomial
     sigma = _model_sigma(candidate, volts_v, angles_rad)
     loo = candidate.fit.loo_rms

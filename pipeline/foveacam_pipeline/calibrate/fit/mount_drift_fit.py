@@ -59,7 +59,7 @@ class DriftSamples:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Knots:
+class DriftKnots:
     """Where the drift is parted: for each run its (k,) knots for the turn about x and y, and for the roll."""
 
     turns: tuple[NDArray[np.float64], ...]
@@ -135,7 +135,7 @@ def turns_of(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]
     return turns
 
 
-def knots_of(eyes: list[DriftSamples], pieces: int) -> Knots:
+def knots_of(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
     """Part the longest run into so many pieces, and the others into pieces as long."""
     times = np.concatenate([eye.t_s for eye in eyes])
     run = np.concatenate([eye.run for eye in eyes])
@@ -148,10 +148,10 @@ def knots_of(eyes: list[DriftSamples], pieces: int) -> Knots:
         count = 0 if still else max(1, round((end - begin) / piece_s))
         turns.append(np.linspace(begin, end, count + 1) if count else np.array([end]))
         rolls.append(np.array([end]) if still else np.array([begin, end]))
-    return Knots(turns=tuple(turns), rolls=tuple(rolls))
+    return DriftKnots(turns=tuple(turns), rolls=tuple(rolls))
 
 
-def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: Knots) -> _Solved:
+def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots) -> _Solved:
     """Fit pivot and drift by robust least squares; every node's own gaze is projected out."""
     matrix = motion_columns(
         samples.angles_rad,
@@ -236,7 +236,7 @@ def motion_columns(
     return np.vstack([np.hstack([across, *by_ax]), np.hstack([down, *by_ay])])
 
 
-def _drift(samples: DriftSamples, solved: _Solved, knots: Knots) -> MountDrift:
+def _drift(samples: DriftSamples, solved: _Solved, knots: DriftKnots) -> MountDrift:
     turns = np.vstack([solved.turns, np.zeros(2)])
     rolls = np.append(solved.rolls, 0.0)
     count = len(solved.turns)

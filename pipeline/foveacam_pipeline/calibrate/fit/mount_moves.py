@@ -31,7 +31,7 @@ TURNS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Moves:
+class MountMoves:
     """(runs, 3) the turn about x, y and z of each run against the last one, to first order, and its error."""
 
     turn_rad: NDArray[np.float64]
@@ -49,7 +49,7 @@ def moves_between(
     angles_rad: NDArray[np.float64],
     depth_m: NDArray[np.float64],
     run: NDArray[np.int64],
-) -> Moves:
+) -> MountMoves:
     """Return how each run's mount stands turned against the last one's.
 
     `volts_v`, `angles_rad`: (n, 2); `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
@@ -63,7 +63,7 @@ def moves_between(
         np.vstack([part[-TURNS * (runs - 1) :].reshape(TURNS, runs - 1).T, np.zeros(TURNS)])
         for part in (found, sigmas)
     )
-    return Moves(turn_rad=turns, sigma_rad=errors)
+    return MountMoves(turn_rad=turns, sigma_rad=errors)
 
 
 def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:

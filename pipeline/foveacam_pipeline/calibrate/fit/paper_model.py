@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolts
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import Distance, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, rig_sweep
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.geometry.polynomial import PolynomialFit, fit_polynomial
@@ -101,14 +101,14 @@ class PaperModel:
         return MirrorVolts(x_v=x_v, y_v=y_v)
 
 
-def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: RigDrawing) -> PaperModel:
+def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: NominalRig) -> PaperModel:
     """Calibrate as the paper does, with the sweep of one station."""
     measured = rig_sweep(
         [sweep],
         wide,
         drawing=replace(drawing, pupil_m=0.0),
         label="paper",
-        distance=Distance.UNKNOWN,
+        distance=DistanceSource.UNKNOWN,
         take_out_drift=False,
     )
     fit = fit_rig(measured.rig, PAPER_CHOICE)

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parallax:
+class StationParallax:
     """Eq. 1 at one station.
 
     `print_m`: distance by the markers' size, with its scatter over the poses; `tape_m`: as the station says.
@@ -47,11 +47,11 @@ def eq1_rad(theta_rad: NDArray[np.float64], *, spacing_m: float, distance_m: flo
 
 def parallax_of(
     station: Station, targets: Sequence[TargetPose], *, baseline_m: float, corrected: bool
-) -> Parallax:
+) -> StationParallax:
     """Return the parallax at a station: each eye's bearing of its marker less the wide camera's, exactly."""
     distances = np.array([target.distance_m / target.scale for target in targets])
     missed = np.concatenate([_missed_rad(target, baseline_m) for target in targets])
-    return Parallax(
+    return StationParallax(
         station=station.name,
         print_m=float(np.median(distances)),
         print_scatter_m=float(np.std(distances)),

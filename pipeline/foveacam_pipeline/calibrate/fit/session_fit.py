@@ -10,14 +10,14 @@ import numpy as np
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION, FitProgress
-from foveacam_pipeline.calibrate.fit.measured import Distance, Measured, RigDrawing, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest, fit_paper
-from foveacam_pipeline.calibrate.fit.parallax import Parallax
+from foveacam_pipeline.calibrate.fit.parallax import StationParallax
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS, VariantScore, compare_variants
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import DAC_STEP_V, MirrorModel
@@ -42,7 +42,7 @@ class FitSettings:
     field_order: int | None = None
     pose_by_pose: bool = False
     all_distances: bool = True
-    distance: Distance = Distance.PRINT
+    distance: DistanceSource = DistanceSource.PRINT
     compare: bool = True
 
     @property
@@ -68,13 +68,13 @@ class FitResult:
 
     calibration: Calibration
     fit: RigFit
-    measured: Measured
+    measured: SweepMeasurements
     paper: PaperModel | None
     variants: tuple[VariantScore, ...]
     volts_roundtrip_max_lsb: float
 
     @property
-    def parallax(self) -> tuple[Parallax, ...]:
+    def parallax(self) -> tuple[StationParallax, ...]:
         """Eq. 1 at every station."""
         return self.measured.parallax
 
@@ -93,11 +93,11 @@ def fit_session(
     sweeps: Sequence[Sweep],
     wide: Intrinsics,
     *,
-    drawing: RigDrawing,
+    drawing: NominalRig,
     label: str,
     settings: FitSettings | None = None,
     session_id: str | None = None,
-    watch: Watcher | None = None,
+    watch: ProcedureWatcher | None = None,
 ) -> FitResult:
     """Fit the sweeps of a session; raise InvalidInput or NotCalibrated naming what is wrong with them.
 
@@ -105,7 +105,7 @@ def fit_session(
     """
     settings = settings or FitSettings()
     comparisons = FOLDS * MOST_VARIANTS if settings.compare else 0
-    progress = FitProgress(watch or Nobody(), comparisons=comparisons)
+    progress = FitProgress(watch or SilentWatcher(), comparisons=comparisons)
     progress.begin("mirrors and rectification")
     measured = rig_sweep(sweeps, wide, drawing=drawing, label=label, distance=settings.distance)
     far = farthest(sweeps, [parallax.print_m for parallax in measured.parallax])
@@ -138,14 +138,14 @@ def _or_none(compare: Callable[[], _Found]) -> _Found | None:
 
 
 def _variants(
-    sweeps: Sequence[Sweep], measured: Measured, fit: RigFit, progress: FitProgress
+    sweeps: Sequence[Sweep], measured: SweepMeasurements, fit: RigFit, progress: FitProgress
 ) -> tuple[VariantScore, ...]:
     """Return what each addition is worth; sweeps that were not used are not looked at."""
     used = [sweep for sweep in sweeps if sweep.header.station.name in {p.station for p in measured.parallax}]
     rig = measured.rig
-    drawing = RigDrawing(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
+    drawing = NominalRig(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
     plain = rig_sweep(
-        used, rig.wide, drawing=drawing, label="paper", distance=Distance.UNKNOWN, take_out_drift=False
+        used, rig.wide, drawing=drawing, label="paper", distance=DistanceSource.UNKNOWN, take_out_drift=False
     )
     far = int(np.argmax([parallax.print_m for parallax in measured.parallax]))
     return compare_variants(measured, plain, fit, far=far, progress=progress)

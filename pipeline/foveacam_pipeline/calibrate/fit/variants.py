@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.fit_progress import FitProgress
-from foveacam_pipeline.calibrate.fit.measured import Measured
-from foveacam_pipeline.calibrate.fit.mirror_models import Family
+from foveacam_pipeline.calibrate.fit.measured import SweepMeasurements
+from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily
 from foveacam_pipeline.calibrate.fit.paper_model import PAPER_CHOICE
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.sweep.sweep_checks import EYES
@@ -47,13 +47,13 @@ class _Variant:
     """What is fitted how; `far`: to the farthest station alone."""
 
     name: str
-    measured: Measured
+    measured: SweepMeasurements
     choice: FitChoice
     far: bool = False
 
 
 def compare_variants(
-    measured: Measured, plain: Measured, fit: RigFit, *, far: int, progress: FitProgress
+    measured: SweepMeasurements, plain: SweepMeasurements, fit: RigFit, *, far: int, progress: FitProgress
 ) -> tuple[VariantScore, ...]:
     """Return the scores of the paper's model, of that of `fit`, and of what lies between.
 
@@ -66,10 +66,10 @@ def compare_variants(
     )
 
 
-def _variants(measured: Measured, plain: Measured, fit: RigFit) -> list[_Variant]:
+def _variants(measured: SweepMeasurements, plain: SweepMeasurements, fit: RigFit) -> list[_Variant]:
     ours = FitChoice(
-        mirror_orders=_orders(fit, Family.POLYNOMIAL),
-        spring_orders=_orders(fit, Family.SPRINGS),
+        mirror_orders=_orders(fit, MirrorModelFamily.POLYNOMIAL),
+        spring_orders=_orders(fit, MirrorModelFamily.SPRINGS),
         field_orders=_field_orders(fit),
     )
     cubic = replace(ours, mirror_orders=PAPER_CHOICE.mirror_orders, spring_orders=())
@@ -84,8 +84,8 @@ def _variants(measured: Measured, plain: Measured, fit: RigFit) -> list[_Variant
     if len({int(sweep) for nodes in measured.nodes.values() for sweep in nodes[:, 0]}) > 1:
         fewer = replace(
             ours,
-            mirror_orders=_orders(fit, Family.POLYNOMIAL, less=_FAR_LESS),
-            spring_orders=_orders(fit, Family.SPRINGS, less=_FAR_LESS),
+            mirror_orders=_orders(fit, MirrorModelFamily.POLYNOMIAL, less=_FAR_LESS),
+            spring_orders=_orders(fit, MirrorModelFamily.SPRINGS, less=_FAR_LESS),
         )
         variants += [
             _Variant(name="ours, but one distance", measured=measured, choice=fewer, far=True),
@@ -98,13 +98,13 @@ def _field_orders(fit: RigFit) -> tuple[int, ...]:
     return tuple(sorted({eye.field.polynomial.order for eye in fit.fields.values()}))
 
 
-def _orders(fit: RigFit, family: Family, *, less: int = 1) -> tuple[int, ...]:
+def _orders(fit: RigFit, family: MirrorModelFamily, *, less: int = 1) -> tuple[int, ...]:
     """Return the orders of a family that were elected, and those down to `less` fewer, as poses are fewer."""
     chosen = {mirror.chosen.order for mirror in fit.mirrors.values() if mirror.chosen.family is family}
     return tuple(sorted({order - k for order in chosen for k in range(less + 1) if order > k}))
 
 
-def _folds(measured: Measured, folds: int) -> NDArray[np.int64]:
+def _folds(measured: SweepMeasurements, folds: int) -> NDArray[np.int64]:
     """Return which fold each node's number belongs to, scattered over the field; -1 for no node."""
     groups = np.unique(np.concatenate([group_of(measured.rig.left), group_of(measured.rig.right)]))
     fold_of = np.full(int(groups.max()) + 1, -1, dtype=np.int64)
@@ -113,7 +113,12 @@ def _folds(measured: Measured, folds: int) -> NDArray[np.int64]:
 
 
 def _score(
-    variant: _Variant, measured: Measured, fold_of: NDArray[np.int64], *, far: int, progress: FitProgress
+    variant: _Variant,
+    measured: SweepMeasurements,
+    fold_of: NDArray[np.int64],
+    *,
+    far: int,
+    progress: FitProgress,
 ) -> VariantScore:
     pointing, corners, rows = [], [], []
     for fold in range(FOLDS):
@@ -136,18 +141,20 @@ def _score(
     )
 
 
-def _part(measured: Measured, takes: NDArray[np.bool_], *, far: int | None) -> RigSweep:
+def _part(measured: SweepMeasurements, takes: NDArray[np.bool_], *, far: int | None) -> RigSweep:
     left, right = (_kept(measured, role, takes, far=far) for role in EYES)
     return replace(measured.rig, left=left, right=right)
 
 
-def _rows_of(measured: Measured, role: Role, takes: NDArray[np.bool_], far: int | None) -> NDArray[np.bool_]:
+def _rows_of(
+    measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], far: int | None
+) -> NDArray[np.bool_]:
     """Return (n,) bool: the rows of an eye whose node is taken, of one station or of all."""
     kept = takes[group_of(_eye(measured, role))]
     return kept if far is None else kept & (measured.nodes[role][:, 0] == far)
 
 
-def _kept(measured: Measured, role: Role, takes: NDArray[np.bool_], *, far: int | None) -> EyeSweep:
+def _kept(measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], *, far: int | None) -> EyeSweep:
     eye, rows = _eye(measured, role), _rows_of(measured, role, takes, far)
     return EyeSweep(
         volts_v=eye.volts_v[rows],
@@ -182,7 +189,7 @@ def _missed_px(
 
 
 def _rows_apart(
-    measured: Measured, takes: NDArray[np.bool_], corners_px: dict[Role, NDArray[np.float64]]
+    measured: SweepMeasurements, takes: NDArray[np.bool_], corners_px: dict[Role, NDArray[np.float64]]
 ) -> NDArray[np.float64]:
     """Return (k,) differences of the eyes' rows, left less right, at the poses that both measured."""
     places = [
@@ -196,7 +203,7 @@ def _rows_apart(
     return np.array([heights[0][node] - heights[1][node] for node in places[0] if node in heights[1]])
 
 
-def _eye(measured: Measured, role: Role) -> EyeSweep:
+def _eye(measured: SweepMeasurements, role: Role) -> EyeSweep:
     return measured.rig.left if role is Role.LEFT else measured.rig.right
 
 

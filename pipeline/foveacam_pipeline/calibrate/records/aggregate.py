@@ -16,7 +16,7 @@ SOURCES_FILE = "sources.json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Source:
+class SweepSource:
     """Where a sweep came from; `sweep_id` is the hash of its content, `repeated` one that was given twice."""
 
     path: Path
@@ -27,12 +27,12 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Aggregate:
+class CombinedSweeps:
     """Sweeps that one calibration can be fitted to."""
 
     rig_id: str
     sweeps: tuple[Sweep, ...]
-    sources: tuple[Source, ...]
+    sources: tuple[SweepSource, ...]
 
     @property
     def label(self) -> str:
@@ -46,7 +46,7 @@ def sweep_id(sweep: Sweep) -> str:
     return content_id(plain(sweep))
 
 
-def aggregate(paths: Sequence[Path], *, rig_id: str) -> Aggregate:
+def aggregate(paths: Sequence[Path], *, rig_id: str) -> CombinedSweeps:
     """Read sweeps and check that they are of one rig with one set of cameras; leave out repeated ones."""
     known: dict[str, Sweep] = {}
     sources = []
@@ -55,7 +55,7 @@ def aggregate(paths: Sequence[Path], *, rig_id: str) -> Aggregate:
         _check_rig(path, sweep, rig_id)
         name = sweep_id(sweep)
         sources.append(
-            Source(
+            SweepSource(
                 path=path,
                 sweep_id=name,
                 station=sweep.header.station.name,
@@ -69,7 +69,7 @@ def aggregate(paths: Sequence[Path], *, rig_id: str) -> Aggregate:
         raise InvalidInput("no sweep was given to put together; name sessions that hold one")
     for path, sweep in zip([s.path for s in sources if not s.repeated], sweeps, strict=True):
         _check_alike(path, sweep.header, sweeps[0].header)
-    return Aggregate(rig_id=rig_id, sweeps=sweeps, sources=tuple(sources))
+    return CombinedSweeps(rig_id=rig_id, sweeps=sweeps, sources=tuple(sources))
 
 
 def sweep_paths(session: Path) -> tuple[Path, ...]:
@@ -77,7 +77,7 @@ def sweep_paths(session: Path) -> tuple[Path, ...]:
     return tuple(sorted(session.glob("sweep-*.jsonl")))
 
 
-def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_from: Path) -> Aggregate:
+def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_from: Path) -> CombinedSweeps:
     """Make the folder of a new session out of others: all their sweeps, and the wide camera of one of them.
 
     `into` must not exist yet; it appears complete or not at all. The sources are named in `sources.json`.
@@ -99,7 +99,7 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
     return combined
 
 
-def _fill(folder: Path, combined: Aggregate, wide_from: Path) -> None:
+def _fill(folder: Path, combined: CombinedSweeps, wide_from: Path) -> None:
     folder.mkdir(parents=True)
     files = (path for found in wide_from.glob("wide*") for path in (found, *found.rglob("*")))
     for path in files:  # one by one: `copytree` gathers its errors, and loses what ails the disk
@@ -128,7 +128,7 @@ def _named_apart(sweep: Sweep, taken: set[str]) -> Sweep:
     raise AssertionError("names do not end")
 
 
-def _source_document(source: Source) -> dict[str, str | int | bool]:
+def _source_document(source: SweepSource) -> dict[str, str | int | bool]:
     return {
         "path": str(source.path),
         "sweep_id": source.sweep_id,

@@ -22,7 +22,7 @@ _WIDE_NODES = 25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Spread:
+class DifferenceSpread:
     """Root mean square and largest value of a difference, px."""
 
     rms_px: float
@@ -30,7 +30,7 @@ class Spread:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison:
+class CalibrationComparison:
     """Calibration b against a, at one distance.
 
     `field_rad`: ax min, ax max, ay min, ay max of the common field. `directions_rad`: (n, 2) where both were
@@ -55,27 +55,29 @@ class Comparison:
     baseline_m: float
 
     @property
-    def pointing(self) -> Spread:
+    def pointing(self) -> DifferenceSpread:
         """Difference of the gaze, both eyes, fovea px."""
         return _spread(np.linalg.norm(np.vstack([self.gaze_left_px, self.gaze_right_px]), axis=1))
 
     @property
-    def epipolar(self) -> Spread:
+    def epipolar(self) -> DifferenceSpread:
         """Row mismatch between the eyes, fovea px."""
         return _spread(self.epipolar_px)
 
     @property
-    def disparity(self) -> Spread:
+    def disparity(self) -> DifferenceSpread:
         """Difference of the total disparity, fovea px."""
         return _spread(np.abs(self.disparity_px))
 
     @property
-    def wide(self) -> Spread:
+    def wide(self) -> DifferenceSpread:
         """Difference of the wide camera, wide px."""
         return _spread(np.linalg.norm(self.wide_px, axis=1))
 
 
-def compare(a: Calibration, b: Calibration, *, distance_m: float = 5.0, nodes: int = NODES) -> Comparison:
+def compare(
+    a: Calibration, b: Calibration, *, distance_m: float = 5.0, nodes: int = NODES
+) -> CalibrationComparison:
     """Compare two calibrations of one rig; raise InvalidInput when they have no field in common."""
     _check_same_rig(a, b)
     field = _common_field(a, b)
@@ -92,7 +94,7 @@ def compare(a: Calibration, b: Calibration, *, distance_m: float = 5.0, nodes: i
         )
     table = np.array(rows)
     wide_at, wide = _wide_difference(a, b)
-    return Comparison(
+    return CalibrationComparison(
         a=a.id,
         b=b.id,
         distance_m=distance_m,
@@ -108,8 +110,8 @@ def compare(a: Calibration, b: Calibration, *, distance_m: float = 5.0, nodes: i
     )
 
 
-def _spread(values: NDArray[np.float64]) -> Spread:
-    return Spread(rms_px=float(np.sqrt(np.mean(values**2))), max_px=float(np.max(values)))
+def _spread(values: NDArray[np.float64]) -> DifferenceSpread:
+    return DifferenceSpread(rms_px=float(np.sqrt(np.mean(values**2))), max_px=float(np.max(values)))
 
 
 def _check_same_rig(a: Calibration, b: Calibration) -> None:

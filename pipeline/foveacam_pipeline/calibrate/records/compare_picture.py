@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.records.compare import Comparison
+from foveacam_pipeline.calibrate.records.compare import CalibrationComparison
 
 _DPI = 110
 _CELLS_LONG = 1.3
@@ -16,7 +16,7 @@ _CELLS_LONG = 1.3
 _LEAST_PX = 1e-9
 
 
-def comparison_picture(comparison: Comparison) -> bytes:
+def comparison_picture(comparison: CalibrationComparison) -> bytes:
     """Return a PNG: arrows for both eyes, row mismatch over the field, arrows over the wide image."""
     figure = Figure(figsize=(11.0, 8.6), dpi=_DPI, layout="constrained")
     axes = figure.subplots(2, 2)

@@ -18,7 +18,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refusal:
+class RefusedFile:
     """A file of the folder that is no calibration to be trusted, and why."""
 
     path: Path
@@ -26,14 +26,14 @@ class Refusal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Listing:
+class CalibrationListing:
     """What lies in a folder: calibrations, newest first, and the files that were refused."""
 
     calibrations: tuple[Calibration, ...]
-    refusals: tuple[Refusal, ...]
+    refusals: tuple[RefusedFile, ...]
 
 
-class RecordStore:
+class CalibrationStore:
     """A folder of calibrations, `<id>.json` each, and `trash` below it. Nothing is changed or overwritten."""
 
     def __init__(self, folder: Path) -> None:
@@ -63,7 +63,7 @@ class RecordStore:
             )
         return self._load(paths[0])
 
-    def every(self, *, rig_id: str | None = None) -> Listing:
+    def every(self, *, rig_id: str | None = None) -> CalibrationListing:
         """Return all calibrations (of one rig), newest first, and what had to be passed over."""
         calibrations, refusals = [], []
         for path in self._paths():
@@ -72,11 +72,11 @@ class RecordStore:
                 if rig_id is not None:
                     known.check_rig(rig_id)
             except FoveaError as error:
-                refusals.append(Refusal(path=path, reason=str(error)))
+                refusals.append(RefusedFile(path=path, reason=str(error)))
                 continue
             calibrations.append(known)
         newest_first = sorted(calibrations, key=lambda known: (known.created, known.id), reverse=True)
-        return Listing(calibrations=tuple(newest_first), refusals=tuple(refusals))
+        return CalibrationListing(calibrations=tuple(newest_first), refusals=tuple(refusals))
 
     def lineage(self, calibration_id: str) -> tuple[Calibration, ...]:
         """Return a calibration, what it was corrected from, and so on, as far as the folder knows."""
@@ -98,7 +98,7 @@ class RecordStore:
 
     def restore(self, calibration_id: str) -> Calibration:
         """Take a calibration, named whole or by its beginning, out of the trash and return it."""
-        discarded = RecordStore(self.trash)
+        discarded = CalibrationStore(self.trash)
         found = discarded.get(calibration_id)
         with disk_errors(f"calibration {found.id}", self._folder):
             discarded.path_of(found.id).replace(self.path_of(found.id))

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import CameraSettings, Clock, DeviceFault, Head, Role, Sighting, StereoVolts
 from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance
-from foveacam_pipeline.calibrate.settle.settle_shift import Reference
+from foveacam_pipeline.calibrate.settle.settle_shift import SettledPicture
 from foveacam_pipeline.calibrate.settle.settle_values import (
     AxisSettle,
     SettleReport,
     SettleSettings,
-    Trace,
+    StepTrace,
     moved,
     time_below,
 )
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES
@@ -46,7 +46,7 @@ def characterise(
     clock: Clock,
     rig_id: str,
     created_utc: str,
-    watch: Watcher | None = None,
+    watch: ProcedureWatcher | None = None,
     settings: SettleSettings = DEFAULT,
     before: CameraSettings | None = None,
 ) -> SettleReport:
@@ -55,7 +55,7 @@ def characterise(
     `before`: how the foveae were exposed, to be put back; without it the exposure seen in a frame is, with
     no gain. Raise DeviceFault when a mirror does not move, or when the scene shows too little.
     """
-    bench = _Bench(head, settings, clock=clock, watch=watch or Nobody())
+    bench = _Bench(head, settings, clock=clock, watch=watch or SilentWatcher())
     with _short_exposures(head, settings, before):
         steps = {axis: bench.step(axis) for axis in settings.axes}
         normal = {axis: bench.watched(steps[axis]) for axis in settings.axes}
@@ -83,7 +83,7 @@ class _End:
     """One end of a step, at rest: what each eye sees there, and where what was there before appears, px."""
 
     volts: StereoVolts
-    references: dict[Role, Reference]
+    references: dict[Role, SettledPicture]
     way_px: dict[Role, NDArray[np.float64]]
 
     def left(self, sighting: Sighting) -> dict[Role, float]:
@@ -110,7 +110,9 @@ class _Step:
 class _Bench:
     """The looks of one characterisation; every look starts from rest at the other end of the step."""
 
-    def __init__(self, head: Head, settings: SettleSettings, *, clock: Clock, watch: Watcher) -> None:
+    def __init__(
+        self, head: Head, settings: SettleSettings, *, clock: Clock, watch: ProcedureWatcher
+    ) -> None:
         self._head = head
         self._settings = settings
         self._clock = clock
@@ -132,7 +134,8 @@ class _Bench:
             _End(
                 volts=at,
                 references={
-                    role: Reference(_picture(sighting, role), towards_px=sign * ways[role]) for role in EYES
+                    role: SettledPicture(_picture(sighting, role), towards_px=sign * ways[role])
+                    for role in EYES
                 },
                 way_px={role: sign * ways[role] for role in EYES},
             )
@@ -145,7 +148,7 @@ class _Bench:
         }
         return _Step(axis=axis, ends=(first, last), step_px=step_px, noise_px=noise_px)
 
-    def watched(self, step: _Step) -> dict[Role, Trace]:
+    def watched(self, step: _Step) -> dict[Role, StepTrace]:
         """Follow a step with the filter as it is: first roughly, then finely up to where nothing moves."""
         longest_us = self._settings.longest_us
         rough = [0, *_doubling(FIRST_US, longest_us)]
@@ -158,7 +161,7 @@ class _Bench:
         seen |= {delay: self._after(step, delay) for delay in fine if delay not in seen}
         return self._traces(step, seen)
 
-    def ringing(self, step: _Step) -> dict[Role, Trace]:
+    def ringing(self, step: _Step) -> dict[Role, StepTrace]:
         """Follow a step closely, with the filter wide open."""
         count, end_us = self._settings.ringing_delays, self._settings.ringing_us
         spread = np.linspace(0.0, 1.0, count) ** 1.6  # densely first: what is damped is over soon
@@ -166,12 +169,12 @@ class _Bench:
         self._begin(step)
         return self._traces(step, {delay: self._after(step, delay) for delay in delays})
 
-    def _traces(self, step: _Step, seen: dict[int, dict[Role, float]]) -> dict[Role, Trace]:
+    def _traces(self, step: _Step, seen: dict[int, dict[Role, float]]) -> dict[Role, StepTrace]:
         middle_us = self._settings.exposure_ns / 2e3
         found = {}
         for role in EYES:
             known = [(delay, seen[delay][role]) for delay in sorted(seen) if math.isfinite(seen[delay][role])]
-            found[role] = Trace(
+            found[role] = StepTrace(
                 times_us=tuple(self._begins_us[delay] + middle_us for delay, _ in known),
                 left_px=tuple(left * step.step_px[role] for _, left in known),
                 unrecognised=len(seen) - len(known),
@@ -205,7 +208,9 @@ class _Bench:
         self._clock.sleep_until_ns(self._clock.now_ns() + 1000 * self._settings.settled_us)
 
 
-def _axis(role: Role, step: _Step, trace: Trace, open_trace: Trace, settings: SettleSettings) -> AxisSettle:
+def _axis(
+    role: Role, step: _Step, trace: StepTrace, open_trace: StepTrace, settings: SettleSettings
+) -> AxisSettle:
     step_px, noise_px = step.step_px[role], step.noise_px[role]
     resonance, why = fit_resonance(
         open_trace,
@@ -244,7 +249,7 @@ def _whole_step(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDA
     way = np.zeros(2)
     for before, after in pairwise(pictures):
         search_px = np.array(after.shape[::-1]) * SEARCHED
-        shift = Reference(after, towards_px=np.zeros(2), search_px=search_px).shift(before)
+        shift = SettledPicture(after, towards_px=np.zeros(2), search_px=search_px).shift(before)
         if not shift.seen:
             raise DeviceFault(
                 f"settling of the {role} eye, {axis} axis: the picture after half a step is not recognised "

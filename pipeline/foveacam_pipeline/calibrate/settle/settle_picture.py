@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, Trace
+from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, StepTrace
 
 _DPI = 110
 _FLOOR_PX = 0.01
@@ -63,7 +63,7 @@ def _ringing(axes: Axes, found: AxisSettle) -> None:
     axes.plot(times_ms, 100.0 * left / found.step_px, ".-", color=_colour(found), linewidth=0.8, label=label)
 
 
-def _arrays(trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _arrays(trace: StepTrace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return 1e-3 * np.array(trace.times_us), np.array(trace.left_px)
 
 

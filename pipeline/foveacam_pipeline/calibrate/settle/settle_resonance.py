@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, signal
 
-from foveacam_pipeline.calibrate.settle.settle_values import Resonance, Trace
+from foveacam_pipeline.calibrate.settle.settle_values import MirrorResonance, StepTrace
 
 FILTER_ORDER = 5
 EXPOSURE_PARTS = 7
@@ -37,8 +37,8 @@ NOT_RESOLVED = "not resolvable"
 
 
 def fit_resonance(
-    trace: Trace, *, step_px: float, cutoff_hz: int, exposure_us: float, noise_px: float
-) -> tuple[Resonance | None, str]:
+    trace: StepTrace, *, step_px: float, cutoff_hz: int, exposure_us: float, noise_px: float
+) -> tuple[MirrorResonance | None, str]:
     """Return the resonance that explains a trace, or None; and a sentence about it."""
     if len(trace.times_us) < FEWEST:
         return None, f"{NOT_RESOLVED}: only {len(trace.times_us)} pictures were recognised"
@@ -62,7 +62,7 @@ def fit_resonance(
         return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
     if max(sigmas) > LARGEST_REL_SIGMA:
         return None, f"{NOT_RESOLVED}: {max(sigmas):.0%} of error; use more delays or a larger step"
-    found = Resonance(
+    found = MirrorResonance(
         frequency_hz=frequency,
         quality=quality,
         frequency_sigma_hz=frequency * sigmas[0],
@@ -129,7 +129,7 @@ def _poles(cutoff_hz: float) -> NDArray[np.complex128]:
     return np.asarray(poles, dtype=np.complex128)
 
 
-def system_poles(cutoff_hz: float, resonance: Resonance | None) -> NDArray[np.complex128]:
+def system_poles(cutoff_hz: float, resonance: MirrorResonance | None) -> NDArray[np.complex128]:
     """Return the poles, 1/s, of the drive filter and of the mirror behind it, as far as that is known."""
     terms = [0.0]
     if resonance is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.template import peak
+from foveacam_pipeline.verge.wide_patch import peak
 
 REDUCTION = 4
 HALF_PX = 136
@@ -28,7 +28,7 @@ LEAST_SCORE = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shift:
+class PictureShift:
     """Where a picture shows what the reference shows, minus where the reference does, px; and how alike."""
 
     x_px: float
@@ -41,7 +41,7 @@ class Shift:
         return self.score >= LEAST_SCORE
 
 
-class Reference:
+class SettledPicture:
     """A settled picture, against which others are measured.
 
     `towards_px`: (2,) where a picture before the step shows the things in the middle, px from there: the
@@ -67,14 +67,14 @@ class Reference:
             self._patch, None, fx=1 / REDUCTION, fy=1 / REDUCTION, interpolation=cv2.INTER_AREA
         )
 
-    def shift(self, gray: NDArray[np.uint8]) -> Shift:
+    def shift(self, gray: NDArray[np.uint8]) -> PictureShift:
         """Return how far a picture is from the reference."""
         image = _evened(gray)
         coarse, score = self._coarse(image)
         if score < LEAST_SCORE:
-            return Shift(x_px=math.nan, y_px=math.nan, score=score)
+            return PictureShift(x_px=math.nan, y_px=math.nan, score=score)
         fine, score = self._refined(image, coarse)
-        return Shift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
+        return PictureShift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
 
     def _coarse(self, image: NDArray[np.float32]) -> tuple[NDArray[np.float64], float]:
         """Search along the step, and a little beyond and beside it, at a quarter of the size."""

@@ -42,7 +42,7 @@ class SettleSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resonance:
+class MirrorResonance:
     """A mirror's own swing after a step: frequency, quality, and their standard errors."""
 
     frequency_hz: float
@@ -52,7 +52,7 @@ class Resonance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trace:
+class StepTrace:
     """What one axis did after a step.
 
     `times_us`: from the command to the middle of the exposure. `left_px`: distance from rest along the step.
@@ -81,10 +81,10 @@ class AxisSettle:
     noise_px: float
     settle_us: float
     settle_share_us: float
-    resonance: Resonance | None
+    resonance: MirrorResonance | None
     ringing: str
-    trace: Trace
-    open_trace: Trace
+    trace: StepTrace
+    open_trace: StepTrace
 
     @property
     def response_us(self) -> float:
@@ -128,7 +128,7 @@ class SettleReport:
         return max(found.settle_for_us(step_px, within_px=within_px) for found in self.axes)
 
 
-def _first_half_us(trace: Trace, step_px: float) -> float:
+def _first_half_us(trace: StepTrace, step_px: float) -> float:
     """Return when a trace first came below half of its step, µs; straight lines between its pictures."""
     left = np.array(trace.left_px) / step_px
     times_us = np.array(trace.times_us)
@@ -143,7 +143,7 @@ def _first_half_us(trace: Trace, step_px: float) -> float:
     return float(times_us[first - 1] + share * (times_us[first] - times_us[first - 1]))
 
 
-def time_below(trace: Trace, limit_px: float, *, floor_px: float) -> float:
+def time_below(trace: StepTrace, limit_px: float, *, floor_px: float) -> float:
     """Return when a trace was below a limit for good, µs.
 
     Between two pictures it falls as fast as from one to the next; below what can be measured, or after the
@@ -161,7 +161,7 @@ def time_below(trace: Trace, limit_px: float, *, floor_px: float) -> float:
     return last_us + min(1.0, share) * (next_us - last_us)
 
 
-def _envelope(trace: Trace) -> list[tuple[float, float]]:
+def _envelope(trace: StepTrace) -> list[tuple[float, float]]:
     """Return (µs, px): the most that is still to come at each time; it never rises."""
     most, envelope = 0.0, []
     for t_us, left_px in sorted(zip(trace.times_us, trace.left_px, strict=True), reverse=True):

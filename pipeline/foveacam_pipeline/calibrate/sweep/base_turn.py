@@ -21,7 +21,7 @@ from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -49,11 +49,17 @@ class TurnSettings:
     still_frames: int = 8
 
 
-class Base:
+class StationBase:
     """The pan-tilt at one station, as the sweep uses it."""
 
     def __init__(
-        self, pan_tilt: PanTilt, station: Station, *, clock: Clock, watch: Watcher, settings: TurnSettings
+        self,
+        pan_tilt: PanTilt,
+        station: Station,
+        *,
+        clock: Clock,
+        watch: ProcedureWatcher,
+        settings: TurnSettings,
     ) -> None:
         self._pan_tilt = pan_tilt
         self._station = station
@@ -137,7 +143,7 @@ def _no_more(missed_rad: NDArray[np.float64]) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class HandTurned:
+class HandTurnedBase:
     """Watches the wide view while somebody turns the rig, until the target rests near a wanted gaze.
 
     `correct`: asked for more, by (2,) rad, when the target rests beside the first gaze.
@@ -145,7 +151,7 @@ class HandTurned:
 
     head: Head
     clock: Clock
-    watch: Watcher
+    watch: ProcedureWatcher
     wide: Intrinsics
     layout: MarkerLayout
     settings: TurnSettings

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.sweep.eye_prediction import LOCATED_V, EyePrediction, clamp_volts
-from foveacam_pipeline.calibrate.sweep.marker_sight import EyeSight, SightLimits, doubt
+from foveacam_pipeline.calibrate.sweep.marker_observation import EyeObservation, MarkerLimits, doubt
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 
 BEYOND = "beyond the volts"
@@ -42,10 +42,10 @@ class CentringSettings:
     most_looks: int = 16
     most_doubtful: int = 3
     ring_rad: float = math.radians(0.7)
-    limits: SightLimits = field(default_factory=SightLimits)
+    limits: MarkerLimits = field(default_factory=MarkerLimits)
 
 
-class Pid:
+class TwoAxisPid:
     """Velocity-form PID of two axes; see the head of this file."""
 
     def __init__(self, settings: CentringSettings, *, max_v: float) -> None:
@@ -90,7 +90,7 @@ class EyeCentring:
         self._prediction = prediction
         self._settings = settings
         self._max_v = max_v
-        self._pid = Pid(settings, max_v=max_v)
+        self._pid = TwoAxisPid(settings, max_v=max_v)
         self._doubtful = 0
         self._rings = 0
         prediction.forget()
@@ -107,7 +107,7 @@ class EyeCentring:
 
     def take(
         self,
-        sight: EyeSight,
+        sight: EyeObservation,
         gaze_rad: NDArray[np.float64] | None,
         *,
         asked_ns: int,
@@ -123,7 +123,7 @@ class EyeCentring:
         if not self.done and self.looks >= self._settings.most_looks:
             self.refuse(f"not centred after {self.looks} looks: {reason or self._far(sight)}")
 
-    def _close(self, sight: EyeSight, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
+    def _close(self, sight: EyeObservation, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
         """Steer by a marker in view; end when it is where it should be, or cannot be brought there."""
         slope = self._prediction.slope(gaze_rad)
         error_rad = self._wanted_rad - gaze_rad
@@ -146,7 +146,7 @@ class EyeCentring:
         at_limit = np.abs(volts_v) >= self._max_v - LIMIT_TOLERANCE_V
         return np.asarray(at_limit & (np.sign(error_v) == np.sign(volts_v)))
 
-    def _end(self, sight: EyeSight, reason: str | None, *, rim: bool) -> None:
+    def _end(self, sight: EyeObservation, reason: str | None, *, rim: bool) -> None:
         if reason is None and sight.view is not None:
             volts = (float(sight.volts_v[0]), float(sight.volts_v[1]))
             self.result = EyePose(
@@ -158,7 +158,7 @@ class EyeCentring:
         if self._doubtful >= self._settings.most_doubtful:
             self.refuse(f"{self._needs()}, and there {reason}; {SMALLER}" if rim else f"{reason}")
 
-    def _search(self, sight: EyeSight, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
+    def _search(self, sight: EyeObservation, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
         """Go where the wide view says, or around in rings."""
         self._pid.restart()
         if gaze_rad is not None and sight.others:
@@ -182,7 +182,7 @@ class EyeCentring:
         x, y = self._prediction.volts(self._wanted_rad).tolist()
         return f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed"
 
-    def _far(self, sight: EyeSight) -> str:
+    def _far(self, sight: EyeObservation) -> str:
         x, y = sight.offset_px.tolist()
         return f"the marker still is ({x:.0f}, {y:.0f}) px from the middle; check that the mirror follows"
 

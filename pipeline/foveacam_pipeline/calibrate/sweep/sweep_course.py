@@ -20,7 +20,7 @@ LARGEST_LEAN_RAD = math.radians(3.0)
 """A pan-tilt that misses by more is not where it says, and nothing is corrected by that."""
 
 
-class Course:
+class SweepCourse:
     """Turns the base by `turn_to`, measures there, and learns how far both eyes and the base reach."""
 
     def __init__(

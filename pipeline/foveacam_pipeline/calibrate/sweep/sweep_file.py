@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from foveacam_hardware.contract import InvalidInput, PanTiltPose, Station, StationTarget
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_plan import Spacing, SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
 from foveacam_pipeline.models.content import Plain, plain
 
 FORMAT = "foveacam-sweep"
@@ -60,7 +60,7 @@ class _Plan(_Document):
     rows: int
     half_width_rad: float
     half_height_rad: float
-    spacing: Spacing
+    spacing: NodeSpacing
 
 
 class _Header(_Document):

@@ -11,14 +11,14 @@ from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.sweep.sweep_wide import WideAtRest
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest
 
 AXES = ("x", "y")
 OVERHANG_RAD = math.radians(1.0)
 """How far from an eye's middle its marker may still be whole in view, and count as a rim pose."""
 
 
-def open_sweep(meter: PoseMeter, settings: SweepSettings) -> WideAtRest:
+def open_sweep(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRest:
     """Find both markers straight ahead and try every axis; raise DeviceFault naming one that does not answer.
 
     Raise InvalidInput when the target is not what was agreed: swapped markers, another layout, a wrong tape.
@@ -64,7 +64,7 @@ def check_volts(meter: PoseMeter, plan: SweepPlan, settings: SweepSettings) -> N
 def _gazes(
     meter: PoseMeter,
     commands_v: dict[Role, NDArray[np.float64]],
-    at_rest: WideAtRest,
+    at_rest: WideMarkersAtRest,
     target: TargetPose,
 ) -> dict[Role, NDArray[np.float64] | None]:
     sighting = meter.look(commands_v)

@@ -14,7 +14,7 @@ MOST = 41
 LARGEST_RAD = math.radians(30.0)
 
 
-class Spacing(StrEnum):
+class NodeSpacing(StrEnum):
     """How the nodes of one axis lie."""
 
     EVEN = "even"
@@ -33,7 +33,7 @@ class SweepPlan:
     rows: int = 9
     half_width_rad: float = math.radians(9.3)
     half_height_rad: float = math.radians(8.2)
-    spacing: Spacing = Spacing.RIM
+    spacing: NodeSpacing = NodeSpacing.RIM
 
     def __post_init__(self) -> None:
         if not (FEWEST <= self.columns <= MOST and FEWEST <= self.rows <= MOST):
@@ -63,8 +63,8 @@ class SweepPlan:
         return [int(k) for k in np.lexsort((around, ring))]
 
 
-def _axis(count: int, half_rad: float, spacing: Spacing) -> NDArray[np.float64]:
-    if spacing is Spacing.EVEN:
+def _axis(count: int, half_rad: float, spacing: NodeSpacing) -> NDArray[np.float64]:
+    if spacing is NodeSpacing.EVEN:
         return np.linspace(-half_rad, half_rad, count)
     nodes: NDArray[np.float64] = -half_rad * np.cos(np.linspace(0.0, np.pi, count))
     return nodes

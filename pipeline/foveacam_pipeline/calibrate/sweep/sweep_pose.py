@@ -22,8 +22,8 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.calibrate.sweep.centring import BEYOND, EyeCentring
 from foveacam_pipeline.calibrate.sweep.eye_prediction import EyePrediction, clamp_volts
-from foveacam_pipeline.calibrate.sweep.marker_sight import (
-    EyeSight,
+from foveacam_pipeline.calibrate.sweep.marker_observation import (
+    EyeObservation,
     centre_px,
     direction_rad,
     eye_sight,
@@ -36,8 +36,8 @@ from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_t
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_pictures import marked
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.sweep.sweep_wide import WideAtRest
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 EYES = (Role.LEFT, Role.RIGHT)
@@ -58,7 +58,7 @@ class PoseMeter:
         station: Station,
         *,
         clock: Clock,
-        watch: Watcher,
+        watch: ProcedureWatcher,
         settings: SweepSettings,
     ) -> None:
         self.predictions = {role: EyePrediction(settings.rad_per_v) for role in EYES}
@@ -73,11 +73,13 @@ class PoseMeter:
         self._turns_rad = dict.fromkeys(EYES, 0.0)
         self._before: dict[Role, NDArray[np.uint8]] = {}
 
-    def look_wide(self) -> WideAtRest:
+    def look_wide(self) -> WideMarkersAtRest:
         """Return the markers in a wide frame exposed from now on."""
-        return WideAtRest(self._head, self._clock, self._settings.layout, since_ns=self._clock.now_ns())
+        return WideMarkersAtRest(
+            self._head, self._clock, self._settings.layout, since_ns=self._clock.now_ns()
+        )
 
-    def locate(self, at_rest: WideAtRest) -> TargetPose:
+    def locate(self, at_rest: WideMarkersAtRest) -> TargetPose:
         """Return where the target stands; by tape when somebody measured."""
         return locate_target(
             at_rest.views, self._settings.layout, self._wide, distance_m=self._station.distance_m
@@ -129,7 +131,7 @@ class PoseMeter:
         )
         return pose, at_rest.moved_px()
 
-    def begin(self, at_rest: WideAtRest) -> tuple[dict[Role, EyeCentring], TargetPose | None]:
+    def begin(self, at_rest: WideMarkersAtRest) -> tuple[dict[Role, EyeCentring], TargetPose | None]:
         """Return the eyes, aimed at their markers; those whose marker the wide view lacks are refused."""
         try:
             target = self.locate(at_rest)
@@ -151,7 +153,7 @@ class PoseMeter:
     def steer(
         self,
         eyes: Mapping[Role, EyeCentring],
-        at_rest: WideAtRest,
+        at_rest: WideMarkersAtRest,
         target: TargetPose,
         *,
         enough: Callable[[], bool] | None = None,
@@ -183,7 +185,7 @@ class PoseMeter:
             )
         )
 
-    def sight(self, sighting: Sighting, role: Role) -> EyeSight:
+    def sight(self, sighting: Sighting, role: Role) -> EyeObservation:
         """Return what an eye saw of its marker in a look."""
         frame = sighting.left if role is Role.LEFT else sighting.right
         layout = self._settings.layout
@@ -191,7 +193,9 @@ class PoseMeter:
         self.fovea_size = sight.size
         return sight
 
-    def gaze(self, sight: EyeSight, at_rest: WideAtRest, target: TargetPose) -> NDArray[np.float64] | None:
+    def gaze(
+        self, sight: EyeObservation, at_rest: WideMarkersAtRest, target: TargetPose
+    ) -> NDArray[np.float64] | None:
         """Return where an eye looks, (2,) rad: by a marker of the target, else by the wide view, or None."""
         layout = self._settings.layout
         seen = [view for view in (sight.view, *sight.others.values()) if view is not None]
@@ -269,24 +273,24 @@ class PoseMeter:
         settings = self._settings
         return EyeCentring(role, wanted_rad, self.predictions[role], settings.centring, max_v=settings.max_v)
 
-    def _wide_doubt(self, at_rest: WideAtRest, marker_id: int) -> str | None:
+    def _wide_doubt(self, at_rest: WideMarkersAtRest, marker_id: int) -> str | None:
         if marker_id not in at_rest.views:
             return f"marker {marker_id} is not in the wide view; uncover it and light it"
         most_px = self._settings.centring.limits.blur_wide_px
         doubt = view_doubt(at_rest.views[marker_id], most_px=most_px)
         return None if doubt is None else f"wide view: {doubt}"
 
-    def _frozen(self, sight: EyeSight) -> bool:
+    def _frozen(self, sight: EyeObservation) -> bool:
         """Return whether a picture is the one before, noise and all."""
         before = self._before.get(sight.role)
         self._before[sight.role] = sight.image
         return before is not None and bool(np.array_equal(before, sight.image))
 
-    def _show_wide(self, at_rest: WideAtRest, *, accepted: bool) -> None:
+    def _show_wide(self, at_rest: WideMarkersAtRest, *, accepted: bool) -> None:
         views = list(at_rest.views.values())
         self._watch.show("wide", marked(at_rest.image, views, accepted=accepted, aim_px=None))
 
-    def _show_eye(self, sight: EyeSight, *, accepted: bool) -> None:
+    def _show_eye(self, sight: EyeObservation, *, accepted: bool) -> None:
         views = [] if sight.view is None else [sight.view]
         aim_px = centre_px(sight.size)
         self._watch.show(str(sight.role), marked(sight.image, views, accepted=accepted, aim_px=aim_px))

@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import Clock, Head, InvalidInput, PanTilt, Station
-from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned
+from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase, StationBase
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose, sweep_filename
-from foveacam_pipeline.calibrate.sweep.sweep_course import Course
+from foveacam_pipeline.calibrate.sweep.sweep_course import SweepCourse
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_pose import PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 OUT = 0.7
@@ -59,13 +59,13 @@ def returned(sweeps: Sequence[Sweep]) -> bool:
 
 
 @dataclass(slots=True, kw_only=True)
-class References:
+class ReferenceVisits:
     """The visits to the middle of the field during the sweep of one station.
 
     `every`: poses from one visit to the next, 0: none.
     """
 
-    course: Course
+    course: SweepCourse
     plan: SweepPlan
     target: TargetPose
     path: Path
@@ -101,7 +101,7 @@ def return_to_nodes(
     wide: Intrinsics,
     *,
     clock: Clock,
-    watch: Watcher,
+    watch: ProcedureWatcher,
     folder: Path,
     settings: SweepSettings,
 ) -> tuple[SweepPose, ...]:
@@ -117,15 +117,15 @@ def return_to_nodes(
             f"sweep {path}: it was made at {sweep.header.station}, the rig's station is {station} now; "
             "begin anew in another session"
         )
-    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
+    base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
     meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
     meter.fovea_size = sweep.header.fovea_size
     for pose in sweep.poses:
         meter.learn(pose)
-    course = Course(
+    course = SweepCourse(
         base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
     )
-    by_hand = HandTurned(
+    by_hand = HandTurnedBase(
         head=head,
         clock=clock,
         watch=watch,

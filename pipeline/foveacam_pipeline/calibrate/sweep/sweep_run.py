@@ -22,19 +22,19 @@ from foveacam_hardware.contract import (
     Station,
     StationTarget,
 )
-from foveacam_pipeline.calibrate.sweep.base_turn import Base, HandTurned
+from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase, StationBase
 from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
+from foveacam_pipeline.calibrate.sweep.single_eye_limit import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
-from foveacam_pipeline.calibrate.sweep.sweep_course import Course
+from foveacam_pipeline.calibrate.sweep.sweep_course import SweepCourse
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, open_sweep
-from foveacam_pipeline.calibrate.sweep.sweep_patience import Patience
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
-from foveacam_pipeline.calibrate.sweep.sweep_reference import References
+from foveacam_pipeline.calibrate.sweep.sweep_reference import ReferenceVisits
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.watcher import Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 logger = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ def run_sweep(
     *,
     plan: SweepPlan,
     clock: Clock,
-    watch: Watcher,
+    watch: ProcedureWatcher,
     folder: Path,
     settings: SweepSettings,
 ) -> Sweep:
@@ -67,16 +67,16 @@ def run_sweep(
         check_reach(plan, station.pose, pan_tilt.limits)
     path = folder / sweep_filename(station)
     known = load_sweep(path) if path.exists() else None
-    base = Base(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
+    base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
     meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
-    course = Course(
+    course = SweepCourse(
         base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
     )
     run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
     if known is not None:  # before anything moves
         sizes = known.header.wide_size, known.header.fovea_size
         check_same(known.header, run.header(station, *sizes), path)
-    by_hand = HandTurned(
+    by_hand = HandTurnedBase(
         head=head,
         clock=clock,
         watch=watch,
@@ -118,16 +118,16 @@ def check_plan(plan: SweepPlan, station: Station, wide: Intrinsics, settings: Sw
 class _Run:
     """One run of a sweep."""
 
-    base: Base
+    base: StationBase
     meter: PoseMeter
     plan: SweepPlan
-    watch: Watcher
+    watch: ProcedureWatcher
     settings: SweepSettings
     path: Path
-    course: Course
+    course: SweepCourse
     _target: TargetPose = field(init=False)
 
-    def opened(self, station: Station, known: Sweep | None, by_hand: HandTurned) -> Sweep:
+    def opened(self, station: Station, known: Sweep | None, by_hand: HandTurnedBase) -> Sweep:
         """Look straight ahead, try the mirrors, and return the sweep to go on with."""
         total = self.plan.columns * self.plan.rows
         done = total - len(_missing(known, range(total)))
@@ -171,12 +171,12 @@ class _Run:
             right_serial=settings.right_serial,
         )
 
-    def measured(self, sweep: Sweep, by_hand: HandTurned) -> Sweep:
+    def measured(self, sweep: Sweep, by_hand: HandTurnedBase) -> Sweep:
         """Measure what is missing or was refused."""
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
         to_do = _missing(sweep, self.plan.outward() if self.base.by_hand else range(len(nodes)))
-        patience, begun = Patience(sweep, self.settings), len(to_do)
+        patience, begun = SingleEyeLimit(sweep, self.settings), len(to_do)
         references = self._references(sweep)
         if to_do:
             references.visit_when_due(0, last=False)
@@ -191,10 +191,10 @@ class _Run:
             references.visit_when_due(begun - len(to_do), last=not to_do)
         return replace(references.known, poses=tuple(poses[k] for k in sorted(poses)))
 
-    def _references(self, sweep: Sweep) -> References:
+    def _references(self, sweep: Sweep) -> ReferenceVisits:
         """Return the visits to the middle; nobody is asked to turn a rig there by hand."""
         every = 0 if self.base.by_hand else self.settings.reference_rows * self.plan.columns
-        return References(
+        return ReferenceVisits(
             course=self.course,
             plan=self.plan,
             target=self._target,
@@ -204,7 +204,7 @@ class _Run:
             known=sweep,
         )
 
-    def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurned) -> SweepPose:
+    def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurnedBase) -> SweepPose:
         """Measure one of the poses that are to do, and strike it off."""
         if not self.base.by_hand:
             index = to_do.pop(0)

@@ -13,7 +13,7 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 MOST_ASKED = 20
 
 
-class WideAtRest:
+class WideMarkersAtRest:
     """Frames exposed after a moment, all of which must show the markers at one place."""
 
     def __init__(self, head: Head, clock: Clock, layout: MarkerLayout, *, since_ns: int) -> None:

@@ -19,7 +19,7 @@ WORDS: dict[State, str] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class AutoCaptureVerdict:
     """What became of one image; `view`: the mean of the images that the board was held for, when taken."""
 
     state: State
@@ -50,7 +50,7 @@ class AutoCapture:
         t_ns: int,
         exact: Callable[[], BoardView | None],
         lacks: Callable[[BoardView], bool],
-    ) -> Verdict:
+    ) -> AutoCaptureVerdict:
         """Judge the next image, exposed at `t_ns`, by its view as found quickly.
 
         `exact` finds it again, with all effort; `lacks` tells whether a view would add something.
@@ -59,27 +59,27 @@ class AutoCapture:
         self._quick, self._quick_ns = quick, t_ns
         if quick is None:
             self._held.clear()
-            return Verdict(state="no board")
+            return AutoCaptureVerdict(state="no board")
         if before is None or not _same(before, quick, within_px=self._still_px):
             self._held.clear()
-            return Verdict(state="moving")
+            return AutoCaptureVerdict(state="moving")
         if not self._held and not lacks(quick):
-            return Verdict(state="nothing new")
+            return AutoCaptureVerdict(state="nothing new")
         fine = exact()
         if fine is None or (self._held and not _same(self._held[0], fine, within_px=self._still_px)):
             self._held.clear()
-            return Verdict(state="moving")
+            return AutoCaptureVerdict(state="moving")
         if not self._held:
             self._since_ns = before_ns
         self._held.append(fine)
         if len(self._held) < self._frames and t_ns - self._since_ns < self._held_ns:
-            return Verdict(state="holding")
+            return AutoCaptureVerdict(state="holding")
         view = mean_view(self._held)
         frames = len(self._held)
         self._held.clear()
         if view is None:
-            return Verdict(state="moving")
-        return Verdict(state="taken", view=view, frames=frames)
+            return AutoCaptureVerdict(state="moving")
+        return AutoCaptureVerdict(state="taken", view=view, frames=frames)
 
 
 def mean_view(views: list[BoardView]) -> BoardView | None:

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
-from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, Coverage
+from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, BoardCoverage
 
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 HALF = 0.5
@@ -16,7 +16,7 @@ _SHIFT = 3
 
 
 def draw_overlay(
-    image: NDArray[np.uint8], view: BoardView | None, *, cover: Coverage, words: str
+    image: NDArray[np.uint8], view: BoardView | None, *, cover: BoardCoverage, words: str
 ) -> NDArray[np.uint8]:
     """Return (h/2, w/2, 3) uint8 RGB: covered parts veiled in green, corners, words for the operator."""
     small = cv2.resize(image, None, fx=HALF, fy=HALF, interpolation=cv2.INTER_AREA)

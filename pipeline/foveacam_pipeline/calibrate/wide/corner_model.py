@@ -24,7 +24,7 @@ _SOFT_REACH = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Crossings:
+class CornerCrossings:
     """n fitted crossings.
 
     `places_px`: (n, 2) float64. `misfit`: (n,) rms of what is left over the contrast. `blur_px`: (n,) of the
@@ -42,7 +42,7 @@ def fit_crossings(
     *,
     edges_px: NDArray[np.float64],
     radius_px: NDArray[np.float64],
-) -> Crossings:
+) -> CornerCrossings:
     """Fit crossings near `start_px` (n, 2), px; NaN for those whose window leaves the image.
 
     `edges_px`: (n, 2, 2), directions of the two edges at each. `radius_px`: (n,), how far from each there is
@@ -61,7 +61,7 @@ def fit_crossings(
         places[inside] = middle[inside] + state[:, :2]
         misfit[inside] = _misfit(patch, state)
         blur[inside] = state[:, 6]
-    return Crossings(places_px=places, misfit=misfit, blur_px=blur)
+    return CornerCrossings(places_px=places, misfit=misfit, blur_px=blur)
 
 
 class _Patches:

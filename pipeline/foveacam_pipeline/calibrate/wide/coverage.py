@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.wide.board_attitude import TILTS, Attitude, attitude_of
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
+from foveacam_pipeline.calibrate.wide.board_pose import TILTS, BoardPose, attitude_of
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 COLUMNS, ROWS = 12, 9
@@ -19,7 +19,7 @@ _NEW_SIZE = 0.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Coverage:
+class BoardCoverage:
     """What views cover. `cells`: (9, 12) int64, how many views have a corner in each part of the image.
 
     `tilts`: how many views there are of each of `TILTS`.
@@ -44,21 +44,21 @@ class Coverage:
         return words + (f"; not shown yet: {', '.join(missing)}" if missing else ", tilted every way")
 
 
-class Covering:
+class CoverageTracker:
     """Views as they come: what they cover so far, and whether another would add to it."""
 
     def __init__(self, views: Iterable[BoardView] = (), lens: Intrinsics | None = None) -> None:
         self._lens = lens
         self._cells = np.zeros((ROWS, COLUMNS), dtype=np.int64)
         self._tilts = [0] * len(TILTS)
-        self._known: list[tuple[BoardView, Attitude]] = []
+        self._known: list[tuple[BoardView, BoardPose]] = []
         for view in views:
             self.add(view)
 
     @property
-    def coverage(self) -> Coverage:
+    def coverage(self) -> BoardCoverage:
         """What the views cover."""
-        return Coverage(cells=self._cells.copy(), tilts=tuple(self._tilts))
+        return BoardCoverage(cells=self._cells.copy(), tilts=tuple(self._tilts))
 
     def add(self, view: BoardView) -> None:
         """Count a view in."""
@@ -75,9 +75,9 @@ class Covering:
         return not any(_alike(view, attitude, *known) for known in self._known)
 
 
-def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> Coverage:
+def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> BoardCoverage:
     """Return what views cover, their tilts by a calibrated lens or the nominal one."""
-    return Covering(views, lens).coverage
+    return CoverageTracker(views, lens).coverage
 
 
 def cells_of(view: BoardView) -> NDArray[np.bool_]:
@@ -89,7 +89,7 @@ def cells_of(view: BoardView) -> NDArray[np.bool_]:
     return cells
 
 
-def _alike(view: BoardView, mine: Attitude, other: BoardView, theirs: Attitude) -> bool:
+def _alike(view: BoardView, mine: BoardPose, other: BoardView, theirs: BoardPose) -> bool:
     turn = math.acos(np.clip((np.trace(mine.rotation.T @ theirs.rotation) - 1.0) / 2.0, -1.0, 1.0))
     shift = np.hypot(*(np.array(view.centre_px) - np.array(other.centre_px))) / view.width
     size = abs(math.log(np.linalg.norm(mine.place_m) / np.linalg.norm(theirs.place_m)))

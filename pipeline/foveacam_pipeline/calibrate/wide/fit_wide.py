@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.board_attitude import Attitude, attitude_from, attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import BoardPose, attitude_from, attitude_of
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
     FOCAL_AND_CENTRE,
-    Bundle,
-    SeenBoard,
+    BoardObservation,
+    LensBundle,
     first_lens,
     fit_bundle,
     fit_pose,
@@ -55,7 +55,7 @@ class ViewFit:
     corners_px: NDArray[np.float64]
     residuals_px: NDArray[np.float64]
     rms_px: float
-    attitude: Attitude
+    attitude: BoardPose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -159,11 +159,11 @@ def intrinsics_from(lens: NDArray[np.float64], size: tuple[int, int]) -> Intrins
     )
 
 
-def _seen(samples: Sequence[WideSample]) -> list[SeenBoard]:
-    return [SeenBoard(places_m=s.view.places_m, corners_px=s.view.corners_px) for s in samples]
+def _seen(samples: Sequence[WideSample]) -> list[BoardObservation]:
+    return [BoardObservation(places_m=s.view.places_m, corners_px=s.view.corners_px) for s in samples]
 
 
-def _fit(views: Sequence[SeenBoard], model: LensModel, size: tuple[int, int]) -> Bundle:
+def _fit(views: Sequence[BoardObservation], model: LensModel, size: tuple[int, int]) -> LensBundle:
     start = first_lens(views, width=size[0], height=size[1], coefficients=MODELS[model])
     prior = prior_about(start, width=size[0])
     straight = np.arange(len(start)) < FOCAL_AND_CENTRE
@@ -193,7 +193,7 @@ def _check_number(samples: Sequence[WideSample]) -> None:
         )
 
 
-def _check_lens(samples: WideSamples, bundle: Bundle, accuracy: LensAccuracy) -> None:
+def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy) -> None:
     if bundle.sigma_px > _NOT_A_LENS * samples.size[0]:
         raise InvalidInput(
             f"wide calibration: no lens explains the views, corners are off by {bundle.sigma_px:.1f} px; "

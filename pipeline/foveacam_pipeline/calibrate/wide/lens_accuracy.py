@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.wide.wide_bundle import FOCAL_AND_CENTRE, POSE, Bundle, solve_scaled
+from foveacam_pipeline.calibrate.wide.wide_bundle import FOCAL_AND_CENTRE, POSE, LensBundle, solve_scaled
 from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -41,7 +41,7 @@ class LensAccuracy:
         return COVERAGE_FACTOR * self.sigma_rad
 
 
-def accuracy_of(bundle: Bundle, lens: Intrinsics) -> LensAccuracy:
+def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
     """State the accuracy: by the noise, or by what leaving out single views changes, whichever is worse."""
     pixels = grid_px(lens.width, lens.height)
     slopes, turns = _slopes(lens, pixels)
@@ -67,12 +67,12 @@ def grid_px(width: int, height: int) -> NDArray[np.float64]:
     return np.column_stack([x.ravel(), y.ravel()])
 
 
-def _by_noise(bundle: Bundle) -> NDArray[np.float64]:
+def _by_noise(bundle: LensBundle) -> NDArray[np.float64]:
     normal = bundle.normals.sum(axis=0) + bundle.prior.normal
     return solve_scaled(normal, np.eye(len(normal)))
 
 
-def _by_leaving_out(bundle: Bundle) -> NDArray[np.float64]:
+def _by_leaving_out(bundle: LensBundle) -> NDArray[np.float64]:
     """Return the jackknife's covariance: errors that corners of one view share count as what they are."""
     views = len(bundle.normals)
     normal = bundle.normals.sum(axis=0) + bundle.prior.normal

@@ -39,7 +39,7 @@ FOCAL_OVER_WIDTH = 2.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SeenBoard:
+class BoardObservation:
     """One view: `places_m` (n, 2) on the board, `corners_px` (n, 2) in the image."""
 
     places_m: NDArray[np.float64]
@@ -47,7 +47,7 @@ class SeenBoard:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Bundle:
+class LensBundle:
     """The fitted lens and poses.
 
     `lens`: (4 + k,) fx, fy, cx, cy px, then OpenCV's k distortion coefficients. `poses`: (v, 6) rotation
@@ -63,23 +63,23 @@ class Bundle:
     normals: NDArray[np.float64]
     rights: NDArray[np.float64]
     sigma_px: float
-    prior: "Prior"
+    prior: "LensPrior"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Prior:
+class LensPrior:
     """What is assumed of a lens before any view: `lens` (p,), and how firmly, as a normal matrix (p, p)."""
 
     lens: NDArray[np.float64]
     normal: NDArray[np.float64]
 
 
-def prior_about(lens: NDArray[np.float64], *, width: int) -> Prior:
+def prior_about(lens: NDArray[np.float64], *, width: int) -> LensPrior:
     """Return what is assumed of a lens about a first guess (4 + k,) of it: very little."""
     sigma = np.full(len(lens), _SURE_RADIAL)
     sigma[:FOCAL_AND_CENTRE] = [_SURE_FOCAL * lens[0]] * 2 + [_SURE_CENTRE * width] * 2
     sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _SURE_TANGENTIAL
-    return Prior(lens=lens.copy(), normal=np.diag(1.0 / sigma**2))
+    return LensPrior(lens=lens.copy(), normal=np.diag(1.0 / sigma**2))
 
 
 def project(
@@ -100,7 +100,7 @@ def lens_of(intrinsics: Intrinsics) -> NDArray[np.float64]:
 
 
 def first_lens(
-    views: Sequence[SeenBoard], *, width: int, height: int, coefficients: int
+    views: Sequence[BoardObservation], *, width: int, height: int, coefficients: int
 ) -> NDArray[np.float64]:
     """Return a (4 + k,) lens to start from: the focal length that the views suggest, else that of Table 2."""
     objects = [np.column_stack([v.places_m, np.zeros(len(v.places_m))]).astype(np.float32) for v in views]
@@ -112,7 +112,7 @@ def first_lens(
     return np.array([focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, *np.zeros(coefficients)])
 
 
-def first_pose(view: SeenBoard, lens: NDArray[np.float64]) -> NDArray[np.float64]:
+def first_pose(view: BoardObservation, lens: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (6,) rotation vector and translation, m, of a board seen through a lens."""
     points = np.column_stack([view.places_m, np.zeros(len(view.places_m))])
     matrix = np.array([[lens[0], 0.0, lens[2]], [0.0, lens[1], lens[3]], [0.0, 0.0, 1.0]])
@@ -127,13 +127,13 @@ def first_pose(view: SeenBoard, lens: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def fit_bundle(
-    views: Sequence[SeenBoard],
+    views: Sequence[BoardObservation],
     lens: NDArray[np.float64],
     *,
-    prior: Prior,
+    prior: LensPrior,
     free: NDArray[np.bool_] | None = None,
     poses: NDArray[np.float64] | None = None,
-) -> Bundle:
+) -> LensBundle:
     """Fit lens and poses to the views from a first lens; `free`: (p,) which of its numbers may move."""
     moving = np.ones(len(lens), dtype=np.bool_) if free is None else free
     first = np.array([first_pose(view, lens) for view in views]) if poses is None else poses
@@ -146,9 +146,9 @@ def fit_bundle(
     return state.bundle()
 
 
-def fit_pose(view: SeenBoard, lens: NDArray[np.float64]) -> NDArray[np.float64]:
+def fit_pose(view: BoardObservation, lens: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n, 2) residuals, px, of a view under a known lens: only the board's place is fitted."""
-    nothing = Prior(lens=lens, normal=np.zeros((len(lens), len(lens))))
+    nothing = LensPrior(lens=lens, normal=np.zeros((len(lens), len(lens))))
     return fit_bundle([view], lens, prior=nothing, free=np.zeros(len(lens), dtype=np.bool_)).residuals_px[0]
 
 
@@ -157,8 +157,8 @@ class _State:
 
     def __init__(
         self,
-        views: Sequence[SeenBoard],
-        prior: Prior,
+        views: Sequence[BoardObservation],
+        prior: LensPrior,
         lens: NDArray[np.float64],
         poses: NDArray[np.float64],
     ) -> None:
@@ -218,7 +218,7 @@ class _State:
         poses = self.poses + np.array([steps[:, 0] - steps[:, 1:] @ step for steps in back])
         return _State(self.views, self.prior, self.lens + step, poses)
 
-    def bundle(self) -> Bundle:
+    def bundle(self) -> LensBundle:
         """Return the result, its noise by the degrees of freedom."""
         sigma_px = self.spread_px()
         weights = self.weights(sigma_px)
@@ -227,7 +227,7 @@ class _State:
         noise_px = max(float(np.sqrt(squares / max(freedom, 1.0))), _FINEST_PX)
         normals, rights, _ = self.parts(sigma_px)
         share = (sigma_px / noise_px) ** 2
-        return Bundle(
+        return LensBundle(
             lens=self.lens,
             poses=self.poses,
             residuals_px=tuple(self.residuals),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.watcher import Nobody, Watcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.boards import Board
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples, thumbnail
@@ -20,14 +20,14 @@ logger = logging.getLogger(__name__)
 
 
 def samples_from_images(
-    folder: Path, board: Board, *, pattern: str = "*", watch: Watcher | None = None
+    folder: Path, board: Board, *, pattern: str = "*", watch: ProcedureWatcher | None = None
 ) -> WideSamples:
     """Return the views of a board in the images of a folder whose names match `pattern`, sorted by name.
 
     Raise InvalidInput for a folder without images, an unreadable file, images of different sizes, and where
     the board is in none of them; each is named. Images without the board are left out.
     """
-    watcher = watch or Nobody()
+    watcher = watch or SilentWatcher()
     paths = _paths(folder, pattern)
     samples, without = WideSamples(board), []
     first_size: tuple[str, int, int] | None = None

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from foveacam_pipeline.calibrate.wide.board_attitude import TILTS, attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import TILTS, attitude_of
 from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit
 from foveacam_pipeline.calibrate.wide.lens_accuracy import GRID

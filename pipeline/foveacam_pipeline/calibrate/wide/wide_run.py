@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Head, Timeout
-from foveacam_pipeline.calibrate.watcher import Watcher, check
-from foveacam_pipeline.calibrate.wide.auto_capture import WORDS, AutoCapture, Verdict
-from foveacam_pipeline.calibrate.wide.board_attitude import TILTS
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.wide.auto_capture import WORDS, AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView, detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.board_overlay import draw_overlay
+from foveacam_pipeline.calibrate.wide.board_pose import TILTS
 from foveacam_pipeline.calibrate.wide.boards import Board
-from foveacam_pipeline.calibrate.wide.coverage import Covering
+from foveacam_pipeline.calibrate.wide.coverage import CoverageTracker
 from foveacam_pipeline.calibrate.wide.fit_wide import LEAST_VIEWS
 from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
 
@@ -49,7 +49,7 @@ class WideSettings:
 
 
 @runtime_checkable
-class HearsOfSamples(Protocol):
+class SampleWatcher(Protocol):
     """A watcher who wants to know of every view taken."""
 
     def sample(self, sample_id: str) -> None:
@@ -58,7 +58,7 @@ class HearsOfSamples(Protocol):
 
 
 def calibrate_wide(
-    head: Head, board: Board, *, clock: Clock, watch: Watcher, settings: WideSettings | None = None
+    head: Head, board: Board, *, clock: Clock, watch: ProcedureWatcher, settings: WideSettings | None = None
 ) -> WideSamples:
     """Take views until there are enough; raise Timeout when no board, or too little of it, is shown.
 
@@ -101,13 +101,15 @@ def gray_of(frame: Frame) -> NDArray[np.uint8]:
 class _Run:
     """One image after another, and what was made of them."""
 
-    def __init__(self, head: Head, samples: WideSamples, settings: WideSettings, watch: Watcher) -> None:
+    def __init__(
+        self, head: Head, samples: WideSamples, settings: WideSettings, watch: ProcedureWatcher
+    ) -> None:
         self._head, self._samples, self._settings, self._watch = head, samples, settings, watch
         self._capture = AutoCapture(still_px=settings.still_px, frames=settings.frames)
-        self._covering = Covering(sample.view for sample in samples)
+        self._covering = CoverageTracker(sample.view for sample in samples)
         self._last: NDArray[np.uint8] | None = None
         self._seen = False
-        self._tell(Verdict(state="no board"))
+        self._tell(AutoCaptureVerdict(state="no board"))
 
     @property
     def patience_s(self) -> float:
@@ -163,10 +165,10 @@ class _Run:
         self._covering.add(view)
         if self._settings.folder is not None:
             self._samples.save(self._settings.folder)
-        if isinstance(self._watch, HearsOfSamples):
+        if isinstance(self._watch, SampleWatcher):
             self._watch.sample(sample.id)
 
-    def _tell(self, verdict: Verdict) -> None:
+    def _tell(self, verdict: AutoCaptureVerdict) -> None:
         note = f"{WORDS[verdict.state]}; {self._covering.coverage}"
         self._watch.progress(len(self._samples), total=self._settings.views, note=note)
 

@@ -12,12 +12,12 @@ from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUM
 from foveacam_pipeline.capture.dataset.disk import PART
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
-from foveacam_pipeline.capture.dataset.journal import JOURNAL, Journal, read_journal
+from foveacam_pipeline.capture.dataset.journal import JOURNAL, JournalContent, read_journal
 from foveacam_pipeline.capture.dataset.lock import LOCK, is_held
 from foveacam_pipeline.capture.dataset.point_store import OWN_FILE
 from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
 from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
-from foveacam_pipeline.capture.dataset.values import FrameRecord, State
+from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord
 
 _BLOCK = 1 << 20
 Derived = TypeVar("Derived")
@@ -31,7 +31,7 @@ def check(path: str | Path) -> list[str]:
         journal = read_journal(folder, dataset_id=document.header.id)
     except FoveaError as error:
         return [f"{error}."]
-    interrupted = document.state is State.RUNNING and not is_held(folder)
+    interrupted = document.state is DatasetState.RUNNING and not is_held(folder)
     trouble: list[str] = []
     pairs = _read(read_pairs, folder, trouble) or ()
     derived = _read(reference_files, folder, trouble) or {}
@@ -44,7 +44,7 @@ def check(path: str | Path) -> list[str]:
         *trouble,
         *_pair_files(folder, pairs),
         *_derived_files(folder, derived),
-        *_strangers(folder, journal, pairs, derived, ended=document.state is State.COMPLETE),
+        *_strangers(folder, journal, pairs, derived, ended=document.state is DatasetState.COMPLETE),
     ]
 
 
@@ -113,11 +113,11 @@ def info(path: str | Path) -> DatasetInfo:
     )
 
 
-def _states(folder: Path, document: DatasetDocument, journal: Journal) -> Iterator[str]:
+def _states(folder: Path, document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
     held = is_held(folder)
     if document.stated_hash != lasting_hash(document):
         yield f"{DOCUMENT}: something but state, label and licence was changed after it was written."
-    if document.state is State.RUNNING and not held:
+    if document.state is DatasetState.RUNNING and not held:
         yield f"{DOCUMENT}: the dataset was {INTERRUPTED}."
     if journal.torn and not held:
         yield (
@@ -126,15 +126,15 @@ def _states(folder: Path, document: DatasetDocument, journal: Journal) -> Iterat
         )
 
 
-def _counts(document: DatasetDocument, journal: Journal) -> Iterator[str]:
+def _counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
     planned, found = document.header.points, len(journal.records)
     if found > planned:
         yield f"{JOURNAL}: {found} points, {planned} were planned."
-    if document.state is State.COMPLETE and found < planned:
+    if document.state is DatasetState.COMPLETE and found < planned:
         yield f"{DOCUMENT}: it says complete, but {planned - found} of {planned} points are missing."
 
 
-def _frame_counts(document: DatasetDocument, journal: Journal) -> Iterator[str]:
+def _frame_counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
     """Compare every point's frames with most points', and its wide one with the plan's once a scan."""
     taken = [record for record in journal.records if record.frames]
     wides = {record.place.index: sum(f.role is Role.WIDE for f in record.frames) for record in taken}
@@ -154,7 +154,7 @@ def _usual(counts: list[int]) -> int:
     return Counter(counts).most_common(1)[0][0] if counts else 0
 
 
-def _frames(folder: Path, journal: Journal) -> Iterator[str]:
+def _frames(folder: Path, journal: JournalContent) -> Iterator[str]:
     seen: Counter[str] = Counter(frame.file for record in journal.records for frame in record.frames)
     yield from (f"{file}: {count} rows name it." for file, count in seen.items() if count > 1)
     for record in journal.records:
@@ -174,7 +174,7 @@ def _frame(folder: Path, frame: FrameRecord) -> Iterator[str]:
         yield f"{frame.file}: its content is not what was written (SHA-256)."
 
 
-def _index(folder: Path, journal: Journal, *, interrupted: bool) -> Iterator[str]:
+def _index(folder: Path, journal: JournalContent, *, interrupted: bool) -> Iterator[str]:
     path = folder / INDEX
     wanted = index_text(journal.records).splitlines()
     try:
@@ -224,7 +224,7 @@ def _derived_files(folder: Path, derived: dict[str, str]) -> Iterator[str]:
 
 def _strangers(
     folder: Path,
-    journal: Journal,
+    journal: JournalContent,
     pairs: tuple[PairRow, ...],
     derived: dict[str, str],
     *,

@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset.disk import write_file
-from foveacam_pipeline.capture.dataset.images import Codec
-from foveacam_pipeline.capture.dataset.values import State
+from foveacam_pipeline.capture.dataset.images import ImageCodec
+from foveacam_pipeline.capture.dataset.values import DatasetState
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT as CALIBRATION_FORMAT
 from foveacam_pipeline.models.calibration_file import VERSION as CALIBRATION_VERSION
@@ -32,7 +32,7 @@ def _now() -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Header:
+class DatasetHeader:
     """What is known of a dataset before its first point.
 
     `points`: how many the plan has, all scans together. `plan`, `rig`, `conditions`: any JSON objects; `rig`
@@ -46,7 +46,7 @@ class Header:
     calibration: Calibration | None = None
     label: str = ""
     licence: str = LICENCE
-    codec: Codec = Codec.TIFF
+    codec: ImageCodec = ImageCodec.TIFF
     created_utc: str = field(default_factory=_now)
     id: str = field(default_factory=lambda: secrets.token_hex(8))
 
@@ -59,8 +59,8 @@ class _Document(BaseModel):
     created_utc: datetime
     software: dict[str, str]
     points: Annotated[int, Field(gt=0)]
-    codec: Codec
-    state: State
+    codec: ImageCodec
+    state: DatasetState
     why: str
     label: str
     licence: str
@@ -77,13 +77,13 @@ class DatasetDocument:
     `stated_hash`: what the file says that its lasting part hashes to; None before it was written.
     """
 
-    header: Header
+    header: DatasetHeader
     software: dict[str, str]
-    state: State
+    state: DatasetState
     why: str = ""
     stated_hash: str | None = None
 
-    def ended(self, state: State, why: str = "") -> "DatasetDocument":
+    def ended(self, state: DatasetState, why: str = "") -> "DatasetDocument":
         """Return the same in another state."""
         return replace(self, state=state, why=why)
 
@@ -95,12 +95,12 @@ class DatasetDocument:
         return replace(self, header=replace(header, label=label, licence=licence))
 
 
-def new_document(header: Header) -> DatasetDocument:
+def new_document(header: DatasetHeader) -> DatasetDocument:
     """Return the document of a dataset that begins now."""
     if header.points <= 0:
         raise InvalidInput(f"a dataset of {header.points} points was asked for; plan one point or more")
     software = {"foveacam-duo": version_of("foveacam-duo")}
-    return DatasetDocument(header=header, software=software, state=State.RUNNING)
+    return DatasetDocument(header=header, software=software, state=DatasetState.RUNNING)
 
 
 def write_document(folder: Path, document: DatasetDocument) -> None:
@@ -161,7 +161,7 @@ def read_document(folder: Path) -> DatasetDocument:
     calibration = None
     if read.calibration is not None:
         calibration = calibration_from(read.calibration, what=f"in {folder / DOCUMENT}")
-    header = Header(
+    header = DatasetHeader(
         points=read.points,
         plan=read.plan,
         rig=read.rig,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Image, InvalidInput
 
 
-class Codec(StrEnum):
+class ImageCodec(StrEnum):
     """How images are kept."""
 
     TIFF = "tiff"
@@ -23,8 +23,8 @@ class Codec(StrEnum):
 
 
 _PARAMETERS = {
-    Codec.TIFF: [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_NONE],
-    Codec.PNG: [
+    ImageCodec.TIFF: [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_NONE],
+    ImageCodec.PNG: [
         cv2.IMWRITE_PNG_COMPRESSION,
         1,
         cv2.IMWRITE_PNG_STRATEGY,
@@ -34,7 +34,7 @@ _PARAMETERS = {
 _OVERHEAD_BYTES = 4096
 
 
-def encode(image: Image, codec: Codec) -> memoryview:
+def encode(image: Image, codec: ImageCodec) -> memoryview:
     """Return the bytes of a file that holds (h, w) or (h, w, 3) RGB, uint8 or uint16 as they are."""
     if image.dtype not in (np.uint8, np.uint16) or image.ndim not in (2, 3) or image.size == 0:
         raise InvalidInput(

@@ -26,7 +26,7 @@ _RECORD: TypeAdapter[PointRecord] = TypeAdapter(PointRecord)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Journal:
+class JournalContent:
     """What a journal holds. `good_bytes`: where the next line goes; `torn`: a part of one stands there."""
 
     records: tuple[PointRecord, ...]
@@ -35,7 +35,7 @@ class Journal:
     torn: bool
 
 
-def read_journal(folder: Path, *, dataset_id: str) -> Journal:
+def read_journal(folder: Path, *, dataset_id: str) -> JournalContent:
     """Read all lines; raise InvalidInput when one before the last is damaged. None there is an empty one."""
     try:
         content = (folder / JOURNAL).read_bytes()
@@ -55,13 +55,13 @@ def read_journal(folder: Path, *, dataset_id: str) -> Journal:
         _check_record(record, index=len(records), what=str(folder / JOURNAL))
         records.append(record)
         digest, good = line[:DIGITS].decode("ascii"), good + len(line)
-    return Journal(records=tuple(records), good_bytes=good, digest=digest, torn=good != len(content))
+    return JournalContent(records=tuple(records), good_bytes=good, digest=digest, torn=good != len(content))
 
 
 class JournalFile:
     """The end of a journal, open for lines to be appended."""
 
-    def __init__(self, folder: Path, journal: Journal) -> None:
+    def __init__(self, folder: Path, journal: JournalContent) -> None:
         """Open it behind the last good line; what is torn is cut off. Raise OSError."""
         self._digest, self._size = journal.digest, journal.good_bytes
         self.clean = True

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_pipeline.stereo import pictures
@@ -72,7 +72,7 @@ def anaglyph(point: DatasetPoint, *, bracket: int = 0) -> Picture:
 
 def png(picture: Picture) -> bytes:
     """Return a PNG file's bytes."""
-    return bytes(encode(picture, Codec.PNG))
+    return bytes(encode(picture, ImageCodec.PNG))
 
 
 def _draw_footprints(picture: Picture, dataset: Dataset, *, scale: float) -> None:

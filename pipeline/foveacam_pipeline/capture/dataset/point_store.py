@@ -10,9 +10,15 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset.disk import finish_part, part_of, sync_folder, write_part
-from foveacam_pipeline.capture.dataset.images import Codec, encode
-from foveacam_pipeline.capture.dataset.journal import Journal, JournalFile
-from foveacam_pipeline.capture.dataset.values import FrameRecord, Place, Point, PointRecord, Shot
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
+from foveacam_pipeline.capture.dataset.journal import JournalContent, JournalFile
+from foveacam_pipeline.capture.dataset.values import (
+    CapturedPoint,
+    FrameRecord,
+    PlanPosition,
+    PointRecord,
+    Shot,
+)
 from foveacam_pipeline.models.calibration import Calibration
 
 IMAGES = "images"
@@ -26,7 +32,7 @@ logger = logging.getLogger(__name__)
 class BegunPoint:
     """A point whose files are being written under their temporary names. `raw_bytes`: of its pixels."""
 
-    place: Place
+    place: PlanPosition
     skipped: str
     raw_bytes: int
     paths: tuple[Path, ...]
@@ -37,7 +43,13 @@ class PointStore:
     """The folder of a dataset, open for points: one thread begins them, one commits them, in one order."""
 
     def __init__(
-        self, folder: Path, journal: Journal, *, codec: Codec, calibration: Calibration | None, encoders: int
+        self,
+        folder: Path,
+        journal: JournalContent,
+        *,
+        codec: ImageCodec,
+        calibration: Calibration | None,
+        encoders: int,
     ) -> None:
         """Open it behind the journal's last point. Raise OSError."""
         self._images = folder / IMAGES
@@ -46,7 +58,7 @@ class PointStore:
         self._journal = JournalFile(folder, journal)
         self._pool = ThreadPoolExecutor(encoders, thread_name_prefix="dataset-encoder")
 
-    def begin(self, point: Point) -> "BegunPoint":
+    def begin(self, point: CapturedPoint) -> "BegunPoint":
         """Let the encoders start on the files of a point; it is to be committed or dropped."""
         paths = [self._images / self._name(point.place.index, shot) for shot in point.shots]
         files = [self._pool.submit(self._written, *pair) for pair in zip(point.shots, paths, strict=True)]

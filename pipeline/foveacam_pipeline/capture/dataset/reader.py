@@ -23,7 +23,7 @@ from foveacam_pipeline.capture.dataset.document import DatasetDocument, read_doc
 from foveacam_pipeline.capture.dataset.images import decode
 from foveacam_pipeline.capture.dataset.journal import read_journal
 from foveacam_pipeline.capture.dataset.lock import is_held
-from foveacam_pipeline.capture.dataset.values import FrameRecord, Place, PointRecord, State
+from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord, PlanPosition, PointRecord
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -32,7 +32,7 @@ INTERRUPTED = "interrupted: the program that wrote it ended without closing it; 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pose:
+class PointPose:
     """How the rig stood at a point: gazes (ax, ay), rad, and volts of both eyes; None where not known."""
 
     left_rad: tuple[float, float] | None
@@ -48,7 +48,7 @@ class DatasetPoint:
         self._folder, self._record, self._calibration = folder, record, calibration
 
     @property
-    def place(self) -> Place:
+    def place(self) -> PlanPosition:
         """Where it stands in the plan."""
         return self._record.place
 
@@ -83,10 +83,10 @@ class DatasetPoint:
         return tuple(sorted({frame.bracket for frame in self.frames if frame.role is not Role.WIDE}))
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> PointPose:
         """How the rig stood during the first exposure."""
         left, right = self._find(Role.LEFT, 0), self._find(Role.RIGHT, 0)
-        return Pose(
+        return PointPose(
             left_rad=left[0].gaze_rad if left else None,
             right_rad=right[0].gaze_rad if right else None,
             volts=self._volts(0),
@@ -195,8 +195,8 @@ class Dataset:
         """Open a dataset to read it; raise InvalidInput when it is none, damaged, or of a newer version."""
         folder = Path(path)
         document = read_document(folder)
-        if document.state is State.RUNNING and not is_held(folder):
-            document = document.ended(State.PARTIAL, INTERRUPTED)
+        if document.state is DatasetState.RUNNING and not is_held(folder):
+            document = document.ended(DatasetState.PARTIAL, INTERRUPTED)
         return cls(folder, document, read_journal(folder, dataset_id=document.header.id).records)
 
     @property

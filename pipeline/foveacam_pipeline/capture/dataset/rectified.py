@@ -22,7 +22,7 @@ from foveacam_pipeline.capture.dataset.disk import (
     write_file,
     write_part,
 )
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -116,8 +116,8 @@ def disparity_bytes(residual_px: NDArray[np.float32]) -> bytes:
 def _kept(folder: Path, point: DatasetPoint, bracket: int, choice: RectifyChoice) -> PairRow:
     pair = point.rectified(scale=choice.scale, bracket=bracket)
     stem = f"{point.index:05d}-b{bracket}"
-    left, left_sha = _put(folder / f"{stem}-left.png", encode(pair.left, Codec.PNG))
-    right, right_sha = _put(folder / f"{stem}-right.png", encode(pair.right, Codec.PNG))
+    left, left_sha = _put(folder / f"{stem}-left.png", encode(pair.left, ImageCodec.PNG))
+    right, right_sha = _put(folder / f"{stem}-right.png", encode(pair.right, ImageCodec.PNG))
     disparity, disparity_sha = "", ""
     if choice.disparities:
         content = memoryview(disparity_bytes(match(pair).residual_px))

@@ -11,7 +11,7 @@ from enum import StrEnum
 from foveacam_hardware.contract import Frame, InvalidInput, Role
 
 
-class State(StrEnum):
+class DatasetState(StrEnum):
     """How far a dataset got."""
 
     RUNNING = "running"
@@ -33,7 +33,7 @@ class Shot:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class PlanPosition:
     """Where a point stands in its plan. `index` counts points from 0, through all scans.
 
     `aim_rad`: (ax, ay) asked for, as seen from the rig's origin; `distance_m`: where both gazes were to meet;
@@ -53,13 +53,13 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Point:
+class CapturedPoint:
     """Everything that was taken at one place: kept as a whole, or not at all.
 
     Without shots it is passed over, and `skipped` says why.
     """
 
-    place: Place
+    place: PlanPosition
     shots: tuple[Shot, ...] = ()
     skipped: str = ""
 
@@ -90,13 +90,13 @@ class FrameRecord:
 class PointRecord:
     """One acknowledged point: its place, and its frames."""
 
-    place: Place
+    place: PlanPosition
     frames: tuple[FrameRecord, ...]
     skipped: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
+class WriterProgress:
     """How far a writer is. `acknowledged` points are on the disk for good.
 
     `waited_s`: how long `add` was held up by the disk, in all; it grows when the rig is faster than the disk.
@@ -109,7 +109,7 @@ class Progress:
     waited_s: float
 
 
-def checked_point(point: Point) -> Point:
+def checked_point(point: CapturedPoint) -> CapturedPoint:
     """Return a point as it is kept; raise InvalidInput when it could not be without loss or doubt."""
     what = f"point {point.place.index}"
     place = point.place

@@ -21,15 +21,15 @@ from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
 from foveacam_pipeline.capture.dataset.document import (
     DOCUMENT,
     DatasetDocument,
-    Header,
+    DatasetHeader,
     new_document,
     read_document,
     write_document,
 )
-from foveacam_pipeline.capture.dataset.hand_over import HandOver
 from foveacam_pipeline.capture.dataset.index import write_index
-from foveacam_pipeline.capture.dataset.journal import Journal, read_journal
+from foveacam_pipeline.capture.dataset.journal import JournalContent, read_journal
 from foveacam_pipeline.capture.dataset.lock import FolderLock
+from foveacam_pipeline.capture.dataset.point_queue import PointQueue
 from foveacam_pipeline.capture.dataset.point_store import (
     IMAGES,
     BegunPoint,
@@ -37,11 +37,11 @@ from foveacam_pipeline.capture.dataset.point_store import (
     remove_unacknowledged,
 )
 from foveacam_pipeline.capture.dataset.values import (
-    Place,
-    Point,
+    CapturedPoint,
+    DatasetState,
+    PlanPosition,
     PointRecord,
-    Progress,
-    State,
+    WriterProgress,
     checked_point,
 )
 
@@ -95,10 +95,10 @@ class DatasetWriter:
             on_kept=settings.on_kept,
             again=settings.again,
         )
-        self._hand_over = HandOver(self._keeper, depth=settings.depth)
+        self._hand_over = PointQueue(self._keeper, depth=settings.depth)
 
     @classmethod
-    def create(cls, folder: Path, header: Header, settings: WriterSettings = DEFAULT) -> Self:
+    def create(cls, folder: Path, header: DatasetHeader, settings: WriterSettings = DEFAULT) -> Self:
         """Begin a dataset in a folder that does not exist, or is empty."""
         document = new_document(header)
         if folder.exists() and any(not path.name.startswith(".") for path in folder.iterdir()):
@@ -120,9 +120,9 @@ class DatasetWriter:
     def resume(cls, folder: Path, settings: WriterSettings = DEFAULT) -> Self:
         """Go on with a dataset that was interrupted or cancelled, at `next_point`."""
         document = read_document(folder)
-        if document.state is State.COMPLETE:
+        if document.state is DatasetState.COMPLETE:
             raise InvalidInput(f"dataset {folder} is complete; start another one")
-        return cls._open(folder, document.ended(State.RUNNING), settings)
+        return cls._open(folder, document.ended(DatasetState.RUNNING), settings)
 
     @classmethod
     def _open(cls, folder: Path, document: DatasetDocument, settings: WriterSettings) -> Self:
@@ -140,7 +140,7 @@ class DatasetWriter:
         return self._folder
 
     @property
-    def header(self) -> Header:
+    def header(self) -> DatasetHeader:
         """What was known of the dataset before its first point."""
         return self._document.header
 
@@ -150,9 +150,9 @@ class DatasetWriter:
         return self._next
 
     @property
-    def progress(self) -> Progress:
+    def progress(self) -> WriterProgress:
         """How far it is."""
-        return Progress(
+        return WriterProgress(
             planned=self.header.points,
             acknowledged=len(self._records),
             queued=self._hand_over.queued,
@@ -160,7 +160,7 @@ class DatasetWriter:
             waited_s=self._hand_over.waited_s,
         )
 
-    def add(self, point: Point) -> None:
+    def add(self, point: CapturedPoint) -> None:
         """Hand the next point over to the disk; wait while it is busy with `depth` others.
 
         The images must not change afterwards. An error of the disk, of this point or an earlier one, comes
@@ -177,9 +177,9 @@ class DatasetWriter:
         self._hand_over.put(point)
         self._next += 1
 
-    def skip(self, place: Place, *, why: str) -> None:
+    def skip(self, place: PlanPosition, *, why: str) -> None:
         """Pass over the next point, for a reason that the dataset will tell."""
-        self.add(Point(place=place, skipped=why))
+        self.add(CapturedPoint(place=place, skipped=why))
 
     def check(self) -> None:
         """Raise the disk's error when it has failed a point that was added."""
@@ -198,12 +198,12 @@ class DatasetWriter:
         if missing:
             self.close(f"{missing} of {self.header.points} points were not taken")
             return
-        self._end(State.COMPLETE, "")
+        self._end(DatasetState.COMPLETE, "")
 
     def close(self, why: str) -> None:
         """End it where it is, keeping what was added: a valid partial dataset that can be resumed."""
         if not self._ended:
-            self._end(State.PARTIAL, why)
+            self._end(DatasetState.PARTIAL, why)
 
     def __enter__(self) -> Self:
         return self
@@ -225,7 +225,7 @@ class DatasetWriter:
         if self._ended:
             raise InvalidInput(f"dataset {self._folder} was ended already; resume it to go on")
 
-    def _end(self, state: State, why: str) -> None:
+    def _end(self, state: DatasetState, why: str) -> None:
         self._ended = True
         self._hand_over.close()
         try:
@@ -249,7 +249,7 @@ class _Keeper:
     again: str
     written_bytes: int = 0
 
-    def begin(self, point: Point) -> BegunPoint:
+    def begin(self, point: CapturedPoint) -> BegunPoint:
         return self.store.begin(point)
 
     def keep(self, begun: BegunPoint) -> None:
@@ -266,7 +266,7 @@ class _Keeper:
         self.store.drop(begun)
 
 
-def _prepared(folder: Path, document: DatasetDocument) -> Journal:
+def _prepared(folder: Path, document: DatasetDocument) -> JournalContent:
     """Return the journal of a folder that holds just what it says; bring index and document up to it."""
     fresh = not (folder / DOCUMENT).exists()
     if fresh:

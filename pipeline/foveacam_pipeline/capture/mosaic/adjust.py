@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_pipeline.capture.mosaic.links import Link
+from foveacam_pipeline.capture.mosaic.links import ViewCorrespondence
 from foveacam_pipeline.capture.mosaic.values import SeamFigures
-from foveacam_pipeline.capture.mosaic.views import Floats, View
+from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView
 
 SHIFT_PRIOR_PX = 3.0
 TURN_PRIOR = 0.005
@@ -35,7 +35,9 @@ class Adjustment:
     figures: SeamFigures
 
 
-def adjusted(count: int, links: Sequence[Link], *, rejected: int, allowed: bool = True) -> Adjustment:
+def adjusted(
+    count: int, links: Sequence[ViewCorrespondence], *, rejected: int, allowed: bool = True
+) -> Adjustment:
     """Return the adjustment of `count` views; nothing moves when it is not larger than its own error."""
     fitting = [link for link in links if not link.judging]
     judging = [link for link in links if link.judging]
@@ -62,7 +64,7 @@ def adjusted(count: int, links: Sequence[Link], *, rejected: int, allowed: bool 
     return Adjustment(shifts_px=shifts, turn=turn, gains=gains, figures=figures)
 
 
-def moved(views: Sequence[View], adjustment: Adjustment) -> list[View]:
+def moved(views: Sequence[MosaicView], adjustment: Adjustment) -> list[MosaicView]:
     """Return the views as the adjustment has them."""
     return [
         view.moved(view.look.adjusted(shift, adjustment.turn), float(gain))
@@ -70,7 +72,7 @@ def moved(views: Sequence[View], adjustment: Adjustment) -> list[View]:
     ]
 
 
-def residuals_px(links: Sequence[Link], shifts_px: Floats, turn: Floats) -> Floats:
+def residuals_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Floats) -> Floats:
     """Return (n, 2): how far the things of links stand apart after an adjustment."""
     if not links:
         return np.empty((0, 2))
@@ -86,13 +88,13 @@ def residuals_px(links: Sequence[Link], shifts_px: Floats, turn: Floats) -> Floa
     )
 
 
-def seam_rms_px(links: Sequence[Link], shifts_px: Floats, turn: Floats) -> float:
+def seam_rms_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Floats) -> float:
     """Return the rms distance between the places of one thing in two views, px; NaN without links."""
     apart = residuals_px(links, shifts_px, turn)
     return float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) if len(apart) else float("nan")
 
 
-def _solve(count: int, links: Sequence[Link]) -> tuple[Floats, Floats, bool]:
+def _solve(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Floats, bool]:
     """Return shifts, turn, and whether they explain more than chance would."""
     design, apart = _equations(count, links)
     prior = np.concatenate([np.full(2 * count, SHIFT_PRIOR_PX), np.full(TURNS, TURN_PRIOR)]) ** -2.0
@@ -117,7 +119,7 @@ def _solve(count: int, links: Sequence[Link]) -> tuple[Floats, Floats, bool]:
     return shifts, np.eye(2) + unknowns[2 * count :].reshape(2, 2), gain > LEAST_F
 
 
-def _equations(count: int, links: Sequence[Link]) -> tuple[Floats, Floats]:
+def _equations(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Floats]:
     """Return design (2 n, 2 count + 4) and what is apart (2 n,), both divided by their errors."""
     design = np.zeros((len(links), 2, 2 * count + TURNS))
     apart = np.zeros((len(links), 2))
@@ -132,7 +134,7 @@ def _equations(count: int, links: Sequence[Link]) -> tuple[Floats, Floats]:
     return design.reshape(-1, 2 * count + TURNS), apart.ravel()
 
 
-def _gains(count: int, links: Sequence[Link]) -> Floats:
+def _gains(count: int, links: Sequence[ViewCorrespondence]) -> Floats:
     """Return (count,) factors that make the views equally bright where they overlap, their mean log 0."""
     if not links:
         return np.ones(count)

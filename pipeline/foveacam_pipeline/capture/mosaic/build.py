@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.capture.mosaic.adjust import Adjustment, adjusted, moved
 from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
@@ -21,16 +20,17 @@ from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fuse
 from foveacam_pipeline.capture.mosaic.links import link, places
 from foveacam_pipeline.capture.mosaic.pairs import depths_of
 from foveacam_pipeline.capture.mosaic.parallax import with_overlaps
-from foveacam_pipeline.capture.mosaic.pyramid import Pyramid, paint_tiles
+from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, paint_tiles
 from foveacam_pipeline.capture.mosaic.render import canvas_of
 from foveacam_pipeline.capture.mosaic.solid import MeshFile, write_solid
 from foveacam_pipeline.capture.mosaic.values import (
     MosaicFigures,
     MosaicSettings,
 )
-from foveacam_pipeline.capture.mosaic.views import Pictures, View, calibration_of, views_of
+from foveacam_pipeline.capture.mosaic.views import MosaicView, ViewPictureCache, calibration_of, views_of
 from foveacam_pipeline.capture.mosaic.wide import WideView, wide_of
 from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
 
 DEFAULT = MosaicSettings()
@@ -39,14 +39,14 @@ ENDED = "the mosaic was cancelled; what is done stays, start it again to go on"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Laidout:
+class PlacedScan:
     """A scan laid on its chart: views as adjusted, depth, and how the adjustment went."""
 
     chart: Chart
-    views: Sequence[View]
+    views: Sequence[MosaicView]
     depth: FieldDepth
     adjustment: Adjustment
-    pictures: Pictures
+    pictures: ViewPictureCache
     wide: WideView | None
 
 
@@ -55,7 +55,7 @@ class Mosaic:
     """What was made, and how the views lie in it."""
 
     figures: MosaicFigures
-    laid: Laidout
+    laid: PlacedScan
 
 
 def build_mosaic(
@@ -63,7 +63,7 @@ def build_mosaic(
     folder: Path,
     settings: MosaicSettings = DEFAULT,
     *,
-    watch: MakingWatch = SILENT,
+    watch: ProgressWatcher = SILENT,
     mesh_file: MeshFile | None = None,
 ) -> Mosaic:
     """Make the mosaic of one scan in `folder`, or go on with it.
@@ -77,8 +77,8 @@ def build_mosaic(
     chart = chart_of(views, calibration)
     with disk_errors("the mosaic", folder.parent):
         kept = MosaicFolder.open(folder, scan, settings, chart)
-        pyramid = Pyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
-        steps = Steps(watch, 3 * len(views) + pyramid.leaves, ended=ENDED)
+        pyramid = TilePyramid(folder=folder, width=chart.width, height=chart.height, quality=settings.quality)
+        steps = ProgressSteps(watch, 3 * len(views) + pyramid.leaves, ended=ENDED)
         laid = lay_out(scan, views, chart, settings=settings, steps=steps, kept=kept)
         canvas = canvas_of(laid.views, laid.pictures, chart=chart, filled=laid.depth.filled, wide=laid.wide)
         paint_tiles(
@@ -87,7 +87,7 @@ def build_mosaic(
             lambda count: steps.step("tiles", count),
         )
         overview = pyramid.whole(pyramid.level_of(OVERVIEW_PX))
-        write_file(folder / "overview.png", encode(overview, Codec.PNG))
+        write_file(folder / "overview.png", encode(overview, ImageCodec.PNG))
         write_solid(
             folder,
             chart,
@@ -106,17 +106,17 @@ def build_mosaic(
 
 def lay_out(
     scan: Dataset,
-    views: Sequence[View],
+    views: Sequence[MosaicView],
     chart: Chart,
     *,
     settings: MosaicSettings,
-    steps: Steps,
+    steps: ProgressSteps,
     kept: MosaicFolder,
-) -> Laidout:
+) -> PlacedScan:
     """Return a scan laid on its chart. Raise Cancelled."""
     calibration = calibration_of(scan)
     patches = depths_of(views, calibration, chart, settings=settings, steps=steps, kept=kept)
-    pictures = Pictures(settings)
+    pictures = ViewPictureCache(settings)
     wide = wide_of(scan, calibration, pictures, views[0])
     depth = with_wide(fuse(chart, patches), views, pictures, chart=chart, wide=wide)
     done = 0
@@ -124,7 +124,7 @@ def lay_out(
         steps.step("depth where views overlap", count - done)
         depth, done = better, count
     adjustment = _adjustment(views, pictures, chart, depth, settings=settings, steps=steps)
-    return Laidout(
+    return PlacedScan(
         chart=chart,
         views=moved(views, adjustment),
         depth=depth,
@@ -134,20 +134,20 @@ def lay_out(
     )
 
 
-def chart_of(views: Sequence[View], calibration: Calibration) -> Chart:
+def chart_of(views: Sequence[MosaicView], calibration: Calibration) -> Chart:
     """Return the chart that holds all views."""
     corners = np.concatenate([view.look.corners(calibration, view.per_depth) for view in views])
     return chart_about(corners, f_px=calibration.fovea_f_px)
 
 
 def _adjustment(
-    views: Sequence[View],
-    pictures: Pictures,
+    views: Sequence[MosaicView],
+    pictures: ViewPictureCache,
     chart: Chart,
     depth: FieldDepth,
     *,
     settings: MosaicSettings,
-    steps: Steps,
+    steps: ProgressSteps,
 ) -> Adjustment:
     wanted = places(views, chart)
     found, rejected, last = [], 0, 0
@@ -163,7 +163,7 @@ def _adjustment(
     return adjusted(len(views), found, rejected=rejected, allowed=settings.adjust)
 
 
-def _figures(laid: Laidout, pyramid: Pyramid) -> MosaicFigures:
+def _figures(laid: PlacedScan, pyramid: TilePyramid) -> MosaicFigures:
     tiles = sum(across * down for across, down in map(pyramid.tiles, range(pyramid.top + 1)))
     return MosaicFigures(
         width=laid.chart.width,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.dataset.disk import write_file
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.mosaic.chart import CELL
 
 Cells = NDArray[np.float32]
@@ -86,4 +86,4 @@ def _write_level(folder: Path, level_m: Cells) -> None:
     for row, y in enumerate(range(0, height, TILE_CELLS)):
         for column, x in enumerate(range(0, width, TILE_CELLS)):
             tile_m = level_m[y : y + TILE_CELLS, x : x + TILE_CELLS]
-            write_file(folder / f"{column}_{row}.png", encode(coded(tile_m), Codec.PNG))
+            write_file(folder / f"{column}_{row}.png", encode(coded(tile_m), ImageCodec.PNG))

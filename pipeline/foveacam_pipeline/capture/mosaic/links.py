@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth
 from foveacam_pipeline.capture.mosaic.register import REACH_PX, register
-from foveacam_pipeline.capture.mosaic.views import Floats, Patch, Pictures, View, lay, patch_of
+from foveacam_pipeline.capture.mosaic.views import (
+    ChartPatch,
+    Floats,
+    MosaicView,
+    ViewPictureCache,
+    lay,
+    patch_of,
+)
 from foveacam_pipeline.stereo.match import gray
 
 HALF_CELLS = 6
@@ -24,7 +31,7 @@ KNOWN_SHARE = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Link:
+class ViewCorrespondence:
     """A thing that views `first` and `second` (by number) both show.
 
     `apart_px`: (2,) its chart place by the second minus by the first; `covariance`: (2, 2), px².
@@ -43,7 +50,7 @@ class Link:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class OverlapPlace:
     """Where to compare two views: middle cell of a patch."""
 
     first: int
@@ -53,7 +60,7 @@ class Place:
     judging: bool
 
 
-def places(views: Sequence[View], chart: Chart) -> list[Place]:
+def places(views: Sequence[MosaicView], chart: Chart) -> list[OverlapPlace]:
     """Return where the overlaps of a scan are compared, at most `MOST` places of two views."""
     return [
         place
@@ -64,8 +71,13 @@ def places(views: Sequence[View], chart: Chart) -> list[Place]:
 
 
 def link(
-    place: Place, views: Sequence[View], pictures: Pictures, *, chart: Chart, depth: FieldDepth
-) -> Link | None:
+    place: OverlapPlace,
+    views: Sequence[MosaicView],
+    pictures: ViewPictureCache,
+    *,
+    chart: Chart,
+    depth: FieldDepth,
+) -> ViewCorrespondence | None:
     """Return what two views show at a place; None where they do not match."""
     rows, columns = around(place)
     pair = [views[place.first], views[place.second]]
@@ -77,7 +89,7 @@ def link(
     v = chart.v0_px + CELL * place.row - 0.5
     q = np.asarray(depth.filled[place.row, place.column], dtype=np.float64)
     about = [view.look.about(np.asarray(u), np.asarray(v), q) for view in pair]
-    return Link(
+    return ViewCorrespondence(
         first=place.first,
         second=place.second,
         place_px=(u, v),
@@ -89,7 +101,7 @@ def link(
     )
 
 
-def around(place: Place) -> tuple[slice, slice]:
+def around(place: OverlapPlace) -> tuple[slice, slice]:
     """Return the rows and columns of cells that are compared."""
     return (
         slice(place.row - HALF_CELLS, place.row + HALF_CELLS),
@@ -98,7 +110,7 @@ def around(place: Place) -> tuple[slice, slice]:
 
 
 def both(
-    pair: Sequence[View], pictures: Pictures, patch: Patch
+    pair: Sequence[MosaicView], pictures: ViewPictureCache, patch: ChartPatch
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     """Return what two views show of a patch, grey; None where either does not reach."""
     laid = [lay(view, pictures.of(view), patch) for view in pair]
@@ -113,7 +125,7 @@ def _known(depth: FieldDepth, rows: slice, columns: slice) -> bool:
     return float(np.isfinite(depth.per_depth[rows, columns]).mean()) > KNOWN_SHARE
 
 
-def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> Iterator[Place]:
+def _overlap(views: Sequence[MosaicView], chart: Chart, first: int, second: int) -> Iterator[OverlapPlace]:
     """Yield places where both views surely reach, spread over the overlap."""
     a, b = views[first].box, views[second].box
     left, top, right, bottom = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
@@ -128,7 +140,7 @@ def _overlap(views: Sequence[View], chart: Chart, first: int, second: int) -> It
     ]
     stride = max(1, -(-len(grid) // MOST))
     for count, (row, column) in enumerate(grid[stride // 2 :: stride]):
-        yield Place(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
+        yield OverlapPlace(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
 
 
 def _axis(low_px: float, high_px: float, cells: int) -> range:
@@ -137,7 +149,7 @@ def _axis(low_px: float, high_px: float, cells: int) -> range:
     return range(low, high + 1, STEP_CELLS)
 
 
-def _reaches(view: View, chart: Chart, row: int, column: int) -> bool:
+def _reaches(view: MosaicView, chart: Chart, row: int, column: int) -> bool:
     """Return whether a whole patch lies within a view, with room for the depth to differ."""
     half = HALF_CELLS * CELL
     u = chart.u0_px + CELL * column + np.array([-half, half, half, -half], dtype=np.float64)

@@ -59,7 +59,7 @@ class CellDepth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Samples:
+class DepthPixels:
     """Triangulated px, (n,): plane places u, v of an eye, full-size px; q = 1 / Z and its error, 1/m.
 
     `edge`: which lie beside a jump of depth.
@@ -120,7 +120,7 @@ def beside_jumps(pair: RectifiedPair, disparity: DisparityMap) -> NDArray[np.boo
 
 def triangulated(
     pair: RectifiedPair, disparity: DisparityMap, calibration: Calibration, volts: StereoVolts, *, eye: Role
-) -> Samples:
+) -> DepthPixels:
     """Return what is known of a pair's depth.
 
     The pair's windows are right for the depth where the gazes cross; here each pixel gets its own.
@@ -146,7 +146,7 @@ def triangulated(
     sigma = disparity.sigma_px[y, x] / scale / f_b
     good = (per_depth > 1.0 / BEYOND_M) & (per_depth < 1.0 / NEAREST_M)
     u, v = (_place(*own, axis=axis, per_depth=per_depth) for axis in (0, 1))
-    return Samples(
+    return DepthPixels(
         u_px=u[good],
         v_px=v[good],
         per_depth=per_depth[good],
@@ -161,7 +161,7 @@ def _place(look: EyeLook, hx: Floats, hy: Floats, *, axis: int, per_depth: Float
     return np.asarray(fixed + (1.0 + look.pupil_m * per_depth) * about, dtype=np.float64)
 
 
-def on_cells(chart: Chart, samples: Samples, *, pose_sigma: float) -> CellDepth:
+def on_cells(chart: Chart, samples: DepthPixels, *, pose_sigma: float) -> CellDepth:
     """Gather samples in the cells of a chart: weighted means; neighbours share their noise."""
     column = np.floor((samples.u_px + 0.5 - chart.u0_px) / CELL).astype(int)
     row = np.floor((samples.v_px + 0.5 - chart.v0_px) / CELL).astype(int)

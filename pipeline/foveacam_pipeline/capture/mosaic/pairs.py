@@ -8,12 +8,12 @@ whose gaze crosses its own in front of the rig. What moved between the two contr
 from collections.abc import Sequence
 
 from foveacam_hardware.contract import Role, Sighting, StereoVolts
-from foveacam_pipeline.capture.making import Steps
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, pair_cells
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import View
+from foveacam_pipeline.capture.mosaic.views import MosaicView
+from foveacam_pipeline.capture.progress_steps import ProgressSteps
 from foveacam_pipeline.models.calibration import Calibration
 
 NEAREST_M, FARTHEST_M = 1.2, 40.0
@@ -23,12 +23,12 @@ ROW_SHARE = 0.2
 
 
 def depths_of(
-    views: Sequence[View],
+    views: Sequence[MosaicView],
     calibration: Calibration,
     chart: Chart,
     *,
     settings: MosaicSettings,
-    steps: Steps,
+    steps: ProgressSteps,
     kept: MosaicFolder,
 ) -> list[CellDepth]:
     """Return the depth of all pairs. Raise Cancelled, OSError."""
@@ -47,12 +47,12 @@ def depths_of(
     return patches
 
 
-def partners(view: View, views: Sequence[View], calibration: Calibration) -> list[View]:
+def partners(view: MosaicView, views: Sequence[MosaicView], calibration: Calibration) -> list[MosaicView]:
     """Return the views whose right fovea is matched with the left one of `view`: its own, and others."""
     return [other for other in views if other is view or _crosses(view, other, calibration)]
 
 
-def together(left: View, right: View, settings: MosaicSettings) -> Sighting:
+def together(left: MosaicView, right: MosaicView, settings: MosaicSettings) -> Sighting:
     """Return the left fovea of one point and the right one of another as one look."""
     frame = left.point.stacked(Role.LEFT, bracket=settings.bracket)
     return Sighting(
@@ -63,7 +63,7 @@ def together(left: View, right: View, settings: MosaicSettings) -> Sighting:
     )
 
 
-def _crosses(left: View, right: View, calibration: Calibration) -> bool:
+def _crosses(left: MosaicView, right: MosaicView, calibration: Calibration) -> bool:
     f_b = calibration.fovea_f_px * calibration.baseline_m
     gazes = calibration.gaze_rad(StereoVolts(left=left.volts.left, right=right.volts.right))
     apart = [calibration.fovea_f_px * (a - b) for a, b in zip(*gazes, strict=True)]

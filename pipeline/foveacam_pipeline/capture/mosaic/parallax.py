@@ -17,7 +17,7 @@ from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import Cells, FieldDepth, blocks, cut, fill, meets, specks
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
-from foveacam_pipeline.capture.mosaic.views import Floats, Picture, Pictures, View
+from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView, Picture, ViewPictureCache
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import EDGE_PX
 from foveacam_pipeline.stereo.search import MatchSettings
@@ -42,7 +42,7 @@ SETTINGS = MatchSettings(near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Strip:
+class OverlapStrip:
     """An overlap as a rectified pair: `baseline_m` is 1, `f_px` what a place moves with q.
 
     `places_px`: (2, h, w), where its pixels lie on the plane for things at infinity. `along`: (2,), unit, the
@@ -55,7 +55,7 @@ class Strip:
 
 
 def with_overlaps(
-    depth: FieldDepth, views: Sequence[View], pictures: Pictures, *, chart: Chart
+    depth: FieldDepth, views: Sequence[MosaicView], pictures: ViewPictureCache, *, chart: Chart
 ) -> Iterator[tuple[int, FieldDepth]]:
     """Yield (views done, depth so far); in the last, overlaps without stereo lie as the views tell."""
     patches: list[CellDepth] = []
@@ -95,7 +95,7 @@ def overlap_cells(
     return _on_cells(chart, places_px, per_depth, sigma, pose_sigma=pose_sigma)
 
 
-def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -> Strip | None:
+def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -> OverlapStrip | None:
     """Return an overlap, turned so that parallax moves along rows; None where it hardly moves."""
     corners = [_corners(look, half) for look, half in zip((first, second), halves, strict=True)]
     low = np.maximum(corners[0].min(axis=1), corners[1].min(axis=1))
@@ -128,11 +128,11 @@ def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -
         pose_sigma_px=0.0,
         t_ns=0,
     )
-    return Strip(pair=pair, places_px=places_px, along=along)
+    return OverlapStrip(pair=pair, places_px=places_px, along=along)
 
 
 def _placed(
-    strip: Strip, found: DisparityMap, first: EyeLook, second: EyeLook
+    strip: OverlapStrip, found: DisparityMap, first: EyeLook, second: EyeLook
 ) -> tuple[Floats, Floats, Floats]:
     """Return plane places (2, n), q and its error (n,), of the matched px: solved exactly, as pairs are."""
     known = np.isfinite(found.residual_px)
@@ -212,7 +212,7 @@ def _moving(look: EyeLook, places_px: Floats) -> Floats:
     return np.asarray(look.aside_px_m.reshape(beside) + look.pupil_m * about, dtype=np.float64)
 
 
-def _meet(first: View, second: View) -> bool:
+def _meet(first: MosaicView, second: MosaicView) -> bool:
     a, b = first.box, second.box
     across, down = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     return min(across, down) > LEAST_OVERLAP_PX

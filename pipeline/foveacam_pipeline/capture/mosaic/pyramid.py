@@ -22,7 +22,7 @@ NAME = "mosaic"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pyramid:
+class TilePyramid:
     """Where tiles lie. Level 0 is one pixel, `top` the whole picture."""
 
     folder: Path
@@ -104,13 +104,13 @@ Paint = Callable[[int, int, int, int], Picture]
 """(x, y, width, height) of the whole picture, px -> its pixels."""
 
 
-def paint_tiles(pyramid: Pyramid, paint: Paint, on_leaf: Callable[[int], None]) -> None:
+def paint_tiles(pyramid: TilePyramid, paint: Paint, on_leaf: Callable[[int], None]) -> None:
     """Make all tiles that are not there; `on_leaf(n)` is told how many more of the finest are done."""
     _made(pyramid, 0, 0, 0, paint=paint, on_leaf=on_leaf)
 
 
 def _made(
-    pyramid: Pyramid, level: int, column: int, row: int, *, paint: Paint, on_leaf: Callable[[int], None]
+    pyramid: TilePyramid, level: int, column: int, row: int, *, paint: Paint, on_leaf: Callable[[int], None]
 ) -> Picture:
     image = pyramid.read(level, column, row)
     if image is not None:
@@ -138,7 +138,7 @@ def _made(
     return image
 
 
-def _leaves_below(pyramid: Pyramid, level: int, column: int, row: int) -> int:
+def _leaves_below(pyramid: TilePyramid, level: int, column: int, row: int) -> int:
     step: int = 2 ** (pyramid.top - level)
     across, down = pyramid.tiles(pyramid.top)
     wide = min(across, (column + 1) * step) - column * step

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.matching.picture import Picture, Placement
-from foveacam_pipeline.matching.point import Prior, match_point
-from foveacam_pipeline.matching.windows import Window
+from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
+from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.windows import MatchWindow
 
 REACH_PX = 16
 """Margin of the pictures, and the farthest that is found."""
@@ -24,7 +24,7 @@ WORST_SIGMA_PX = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Registered:
+class RegisteredShift:
     """`shift_px`: (2,) how much further right and down a thing is in the second picture, and its error."""
 
     shift_px: NDArray[np.float64]
@@ -32,7 +32,7 @@ class Registered:
     score: float
 
 
-def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registered | None:
+def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> RegisteredShift | None:
     """Return how two pictures (n, n) of the same thing lie; None where they tell nothing or do not match."""
     a, b = (
         np.asarray(cv2.GaussianBlur(image, (0, 0), SIGMA_PX), dtype=np.float32) for image in (first, second)
@@ -43,8 +43,8 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
         return None
     window = cv2.createHanningWindow((a.shape[1], a.shape[0]), cv2.CV_32F)
     start, _ = cv2.phaseCorrelate(a - a.mean(), b - b.mean(), window)
-    best: Registered | None = None
-    pictures, half_px = (Picture.of(a), Picture.of(b)), (a.shape[0] - 1) // 2 - m
+    best: RegisteredShift | None = None
+    pictures, half_px = (InterpolatedPicture.of(a), InterpolatedPicture.of(b)), (a.shape[0] - 1) // 2 - m
     for shift in (np.array(start), np.zeros(2)):
         found = _refined(*pictures, shift, half_px)
         if found is not None and (best is None or found.score > best.score):
@@ -54,20 +54,22 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
     return best
 
 
-def _refined(first: Picture, second: Picture, start: NDArray[np.float64], half_px: int) -> Registered | None:
+def _refined(
+    first: InterpolatedPicture, second: InterpolatedPicture, start: NDArray[np.float64], half_px: int
+) -> RegisteredShift | None:
     if float(np.abs(start).max()) > REACH_PX - 2:
         return None
     x_px, y_px = start.tolist()
     found = match_point(
         first,
         second,
-        Placement(x_px=x_px, y_px=y_px),
-        window=Window(half_px=half_px, weight_sigma_px=EVEN_PX),
-        prior=Prior(slopes=0),
+        WindowPlacement(x_px=x_px, y_px=y_px),
+        window=MatchWindow(half_px=half_px, weight_sigma_px=EVEN_PX),
+        prior=PlacePrior(slopes=0),
     )
     if found is None or found.score < LEAST_SCORE or float(np.abs(found.place_px).max()) > REACH_PX - 2:
         return None
     covariance = found.covariance + FLOOR_SIGMA_PX**2 * np.eye(2)
     if not np.isfinite(covariance).all() or float(np.linalg.eigvalsh(covariance).max()) > WORST_SIGMA_PX**2:
         return None
-    return Registered(shift_px=found.place_px, covariance=covariance, score=found.score)
+    return RegisteredShift(shift_px=found.place_px, covariance=covariance, score=found.score)

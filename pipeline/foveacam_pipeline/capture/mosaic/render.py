@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.views import Laid, Patch, Picture, Pictures, View, lay, patch_of
+from foveacam_pipeline.capture.mosaic.views import (
+    ChartPatch,
+    MosaicView,
+    Picture,
+    PlacedView,
+    ViewPictureCache,
+    lay,
+    patch_of,
+)
 from foveacam_pipeline.capture.mosaic.wide import WideView, as_bright
 
 FEATHER_PX = 24.0
@@ -20,13 +28,13 @@ GROUND = (17.0, 20.0, 26.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Canvas:
+class TileSources:
     """Everything that a tile is painted from."""
 
     chart: Chart
     filled: NDArray[np.float32]
-    views: Sequence[View]
-    pictures: Pictures
+    views: Sequence[MosaicView]
+    pictures: ViewPictureCache
     channels: int
     wide: WideView | None
 
@@ -51,7 +59,7 @@ class Canvas:
         out = np.clip(np.rint(total), 0, 255).astype(np.uint8)
         return out[..., 0] if self.channels == 1 else out
 
-    def _laid(self, patch: Patch) -> list[Laid]:
+    def _laid(self, patch: ChartPatch) -> list[PlacedView]:
         left, top, right, bottom = patch.box
         found = []
         for view in self.views:
@@ -62,7 +70,7 @@ class Canvas:
                     found.append(laid)
         return found
 
-    def _beneath(self, patch: Patch) -> NDArray[np.float32]:
+    def _beneath(self, patch: ChartPatch) -> NDArray[np.float32]:
         ground = np.array(GROUND if self.channels == 3 else GROUND[:1], dtype=np.float32)
         if self.wide is None:
             return np.broadcast_to(ground, (*patch.size, self.channels))
@@ -74,14 +82,16 @@ class Canvas:
 
 
 def canvas_of(
-    views: Sequence[View],
-    pictures: Pictures,
+    views: Sequence[MosaicView],
+    pictures: ViewPictureCache,
     *,
     chart: Chart,
     filled: NDArray[np.float32],
     wide: WideView | None,
-) -> Canvas:
+) -> TileSources:
     """Return what the tiles of a scan are painted from."""
     bright = None if wide is None else as_bright(wide, views, pictures, chart=chart, filled=filled)
     channels = 1 if pictures.of(views[0]).ndim == 2 else 3
-    return Canvas(chart=chart, filled=filled, views=views, pictures=pictures, channels=channels, wide=bright)
+    return TileSources(
+        chart=chart, filled=filled, views=views, pictures=pictures, channels=channels, wide=bright
+    )

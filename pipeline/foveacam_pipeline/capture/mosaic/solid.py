@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset.disk import write_file
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.rectified import disparity_bytes
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth
@@ -45,7 +45,7 @@ def write_solid(
     whole = DepthMap(z_m=depth.z_m, sigma_m=depth.sigma_m, pose_sigma_m=np.zeros_like(depth.sigma_m))
     write_file(folder / "depth.tiff", disparity_bytes(whole.z_m))
     write_file(folder / "depth_sigma.tiff", disparity_bytes(whole.sigma_m))
-    write_file(folder / "depth.png", encode(depth_picture(whole), Codec.PNG))
+    write_file(folder / "depth.png", encode(depth_picture(whole), ImageCodec.PNG))
     seen = cell_pair(chart, texture, calibration)
     if not np.isfinite(whole.z_m).any():
         return

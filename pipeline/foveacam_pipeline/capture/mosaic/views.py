@@ -22,7 +22,7 @@ KEPT = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class View:
+class MosaicView:
     """One fovea. `volts`: of both mirrors; `per_depth`: q where the gazes cross, 1/m; `gain`: a factor."""
 
     point: DatasetPoint
@@ -32,12 +32,12 @@ class View:
     per_depth: float
     gain: float = 1.0
 
-    def moved(self, look: EyeLook, gain: float) -> "View":
+    def moved(self, look: EyeLook, gain: float) -> "MosaicView":
         """Return the view with what the adjustment found."""
         return replace(self, look=look, gain=gain)
 
 
-def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) -> list[View]:
+def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) -> list[MosaicView]:
     """Return the views of an eye; points without its frame or its volts are not part of the picture."""
     views = []
     for point in scan:
@@ -48,7 +48,7 @@ def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) 
         per_depth = 1.0 / crossing_z_m(calibration, volts)
         look = EyeLook.of(calibration, settings.eye, volts.left if settings.eye is Role.LEFT else volts.right)
         box = box_of(look.corners(calibration, per_depth))
-        views.append(View(point=point, volts=volts, look=look, box=box, per_depth=per_depth))
+        views.append(MosaicView(point=point, volts=volts, look=look, box=box, per_depth=per_depth))
     if not views:
         raise InvalidInput(
             f"{scan.folder}, scan {settings.scan} has no {settings.eye.value} frame of bracket "
@@ -64,7 +64,7 @@ def calibration_of(dataset: Dataset) -> Calibration:
     return dataset.calibration
 
 
-class Pictures:
+class ViewPictureCache:
     """Reads pictures of views when asked, and keeps the latest."""
 
     def __init__(self, settings: MosaicSettings) -> None:
@@ -76,7 +76,7 @@ class Pictures:
         """Whose pictures they are."""
         return self._settings.eye
 
-    def of(self, view: View) -> Picture:
+    def of(self, view: MosaicView) -> Picture:
         """Return (h, w) or (h, w, 3) RGB uint8, as the camera gave it."""
         index = view.point.index
         if index not in self._kept:
@@ -89,7 +89,7 @@ class Pictures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Patch:
+class ChartPatch:
     """A rectangle of a chart with depth for its cells and one cell about: q, (rows + 2, columns + 2), 1/m."""
 
     rows: slice
@@ -118,25 +118,25 @@ class Patch:
         return np.ascontiguousarray(whole[CELL:-CELL, CELL:-CELL], dtype=np.float32)
 
 
-def patch_of(chart: Chart, filled: NDArray[np.float32], rows: slice, columns: slice) -> Patch:
+def patch_of(chart: Chart, filled: NDArray[np.float32], rows: slice, columns: slice) -> ChartPatch:
     """Return a patch of cells; `filled`: q of all cells of the chart."""
     about_rows, about_columns = (slice(cells.start - 1, cells.stop + 1) for cells in (rows, columns))
     u_px, v_px = chart.cell_places(about_rows, about_columns)
     row = np.clip(np.arange(about_rows.start, about_rows.stop), 0, chart.rows - 1)
     column = np.clip(np.arange(about_columns.start, about_columns.stop), 0, chart.columns - 1)
     per_depth = filled[np.ix_(row, column)].astype(np.float64)
-    return Patch(rows=rows, columns=columns, u_px=u_px, v_px=v_px, per_depth=per_depth)
+    return ChartPatch(rows=rows, columns=columns, u_px=u_px, v_px=v_px, per_depth=per_depth)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Laid:
+class PlacedView:
     """A view laid on a patch: (h, w) or (h, w, 3) float32, and how far inside its frame each px is, px."""
 
     image: NDArray[np.float32]
     inside_px: NDArray[np.float32]
 
 
-def lay(view: View, picture: Picture, patch: Patch) -> Laid | None:
+def lay(view: MosaicView, picture: Picture, patch: ChartPatch) -> PlacedView | None:
     """Return a view on a patch; None where it does not reach."""
     left, top, right, bottom = patch.box
     near = view.box[0] <= right and left <= view.box[2] and view.box[1] <= bottom and top <= view.box[3]
@@ -153,4 +153,4 @@ def lay(view: View, picture: Picture, patch: Patch) -> Laid | None:
     bright = np.asarray(image, dtype=np.float32)
     if view.gain != 1.0:
         bright *= np.float32(view.gain)
-    return Laid(image=bright, inside_px=np.maximum(inside, np.float32(0.0)))
+    return PlacedView(image=bright, inside_px=np.maximum(inside, np.float32(0.0)))

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.views import Floats, Patch, Picture, Pictures, View, lay, patch_of
+from foveacam_pipeline.capture.mosaic.views import (
+    ChartPatch,
+    Floats,
+    MosaicView,
+    Picture,
+    ViewPictureCache,
+    lay,
+    patch_of,
+)
 from foveacam_pipeline.geometry.angles import angles_from_tan
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import rgb
@@ -42,7 +50,7 @@ class WideView:
         places = self.calibration.wide.pixels(angles).reshape(*shape, 2)
         return places[..., 0], places[..., 1]
 
-    def on(self, patch: Patch) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    def on(self, patch: ChartPatch) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
         """Return (h, w, channels) float32 on a patch, and where the wide view reaches, (h, w)."""
         places = self.places(patch.u_px, patch.v_px, patch.per_depth)
         x, y = (patch.dense(nodes) for nodes in places)
@@ -53,7 +61,9 @@ class WideView:
         return bright, seen
 
 
-def wide_of(scan: Dataset, calibration: Calibration, pictures: Pictures, first: View) -> WideView | None:
+def wide_of(
+    scan: Dataset, calibration: Calibration, pictures: ViewPictureCache, first: MosaicView
+) -> WideView | None:
     """Return the wide view of the point nearest to the middle of a scan, coloured as foveae are."""
     coloured = pictures.of(first).ndim == 3
     for point in sorted(scan, key=lambda point: abs(point.index - scan[len(scan) // 2].index)):
@@ -70,8 +80,8 @@ def wide_of(scan: Dataset, calibration: Calibration, pictures: Pictures, first: 
 
 def as_bright(
     wide: WideView,
-    views: Sequence[View],
-    pictures: Pictures,
+    views: Sequence[MosaicView],
+    pictures: ViewPictureCache,
     *,
     chart: Chart,
     filled: NDArray[np.float32],

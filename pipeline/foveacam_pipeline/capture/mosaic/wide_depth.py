@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill, specks
-from foveacam_pipeline.capture.mosaic.views import Floats, Pictures, View
+from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView, ViewPictureCache
 from foveacam_pipeline.capture.mosaic.wide import WideView
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.search import MatchSettings
@@ -30,7 +30,12 @@ Cells = NDArray[np.float32]
 
 
 def with_wide(
-    depth: FieldDepth, views: Sequence[View], pictures: Pictures, *, chart: Chart, wide: WideView | None
+    depth: FieldDepth,
+    views: Sequence[MosaicView],
+    pictures: ViewPictureCache,
+    *,
+    chart: Chart,
+    wide: WideView | None,
 ) -> FieldDepth:
     """Return the depth with gaps as the wide view tells; as it was where that contradicts stereo."""
     if wide is None:
@@ -49,7 +54,7 @@ def with_wide(
 
 
 def wide_pair(
-    views: Sequence[View], pictures: Pictures, *, chart: Chart, wide: WideView, filled: Cells
+    views: Sequence[MosaicView], pictures: ViewPictureCache, *, chart: Chart, wide: WideView, filled: Cells
 ) -> RectifiedPair:
     """Return the foveae, and the wide view at infinity, both at the size of cells.
 
@@ -89,7 +94,7 @@ def wide_pair(
 
 
 def _in_cells(
-    views: Sequence[View], pictures: Pictures, chart: Chart, filled: Cells
+    views: Sequence[MosaicView], pictures: ViewPictureCache, chart: Chart, filled: Cells
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return the foveae at the size of cells, grey, and which cells they see."""
     total, weight = (np.zeros((chart.rows, chart.columns), dtype=np.float32) for _ in range(2))
@@ -105,7 +110,7 @@ def _in_cells(
     return np.clip(np.rint(mean), 0, 255).astype(np.uint8), weight > 0.0
 
 
-def _cells_of(view: View, chart: Chart) -> tuple[slice, slice]:
+def _cells_of(view: MosaicView, chart: Chart) -> tuple[slice, slice]:
     """Return the rows and columns of the cells that a view may reach."""
     left, top, right, bottom = (
         int((edge - origin) // CELL)

@@ -1,19 +1,19 @@
 """Raster plans: what a capture takes, in which order; how long, how large, how much of it. No device."""
 
-from foveacam_pipeline.capture.plan.plan_coverage import Coverage, coverage
+from foveacam_pipeline.capture.plan.plan_coverage import PlanCoverage, coverage
 from foveacam_pipeline.capture.plan.plan_document import (
     PAPER_RAIL_MM,
-    Grid,
+    GridPoints,
     RasterPlan,
     SetPoints,
     Verging,
     plan_from,
 )
 from foveacam_pipeline.capture.plan.plan_estimate import (
-    Estimate,
+    CaptureEstimate,
+    CapturePace,
     ImageSize,
     KindSize,
-    Pace,
     assumed_ratio,
     check_disk,
     corrected_ratio,
@@ -43,12 +43,12 @@ from foveacam_pipeline.capture.plan.set_point_text import format_set_points, par
 
 __all__ = [
     "PAPER_RAIL_MM",
-    "Coverage",
-    "Estimate",
-    "Grid",
+    "CaptureEstimate",
+    "CapturePace",
+    "GridPoints",
     "ImageSize",
     "KindSize",
-    "Pace",
+    "PlanCoverage",
     "PlanPoint",
     "RasterPlan",
     "SetPoint",

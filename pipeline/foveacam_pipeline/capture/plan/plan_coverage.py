@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, StereoVolts
-from foveacam_pipeline.capture.plan.plan_document import Grid, RasterPlan
+from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
 from foveacam_pipeline.capture.plan.plan_points import PlanPoint, points_of_scan, steer_all
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprints_px
@@ -24,7 +24,7 @@ _SHIFT = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Coverage:
+class PlanCoverage:
     """How the views of one scan lie in the wide image; every scan of a plan has the same.
 
     `footprints_px`: (n, 2, 4, 2) float64 wide px: point, eye (left, right), corner (clockwise from the top
@@ -64,7 +64,7 @@ class Coverage:
         return tuple(told)
 
 
-def coverage(plan: RasterPlan, calibration: Calibration) -> Coverage:
+def coverage(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
     """Return how a plan's views lie in the wide image; raise OutOfRange for a point beyond reach."""
     scan_points = points_of_scan(plan)
     volts = steer_all(scan_points, calibration)
@@ -76,7 +76,7 @@ def coverage(plan: RasterPlan, calibration: Calibration) -> Coverage:
     across, down = _neighbours(plan, scan_points)
     size = max(1, int(field.sum()))
     either, both = (counts > 0).any(axis=0), (counts > 0).all(axis=0)
-    return Coverage(
+    return PlanCoverage(
         footprints_px=footprints,
         counts=counts,
         field=field,
@@ -142,7 +142,7 @@ def _neighbours(
     plan: RasterPlan, scan_points: tuple[PlanPoint, ...]
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
     """Return the pairs of points that lie beside each other, and those one below the other."""
-    if not isinstance(plan.points, Grid):
+    if not isinstance(plan.points, GridPoints):
         nearest = _nearest(scan_points)
         return nearest, nearest
     at = {(point.column, point.row): point.point for point in scan_points}

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.plan.set_point import LARGEST_DEG, AngleDeg, Distance, Document, SetPoint
+from foveacam_pipeline.capture.plan.set_point import LARGEST_DEG, AngleDeg, Distance, PlanModel, SetPoint
 from foveacam_pipeline.capture.plan.set_point_commands import MOST_SET_POINTS
 from foveacam_pipeline.capture.plan.set_point_text import parse_set_points
 from foveacam_pipeline.models.content import content_id
@@ -29,7 +29,7 @@ PlaceMm: TypeAlias = Annotated[float, Field(ge=-2000.0, le=2000.0)]
 _SetPointList: TypeAlias = Annotated[tuple[SetPoint, ...], Field(max_length=MOST_SET_POINTS)]
 
 
-class Grid(Document):
+class GridPoints(PlanModel):
     """Points in rows and columns, evenly spaced in angle about a centre; the outermost lie on the rim.
 
     Without half sizes it is as large as the calibration allows at the distance at which the eyes verge, and
@@ -47,7 +47,7 @@ class Grid(Document):
     """Rows from the top; every other one backwards, or all from the left."""
 
     @model_validator(mode="after")
-    def _has_a_whole_field(self) -> "Grid":
+    def _has_a_whole_field(self) -> "GridPoints":
         if (self.half_width_deg is None) != (self.half_height_deg is None):
             raise ValueError(
                 "one of half_width_deg and half_height_deg is missing; give both, or neither for all that"
@@ -75,7 +75,7 @@ def _written_out(value: object) -> object:
         raise ValueError(str(error)) from error
 
 
-class SetPoints(Document):
+class SetPoints(PlanModel):
     """Points one by one, in their order; accepted as text of the set-point language, kept written out."""
 
     kind: Literal["set_points"]
@@ -92,7 +92,7 @@ class SetPoints(Document):
         return self
 
 
-class Verging(Document):
+class Verging(PlanModel):
     """The distance at which both eyes meet, from the rig's origin."""
 
     mode: Literal["scene", "given"] = "scene"
@@ -108,12 +108,12 @@ class Verging(Document):
         return self
 
 
-class RasterPlan(Document):
+class RasterPlan(PlanModel):
     """What a raster capture takes, in which order; `points()` of it is the same for ever."""
 
     format: Literal["foveacam-raster-plan"] = "foveacam-raster-plan"
     version: Literal[1] = 1
-    points: Annotated[Grid | SetPoints, Field(discriminator="kind")] = Grid()
+    points: Annotated[GridPoints | SetPoints, Field(discriminator="kind")] = GridPoints()
     verging: Verging = Verging()
     exposures_ms: Annotated[tuple[ExposureMs, ...], Field(max_length=16, strict=False)] = ()
     """The bracket, taken at every point in this order; empty: one picture, as the cameras are set."""
@@ -154,7 +154,7 @@ class RasterPlan(Document):
     def points_per_scan(self) -> int:
         """How many points every scan has."""
         source = self.points
-        return source.columns * source.rows if isinstance(source, Grid) else len(source.points)
+        return source.columns * source.rows if isinstance(source, GridPoints) else len(source.points)
 
     @property
     def exposures_per_point(self) -> int:
@@ -171,7 +171,7 @@ class RasterPlan(Document):
     @property
     def needs_field(self) -> bool:
         """Whether the size of the grid has to be filled in from the calibration."""
-        return isinstance(self.points, Grid) and self.points.half_width_deg is None
+        return isinstance(self.points, GridPoints) and self.points.half_width_deg is None
 
     @property
     def id(self) -> str:

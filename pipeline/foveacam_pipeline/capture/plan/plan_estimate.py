@@ -29,7 +29,7 @@ ASSUMED_WEIGHT_BYTES = 16 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pace:
+class CapturePace:
     """What a rig takes for each thing that a capture does.
 
     `exposure_ms`: as the cameras are set, for plans without exposures of their own. `exposure_change_ms`:
@@ -96,7 +96,7 @@ class KindSize:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class CaptureEstimate:
     """What is still to come of a plan.
 
     `limit_s`: the least that mirrors and sensors need. `reverge_s`, `rail_s`: on top of it. `hand_moves`:
@@ -137,7 +137,7 @@ def shot_limit_ms(*, settle_ms: float, readout_ms: float, exposure_ms: float) ->
     return max(settle_ms, readout_ms) + exposure_ms + MARGIN_MS
 
 
-def point_limit_ms(plan: RasterPlan, pace: Pace) -> float:
+def point_limit_ms(plan: RasterPlan, pace: CapturePace) -> float:
     """Return the least time of one point: its first shot after a move, the others at rest."""
     exposures_ms = plan.exposures_ms or (pace.exposure_ms,)
     total_ms, settle_ms = 0.0, pace.settle_ms
@@ -154,13 +154,13 @@ def point_limit_ms(plan: RasterPlan, pace: Pace) -> float:
 
 def estimate(
     plan: RasterPlan,
-    pace: Pace,
+    pace: CapturePace,
     *,
     fovea: ImageSize,
     wide: ImageSize,
     done: int = 0,
     stored_ratio: float | None = None,
-) -> Estimate:
+) -> CaptureEstimate:
     """Return what the points from index `done` on take; the plan need not be filled in.
 
     `stored_ratio`: size on disk over raw; None: assumed for PNG, 1 for files that are not compressed.
@@ -170,7 +170,7 @@ def estimate(
         raise InvalidInput(f"estimate: {done} points are done, the plan has {total}; give 0 to {total}")
     left = total - done
     rail_s, hand_moves = _rail(plan, pace, done)
-    return Estimate(
+    return CaptureEstimate(
         points=left,
         shots=left * plan.exposures_per_point * plan.stack_frames,
         limit_s=1e-3 * left * point_limit_ms(plan, pace),
@@ -191,7 +191,7 @@ def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:
     return STORED_RATIO[image.sample_bytes(mean=mean)]
 
 
-def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") -> None:
+def check_disk(needed: CaptureEstimate, *, free_bytes: int, where: str = "the disk") -> None:
     """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
@@ -204,7 +204,7 @@ def check_disk(needed: Estimate, *, free_bytes: int, where: str = "the disk") ->
         )
 
 
-def _rail(plan: RasterPlan, pace: Pace, done: int) -> tuple[float, int]:
+def _rail(plan: RasterPlan, pace: CapturePace, done: int) -> tuple[float, int]:
     """Return the time of the moves to come, s, and how many are made by hand.
 
     The first place counts with the way from the middle when nothing is done; an unfinished scan's is reached.

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.plan.plan_coverage import SCALE, Coverage
+from foveacam_pipeline.capture.plan.plan_coverage import SCALE, PlanCoverage
 
 BOTH, ONE, FIELD, WAY = (80, 220, 100), (255, 190, 60), (90, 170, 255), (240, 240, 240)
 EYE_COLOURS = ((90, 220, 230), (190, 230, 80))
@@ -13,7 +13,7 @@ _VEIL = 0.28
 _SHIFT = 4
 
 
-def draw_coverage(cover: Coverage, wide_image: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+def draw_coverage(cover: PlanCoverage, wide_image: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
     """Return (h/2, w/2, 3) uint8 RGB: green where both eyes see, amber where one does, blue around the field.
 
     `wide_image`: (h, w) or (h, w, 3) uint8, drawn beneath; None: a dark ground. Left views are outlined cyan,
@@ -38,7 +38,7 @@ def draw_coverage(cover: Coverage, wide_image: NDArray[np.uint8] | None = None) 
     return picture
 
 
-def _ground(cover: Coverage, wide_image: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+def _ground(cover: PlanCoverage, wide_image: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
     height, width = cover.field.shape
     if wide_image is None:
         return np.full((height, width, 3), _DARK, dtype=np.uint8)

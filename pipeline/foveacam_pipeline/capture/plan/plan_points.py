@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, OutOfRange, Role, StereoVolts
-from foveacam_pipeline.capture.plan.plan_document import Grid, RasterPlan
+from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
 from foveacam_pipeline.capture.plan.set_point import SetPoint, metres
 from foveacam_pipeline.geometry.verging import vergence_angles
 from foveacam_pipeline.models.calibration import Calibration
@@ -65,7 +65,7 @@ def points_of_scan(plan: RasterPlan) -> tuple[PlanPoint, ...]:
     """Return the points of the first scan; all others are the same from other places of the rail."""
     _check_filled_in(plan)
     source = plan.points
-    places = _walk(source) if isinstance(source, Grid) else [(k, 0) for k in range(len(source.points))]
+    places = _walk(source) if isinstance(source, GridPoints) else [(k, 0) for k in range(len(source.points))]
     return tuple(
         _point(plan, number, place, where)
         for number, (place, where) in enumerate(zip(places, _set_points(plan), strict=True))
@@ -120,7 +120,7 @@ def _check_filled_in(plan: RasterPlan) -> None:
         )
 
 
-def _walk(grid: Grid) -> list[tuple[int, int]]:
+def _walk(grid: GridPoints) -> list[tuple[int, int]]:
     """Return (column, row) of every node in the order of the walk."""
     places = []
     for row in range(grid.rows):
@@ -132,7 +132,7 @@ def _walk(grid: Grid) -> list[tuple[int, int]]:
 
 def _set_points(plan: RasterPlan) -> tuple[SetPoint, ...]:
     source = plan.points
-    if not isinstance(source, Grid):
+    if not isinstance(source, GridPoints):
         return source.points
     across = _nodes_deg(source.columns, source.centre_ax_deg, source.half_width_deg or 0.0)
     down = _nodes_deg(source.rows, source.centre_ay_deg, source.half_height_deg or 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange, RailLimits, Role
-from foveacam_pipeline.capture.plan.plan_document import Grid, RasterPlan
+from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
 from foveacam_pipeline.capture.plan.plan_field import EYES, beyond_hull_rad, largest_field_deg
 from foveacam_pipeline.capture.plan.plan_points import PlanPoint, gazes_rad, points_of_scan
 from foveacam_pipeline.capture.plan.set_point import distance_of, metres
@@ -61,7 +61,7 @@ def prepared(plan: RasterPlan, calibration: Calibration, *, average_m: float | N
         verging = plan.verging.model_copy(update={"distance_m": distance_of(average_m)})
         plan = plan.model_copy(update={"verging": verging})
     grid = plan.points
-    if isinstance(grid, Grid) and grid.half_width_deg is None:
+    if isinstance(grid, GridPoints) and grid.half_width_deg is None:
         centre_deg = grid.centre_ax_deg, grid.centre_ay_deg
         field = largest_field_deg(calibration, _distance_m(plan), centre_deg=centre_deg)
         sized = {"half_width_deg": field[0], "half_height_deg": field[1]}
@@ -121,7 +121,7 @@ def _distance_m(plan: RasterPlan) -> float:
 
 def _extent_rad(plan: RasterPlan, calibration: Calibration) -> tuple[float, float, float, float]:
     source = plan.points
-    if not isinstance(source, Grid):
+    if not isinstance(source, GridPoints):
         angles = np.deg2rad([(point.ax_deg, point.ay_deg) for point in source.points])
         (left, top), (right, bottom) = angles.min(axis=0).tolist(), angles.max(axis=0).tolist()
         return left, right, top, bottom
@@ -148,7 +148,7 @@ def _too_far(point: PlanPoint, role: Role, gaze_rad: NDArray[np.float64], mirror
 
 def _remedy(plan: RasterPlan, calibration: Calibration) -> str:
     grid = plan.points
-    if not isinstance(grid, Grid):
+    if not isinstance(grid, GridPoints):
         return "move these points towards the middle, or give them a larger distance"
     distance_m = _distance_m(plan)
     try:

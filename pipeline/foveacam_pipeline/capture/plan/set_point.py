@@ -19,13 +19,13 @@ Distance: TypeAlias = Annotated[float, Field(gt=0.0, le=LARGEST_DISTANCE_M)] | L
 """Metres from the rig's origin, or "infinity"."""
 
 
-class Document(BaseModel):
+class PlanModel(BaseModel):
     """Root of a plan's parts: unknown keys, NaN and text for numbers are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
-class SetPoint(Document):
+class SetPoint(PlanModel):
     """Where both eyes look; degrees of the rig frame, `ax_deg` > 0 to the right, `ay_deg` > 0 down."""
 
     ax_deg: AngleDeg

@@ -20,7 +20,7 @@ _MOST_AXES = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class SetPointRow:
     """A point under way, and the line that it stands on, or that made it; not limited before the end."""
 
     ax_deg: float
@@ -35,7 +35,7 @@ class Row:
         return self.ax_deg, self.ay_deg, self.distance_m, self.shift_deg
 
 
-Command: TypeAlias = Callable[[list[Row], list[str], int], list[Row]]
+Command: TypeAlias = Callable[[list[SetPointRow], list[str], int], list[SetPointRow]]
 Operation: TypeAlias = Callable[[float, float], float]
 
 
@@ -52,9 +52,9 @@ def number(word: str, line: int, *, allowed: str) -> float:
     return value
 
 
-def _row(values: Sequence[float | None], line: int) -> Row:
+def _row(values: Sequence[float | None], line: int) -> SetPointRow:
     ax_deg, ay_deg, distance_m, shift_deg = values
-    return Row(
+    return SetPointRow(
         ax_deg=ax_deg or 0.0,
         ay_deg=ay_deg or 0.0,
         distance_m=distance_m,
@@ -69,7 +69,7 @@ def _arithmetic(name: str, operation: Operation, neutral: float) -> Command:
         " at the end for the first number in the columns that follow"
     )
 
-    def command(rows: list[Row], words: list[str], line: int) -> list[Row]:
+    def command(rows: list[SetPointRow], words: list[str], line: int) -> list[SetPointRow]:
         rest = words[-1:] == [REST]
         words = [word.removesuffix(",") for word in (words[:-1] if rest else words)]
         if not 1 <= len(words) <= len(COLUMNS) - rest:
@@ -81,7 +81,7 @@ def _arithmetic(name: str, operation: Operation, neutral: float) -> Command:
         operands += [following] * (len(COLUMNS) - len(operands))
         return [_changed(row, operands, line, stated=len(words)) for row in rows]
 
-    def _changed(row: Row, operands: list[float | None], line: int, *, stated: int) -> Row:
+    def _changed(row: SetPointRow, operands: list[float | None], line: int, *, stated: int) -> SetPointRow:
         changed: list[float | None] = []
         for column, (value, operand) in enumerate(zip(row.values, operands, strict=True)):
             if operand is None or operand == neutral:
@@ -101,7 +101,7 @@ def _arithmetic(name: str, operation: Operation, neutral: float) -> Command:
     return command
 
 
-def _delete(rows: list[Row], words: list[str], line: int) -> list[Row]:
+def _delete(rows: list[SetPointRow], words: list[str], line: int) -> list[SetPointRow]:
     allowed = "`@delete` takes points counted from 0 as in `3`, `0:5`, `-2:`, `:` (all) or `0,4:6`"
     if len(words) != 1:
         raise refusal(line, f"`@delete` has {len(words)} selections", allowed)
@@ -121,13 +121,13 @@ def _delete(rows: list[Row], words: list[str], line: int) -> list[Row]:
     return [row for k, row in enumerate(rows) if k not in gone]
 
 
-def _reverse(rows: list[Row], words: list[str], line: int) -> list[Row]:
+def _reverse(rows: list[SetPointRow], words: list[str], line: int) -> list[SetPointRow]:
     if words:
         raise refusal(line, f"`@reverse` is followed by `{words[0]}`", "it stands alone")
     return rows[::-1]
 
 
-def _interpolate(rows: list[Row], words: list[str], line: int) -> list[Row]:
+def _interpolate(rows: list[SetPointRow], words: list[str], line: int) -> list[SetPointRow]:
     zigzag = words[-1:] == [ZIGZAG]
     counts = _counts(words[:-1] if zigzag else words, line)
     corners = 2 ** len(counts)
@@ -151,7 +151,7 @@ def _counts(words: list[str], line: int) -> list[int]:
     return [int(word) for word in words]
 
 
-def _check_distances(corners: list[Row], line: int) -> None:
+def _check_distances(corners: list[SetPointRow], line: int) -> None:
     kinds = {None if row.distance_m is None else math.isinf(row.distance_m) for row in corners}
     if len(kinds) > 1:
         found = "some corners have a distance in metres and others have not"
@@ -171,13 +171,13 @@ def _weights(counts: list[int], *, zigzag: bool) -> list[tuple[float, ...]]:
     return weights
 
 
-def _between(corners: list[Row], weights: tuple[float, ...]) -> Row:
+def _between(corners: list[SetPointRow], weights: tuple[float, ...]) -> SetPointRow:
     for weight in weights:
         corners = [_blend(one, other, weight) for one, other in zip(corners[::2], corners[1::2], strict=True)]
     return corners[0]
 
 
-def _blend(one: Row, other: Row, weight: float) -> Row:
+def _blend(one: SetPointRow, other: SetPointRow, weight: float) -> SetPointRow:
     blended = []
     for a, b in zip(one.values, other.values, strict=True):
         if a is None or b is None or a == b:

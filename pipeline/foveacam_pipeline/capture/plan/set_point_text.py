@@ -20,7 +20,7 @@ from foveacam_pipeline.capture.plan.set_point import (
 from foveacam_pipeline.capture.plan.set_point_commands import (
     COMMANDS,
     MOST_SET_POINTS,
-    Row,
+    SetPointRow,
     number,
     refusal,
 )
@@ -37,7 +37,7 @@ def parse_set_points(text: str) -> tuple[SetPoint, ...]:
         raise InvalidInput(
             f"set points: the text has {len(text)} characters, at most {LONGEST_TEXT} are read; split it"
         )
-    rows: list[Row] = []
+    rows: list[SetPointRow] = []
     for line, written in enumerate(text.splitlines(), start=1):
         words = written.split("#", maxsplit=1)[0].strip()
         if words.startswith("@"):
@@ -67,7 +67,7 @@ def _words(point: SetPoint) -> list[str]:
     return words
 
 
-def _command(rows: list[Row], words: str, line: int) -> list[Row]:
+def _command(rows: list[SetPointRow], words: str, line: int) -> list[SetPointRow]:
     name, *operands = words[1:].split() or [""]
     command = COMMANDS.get(name)
     if command is None:
@@ -75,12 +75,12 @@ def _command(rows: list[Row], words: str, line: int) -> list[Row]:
     return command(rows, operands, line)
 
 
-def _row(words: str, line: int) -> Row:
+def _row(words: str, line: int) -> SetPointRow:
     values = re.split(r"\s*,\s*|\s+", words)
     if not 2 <= len(values) <= 4:
         raise refusal(line, f"`{words}` has {len(values)} value{'s' * (len(values) != 1)}", _LINE)
     ax_deg, ay_deg = (number(value, line, allowed=_LINE) for value in values[:2])
-    return Row(
+    return SetPointRow(
         ax_deg=ax_deg,
         ay_deg=ay_deg,
         distance_m=_distance(values[2], line) if len(values) > 2 else None,
@@ -95,7 +95,7 @@ def _distance(word: str, line: int) -> float | None:
     return float("inf") if word.lower() in INFINITIES else number(word, line, allowed=_LINE)
 
 
-def _point(row: Row) -> SetPoint:
+def _point(row: SetPointRow) -> SetPoint:
     for name, value_deg, largest_deg in (
         ("x", row.ax_deg, LARGEST_DEG),
         ("y", row.ay_deg, LARGEST_DEG),

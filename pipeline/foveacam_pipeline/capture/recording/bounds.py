@@ -13,7 +13,7 @@ LONGEST_S = 86_400.0
 """That can be asked for: a day."""
 
 
-class Ended(StrEnum):
+class EndCause(StrEnum):
     """What ended a recording; its file is whole after the first three."""
 
     DURATION = "duration"
@@ -25,17 +25,17 @@ class Ended(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bounds:
+class RecordingBounds:
     """How long a recording may become, and how small the disk's free space, which `free_bytes` returns."""
 
     longest_s: float
     free_bytes: Callable[[], int]
 
-    def reached(self, elapsed_s: float) -> Ended | None:
+    def reached(self, elapsed_s: float) -> EndCause | None:
         """Return which bound it has come to after so long; None while it may go on."""
         if elapsed_s >= self.longest_s:
-            return Ended.DURATION
-        return Ended.DISK_RESERVE if self.free_bytes() < RESERVE_BYTES else None
+            return EndCause.DURATION
+        return EndCause.DISK_RESERVE if self.free_bytes() < RESERVE_BYTES else None
 
     def room_bytes(self) -> int:
         """Return how much it may still write."""

@@ -23,11 +23,11 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from foveacam_pipeline.capture.recording.disk import Buffer, Disk
+from foveacam_pipeline.capture.recording.disk import Buffer, RecordingDisk
 from foveacam_pipeline.capture.recording.framing import (
     MAGIC,
     RECORD_HEAD,
-    Note,
+    McapMessage,
     chunk_of,
     record_bytes,
 )
@@ -46,9 +46,9 @@ from foveacam_pipeline.capture.recording.values import (
     RAW_SCHEMA,
     TELEMETRY,
     TELEMETRY_SCHEMA,
-    Descriptor,
     RawFrame,
     StreamFormat,
+    TrackedBox,
 )
 
 LIBRARY = "foveacam-duo"
@@ -71,16 +71,16 @@ class _Chunk:
     counts: Mapping[int, int]
 
 
-class Container:
+class McapContainer:
     """Writes records in order and remembers where they lie."""
 
-    def __init__(self, disk: Disk) -> None:
+    def __init__(self, disk: RecordingDisk) -> None:
         self._disk = disk
         self._length = 0
         self._channels: dict[str, Channel] = {}
         self._chunks: list[_Chunk] = []
         self._metadata: list[MetadataIndex] = []
-        self._waiting: list[Note] = []
+        self._waiting: list[McapMessage] = []
 
     @property
     def length(self) -> int:
@@ -107,18 +107,20 @@ class Container:
     def add_frame(self, stream: str, frame: RawFrame) -> int:
         """Write telemetry and frame as one chunk; return how many bytes it took."""
         telemetry, raw = self._channels[TELEMETRY].id, self._channels[stream].id
-        told = Note(channel=telemetry, seq=frame.seq, t_ns=frame.t_ns, data=telemetry_of(stream, frame))
-        pixels = Note(channel=raw, seq=frame.seq, t_ns=frame.t_ns, data=frame.payload.data.cast("B"))
+        told = McapMessage(
+            channel=telemetry, seq=frame.seq, t_ns=frame.t_ns, data=telemetry_of(stream, frame)
+        )
+        pixels = McapMessage(channel=raw, seq=frame.seq, t_ns=frame.t_ns, data=frame.payload.data.cast("B"))
         return self._add_chunk([*self._waiting, told, pixels], stream)
 
-    def add_descriptor(self, descriptor: Descriptor) -> None:
+    def add_descriptor(self, descriptor: TrackedBox) -> None:
         """Keep a tracked box; it is written with the next frame."""
         topic = DESCRIPTOR_PREFIX + descriptor.slot
         if topic not in self._channels:
             self._add_channel(topic, "json", 3, {})
         channel = self._channels[topic].id
         data = descriptor_message(descriptor)
-        self._waiting.append(Note(channel=channel, seq=0, t_ns=descriptor.t_ns, data=data))
+        self._waiting.append(McapMessage(channel=channel, seq=0, t_ns=descriptor.t_ns, data=data))
         if len(self._waiting) >= WAITING_MOST:
             self._add_chunk(self._waiting, None)
 
@@ -167,7 +169,7 @@ class Container:
         self._append([record_bytes(channel)])
         self._channels[topic] = channel
 
-    def _add_chunk(self, notes: list[Note], stream: str | None) -> int:
+    def _add_chunk(self, notes: list[McapMessage], stream: str | None) -> int:
         chunk = chunk_of(notes, offset=self._length)
         self._append(chunk.buffers)
         counts = dict[int, int]()

@@ -13,7 +13,7 @@ MOST_BUFFERS = 512
 """In one call of the system, which allows at least 1024."""
 
 
-class Disk(Protocol):
+class RecordingDisk(Protocol):
     """Where a recording goes. Every call may raise `OSError`."""
 
     def append(self, buffers: Sequence[Buffer]) -> None:
@@ -61,7 +61,7 @@ class FileDisk:
                 os.close(file)
 
 
-def new_file(path: Path) -> Disk:
+def new_file(path: Path) -> RecordingDisk:
     """Return a new file at `path`; raise `InvalidInput` for a name in use, else as `disk_fault`."""
     try:
         return FileDisk(path)

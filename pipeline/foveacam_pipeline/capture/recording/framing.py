@@ -23,7 +23,7 @@ LARGEST_SEQUENCE = 0xFFFF_FFFF
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Note:
+class McapMessage:
     """One message to be written."""
 
     channel: int
@@ -53,7 +53,7 @@ def _built(builder: RecordBuilder) -> bytes:
     return bytes(builder.end())  # type: ignore[no-untyped-call]  # the library leaves out what it returns
 
 
-def chunk_of(notes: Sequence[Note], *, offset: int) -> ChunkBytes:
+def chunk_of(notes: Sequence[McapMessage], *, offset: int) -> ChunkBytes:
     """Return one uncompressed chunk of messages, and their index behind it, to be written at `offset`."""
     bodies, size, places = _messages(notes)
     times = [note.t_ns for note in notes]
@@ -78,7 +78,7 @@ def chunk_of(notes: Sequence[Note], *, offset: int) -> ChunkBytes:
     return ChunkBytes(buffers=[head, *bodies, tail], size=chunk_length + len(tail), index=index)
 
 
-def _messages(notes: Sequence[Note]) -> tuple[list[Buffer], int, dict[int, list[tuple[int, int]]]]:
+def _messages(notes: Sequence[McapMessage]) -> tuple[list[Buffer], int, dict[int, list[tuple[int, int]]]]:
     """Return the messages' buffers, their length, and (time, offset) of each by channel."""
     buffers: list[Buffer] = []
     size, places = 0, dict[int, list[tuple[int, int]]]()

@@ -27,7 +27,7 @@ SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + 20
 """A file with a footer is longer."""
 
 
-class Entry(NamedTuple):
+class MessageLocation(NamedTuple):
     """One message: when, of which channel, at `offset` of its chunk's records (or of the file: chunk -1)."""
 
     t_ns: int
@@ -36,7 +36,7 @@ class Entry(NamedTuple):
     offset: int
 
 
-class ChunkPlace(NamedTuple):
+class ChunkLocation(NamedTuple):
     """Where a chunk's records lie in the file."""
 
     start: int
@@ -56,17 +56,17 @@ class Truncation:
 
 
 @dataclass(slots=True)
-class Index:
+class McapIndex:
     """All that lies in a file."""
 
     channels: dict[int, Channel] = field(default_factory=dict)
-    chunks: list[ChunkPlace] = field(default_factory=list)
-    entries: list[Entry] = field(default_factory=list)
+    chunks: list[ChunkLocation] = field(default_factory=list)
+    entries: list[MessageLocation] = field(default_factory=list)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     truncation: Truncation | None = None
 
 
-def index_of(data: memoryview, file: io.BufferedReader, *, what: str) -> Index:
+def index_of(data: memoryview, file: io.BufferedReader, *, what: str) -> McapIndex:
     """Return where everything lies; raise `InvalidInput` for what is no recording."""
     if bytes(data[: len(MAGIC)]) != MAGIC:
         raise InvalidInput(
@@ -76,7 +76,7 @@ def index_of(data: memoryview, file: io.BufferedReader, *, what: str) -> Index:
     return scanned(data) if found is None else found
 
 
-def _by_summary(data: memoryview, file: io.BufferedReader) -> Index | None:
+def _by_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
     """Return what the file's own summary says; None when there is none or it cannot be believed."""
     if len(data) < SHORTEST:
         return None
@@ -85,7 +85,7 @@ def _by_summary(data: memoryview, file: io.BufferedReader) -> Index | None:
         summary = make_reader(file).get_summary()
         if summary is None or not (summary.chunk_indexes or summary.channels):
             return None
-        index = Index(channels=dict(summary.channels))
+        index = McapIndex(channels=dict(summary.channels))
         for chunk in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
             place = chunk_place(data, chunk.chunk_start_offset)
             index.chunks.append(place)
@@ -103,7 +103,7 @@ def _by_summary(data: memoryview, file: io.BufferedReader) -> Index | None:
     return index
 
 
-def _indexed(data: memoryview, places: list[int], chunk: int) -> Iterator[Entry]:
+def _indexed(data: memoryview, places: list[int], chunk: int) -> Iterator[MessageLocation]:
     """Yield the messages that a chunk's own indexes name."""
     for place in places:
         body = _body(data, place, Opcode.MESSAGE_INDEX)
@@ -111,10 +111,10 @@ def _indexed(data: memoryview, places: list[int], chunk: int) -> Iterator[Entry]
         if 6 + size > len(body):
             raise ValueError("a message index is longer than its record")
         for t_ns, offset in struct.iter_unpack("<QQ", body[6 : 6 + size]):
-            yield Entry(t_ns, channel, chunk, offset)
+            yield MessageLocation(t_ns, channel, chunk, offset)
 
 
-def chunk_place(data: memoryview, offset: int) -> ChunkPlace:
+def chunk_place(data: memoryview, offset: int) -> ChunkLocation:
     """Return where the records of the chunk at `offset` lie; raise `ValueError` unless in the file."""
     body = _body(data, offset, Opcode.CHUNK)
     place = _place(data, offset, len(body))
@@ -123,7 +123,7 @@ def chunk_place(data: memoryview, offset: int) -> ChunkPlace:
     return place
 
 
-def _place(data: memoryview, offset: int, length: int) -> ChunkPlace:
+def _place(data: memoryview, offset: int, length: int) -> ChunkLocation:
     """Return what a chunk's head says, which may be more than there is."""
     at = offset + RECORD_HEAD.size
     _, _, uncompressed, _, name_length = struct.unpack_from("<QQQII", data, at)
@@ -132,10 +132,10 @@ def _place(data: memoryview, offset: int, length: int) -> ChunkPlace:
     name_at = at + CHUNK_HEAD.size - 8
     name = str(bytes(data[name_at : name_at + name_length]), "utf-8")
     (size,) = struct.unpack_from("<Q", data, name_at + name_length)
-    return ChunkPlace(name_at + name_length + 8, size, name, uncompressed)
+    return ChunkLocation(name_at + name_length + 8, size, name, uncompressed)
 
 
-def records_of(data: memoryview, place: ChunkPlace) -> memoryview:
+def records_of(data: memoryview, place: ChunkLocation) -> memoryview:
     """Return a chunk's records, decompressed; raise one of `UNREADABLE`."""
     inside = data[place.start : place.start + place.size]
     if not place.compression:
@@ -154,20 +154,20 @@ def records_of(data: memoryview, place: ChunkPlace) -> memoryview:
 
 def messages_in(
     data: memoryview,
-    place: ChunkPlace,
+    place: ChunkLocation,
     chunk: int,
     *,
     learn: Callable[[int, memoryview], None] | None = None,
-) -> list[Entry]:
+) -> list[MessageLocation]:
     """Return the messages of a chunk; `learn` is told of its schemas and channels."""
     return walk(records_of(data, place), chunk, learn=learn)
 
 
 def walk(
     records: memoryview, chunk: int, *, learn: Callable[[int, memoryview], None] | None = None
-) -> list[Entry]:
+) -> list[MessageLocation]:
     """Return the whole messages among `records`, up to the first that is cut off."""
-    found, at = list[Entry](), 0
+    found, at = list[MessageLocation](), 0
     while at + RECORD_HEAD.size <= len(records):
         opcode, length = RECORD_HEAD.unpack_from(records, at)
         end = at + RECORD_HEAD.size + length
@@ -175,14 +175,14 @@ def walk(
             break
         if opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, t_ns, _ = MESSAGE_HEAD.unpack_from(records, at + RECORD_HEAD.size)
-            found.append(Entry(t_ns, channel, chunk, at))
+            found.append(MessageLocation(t_ns, channel, chunk, at))
         elif learn is not None:
             learn(opcode, records[at + RECORD_HEAD.size : end])
         at = end
     return found
 
 
-def scanned(data: memoryview) -> Index:
+def scanned(data: memoryview) -> McapIndex:
     """Return what lies in a file without a summary, as far as it goes."""
     return _Scan(data).run()
 
@@ -192,10 +192,10 @@ class _Scan:
 
     def __init__(self, data: memoryview) -> None:
         self._data = data
-        self._index = Index()
+        self._index = McapIndex()
         self._ended = False
 
-    def run(self) -> Index:
+    def run(self) -> McapIndex:
         """Read until the end of the data, or of the file."""
         at, size = len(MAGIC), len(self._data)
         why = "the file ends before its recording does"
@@ -229,7 +229,7 @@ class _Scan:
             self._index.entries.extend(messages_in(self._data, place, number, learn=self._learn))
         elif opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, t_ns, _ = MESSAGE_HEAD.unpack_from(body)
-            self._index.entries.append(Entry(t_ns, channel, -1, at))
+            self._index.entries.append(MessageLocation(t_ns, channel, -1, at))
         elif opcode == Opcode.METADATA:
             record = Metadata.read(_stream(body))
             self._index.metadata[record.name] = record.metadata
@@ -261,7 +261,7 @@ class _Scan:
         self._index.entries.extend(found)
         return self._cut_message(inside, found)
 
-    def _cut_message(self, inside: memoryview, found: list[Entry]) -> str:
+    def _cut_message(self, inside: memoryview, found: list[MessageLocation]) -> str:
         """Return of which stream the message is that was cut off."""
         at = 0
         if found:

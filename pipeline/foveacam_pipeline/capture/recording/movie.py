@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, StorageFull
 from foveacam_pipeline.capture.recording.pixels import eight_bit
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
+from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.capture.reserve import FULL_BYTES
 
@@ -26,7 +26,7 @@ Progress = Callable[[int, int], None]
 """Called with frames done and frames in all."""
 
 
-class Codec(StrEnum):
+class MovieCodec(StrEnum):
     """How a film is encoded, the best first: H.264 and VP9 play in every browser, MPEG-4 in most players."""
 
     H264 = "avc1"
@@ -34,7 +34,7 @@ class Codec(StrEnum):
     MPEG4 = "mp4v"
 
 
-class Layout(StrEnum):
+class MovieLayout(StrEnum):
     """What a film shows besides a single stream."""
 
     SIDE_BY_SIDE = "side-by-side"
@@ -43,7 +43,7 @@ class Layout(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MovieWish:
+class MovieSpec:
     """What to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
 
     `codec`: None takes the best that there is. `start_s`, `end_s`: part of the recording, from its begin.
@@ -51,7 +51,7 @@ class MovieWish:
 
     show: str
     fps: float | None = None
-    codec: Codec | None = None
+    codec: MovieCodec | None = None
     start_s: float = 0.0
     end_s: float | None = None
 
@@ -61,19 +61,19 @@ class Movie:
     """What was made."""
 
     path: Path
-    codec: Codec
+    codec: MovieCodec
     fps: float
     frames: int
     width: int
     height: int
 
 
-def available_codecs(folder: Path) -> tuple[Codec, ...]:
+def available_codecs(folder: Path) -> tuple[MovieCodec, ...]:
     """Return what this machine can encode: each is tried on a small picture in `folder`."""
-    return tuple(codec for codec in Codec if _opens(folder / f".codec-{codec}{SUFFIX}", codec))
+    return tuple(codec for codec in MovieCodec if _opens(folder / f".codec-{codec}{SUFFIX}", codec))
 
 
-def _opens(trial: Path, codec: Codec) -> bool:
+def _opens(trial: Path, codec: MovieCodec) -> bool:
     try:
         return (writer := _writer(trial, codec, fps=25.0, width=64, height=64)).isOpened()
     finally:
@@ -81,13 +81,13 @@ def _opens(trial: Path, codec: Codec) -> bool:
         trial.unlink(missing_ok=True)
 
 
-def _writer(path: Path, codec: Codec, *, fps: float, width: int, height: int) -> cv2.VideoWriter:
+def _writer(path: Path, codec: MovieCodec, *, fps: float, width: int, height: int) -> cv2.VideoWriter:
     fourcc = cv2.VideoWriter.fourcc(*codec.value)
     return cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, fps, (width, height))
 
 
 def export_movie(
-    recording: Recording, wish: MovieWish, target: Path, *, progress: Progress = lambda done, total: None
+    recording: Recording, wish: MovieSpec, target: Path, *, progress: Progress = lambda done, total: None
 ) -> Movie:
     """Write the film; what was begun is taken away when it fails or is interrupted.
 
@@ -112,7 +112,7 @@ def export_movie(
     return film.made
 
 
-def _check(wish: MovieWish, target: Path) -> None:
+def _check(wish: MovieSpec, target: Path) -> None:
     if target.suffix.lower() != SUFFIX:
         raise InvalidInput(f"export: {target.name} is no name of a film; end it in {SUFFIX}")
     if target.exists():
@@ -125,9 +125,9 @@ def _check(wish: MovieWish, target: Path) -> None:
         )
 
 
-def shown_streams(recording: Recording, show: str) -> list[Stream]:
+def shown_streams(recording: Recording, show: str) -> list[RecordedStream]:
     """Return the streams that a film shows; the first gives the rate."""
-    if show not in [layout.value for layout in Layout]:
+    if show not in [layout.value for layout in MovieLayout]:
         streams = [recording.stream(show)]
     else:
         pair = [recording.of_role(role) for role in (Role.LEFT, Role.RIGHT)]
@@ -143,7 +143,7 @@ def shown_streams(recording: Recording, show: str) -> list[Stream]:
     return streams
 
 
-def _moments(streams: list[Stream], begin_ns: int, wish: MovieWish, fps: float) -> NDArray[np.int64]:
+def _moments(streams: list[RecordedStream], begin_ns: int, wish: MovieSpec, fps: float) -> NDArray[np.int64]:
     """Return the moments of which the film has a picture."""
     low_ns = begin_ns + round(wish.start_s * 1e9)
     high_ns = None if wish.end_s is None else begin_ns + round(wish.end_s * 1e9)
@@ -154,7 +154,7 @@ def _moments(streams: list[Stream], begin_ns: int, wish: MovieWish, fps: float) 
     return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / fps).astype(np.int64)
 
 
-def _chosen(codec: Codec | None, folder: Path) -> Codec:
+def _chosen(codec: MovieCodec | None, folder: Path) -> MovieCodec:
     found = available_codecs(folder)
     if codec is None and found:
         return found[0]
@@ -168,7 +168,7 @@ def _chosen(codec: Codec | None, folder: Path) -> Codec:
 
 
 def _pictures(
-    recording: Recording, streams: list[Stream], moments: NDArray[np.int64], show: str
+    recording: Recording, streams: list[RecordedStream], moments: NDArray[np.int64], show: str
 ) -> Iterator[NDArray[np.uint8]]:
     """Yield (h, w, 3) RGB for every moment; a stream's picture is decoded once however often it is shown."""
     kept: dict[str, tuple[int, NDArray[np.uint8]]] = {}
@@ -193,7 +193,7 @@ def composed(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
     height = min(picture.shape[0] for picture in pictures)
     width = min(picture.shape[1] for picture in pictures)
     same = [picture[:height, :width] for picture in pictures]
-    if show == Layout.ANAGLYPH:
+    if show == MovieLayout.ANAGLYPH:
         grey = [cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in same]
         found = np.stack([grey[0], grey[1], grey[1]], axis=2)
     else:
@@ -204,7 +204,7 @@ def composed(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
 class _Film:
     """A film that is being written beside its name; it gets its name when it is whole."""
 
-    def __init__(self, target: Path, codec: Codec, *, fps: float) -> None:
+    def __init__(self, target: Path, codec: MovieCodec, *, fps: float) -> None:
         self._target = target
         self._part = target.with_name(f".{target.stem}.part{SUFFIX}")
         self._codec = codec

@@ -14,24 +14,24 @@ from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.recording.framing import MESSAGE_HEAD, RECORD_HEAD
 from foveacam_pipeline.capture.recording.index import (
     UNREADABLE,
-    Entry,
-    Index,
+    McapIndex,
+    MessageLocation,
     Truncation,
     index_of,
     records_of,
 )
 from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
-from foveacam_pipeline.capture.recording.session import FINALIZE, RecordedRig, rig_of
-from foveacam_pipeline.capture.recording.streams import Stream, nearest_index
+from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, rig_of
+from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
 from foveacam_pipeline.capture.recording.telemetry import descriptor_of, pose_of, told_of
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
     RAW_ENCODING,
     TELEMETRY,
-    Descriptor,
     FramePose,
     RecordedFrame,
     StreamFormat,
+    TrackedBox,
     role_of,
 )
 
@@ -81,7 +81,7 @@ class Recording:
         return FINALIZE in self.metadata
 
     @cached_property
-    def rig(self) -> RecordedRig | None:
+    def rig(self) -> RigDescription | None:
         """The rig that it shows, with its calibration; None when it does not say."""
         return rig_of(self.metadata, what=f"recording {self.path}")
 
@@ -101,7 +101,7 @@ class Recording:
             return 0, 0
         return int(min(t_ns[0] for t_ns in shown)), int(max(t_ns[-1] for t_ns in shown))
 
-    def stream(self, name: str) -> Stream:
+    def stream(self, name: str) -> RecordedStream:
         """Return a stream; raise `InvalidInput` for one that there is not."""
         if name not in self.streams:
             raise InvalidInput(
@@ -110,7 +110,7 @@ class Recording:
             )
         return self.streams[name]
 
-    def of_role(self, role: Role) -> Stream | None:
+    def of_role(self, role: Role) -> RecordedStream | None:
         """Return the stream of an eye; the first by name when there are several."""
         found = [stream for _, stream in sorted(self.streams.items()) if stream.role is role]
         return found[0] if found else None
@@ -155,7 +155,7 @@ class Recording:
         for _, name, index in sorted(moments):
             yield self._frame(self.streams[name], index)
 
-    def descriptors(self, slot: str | None = None) -> Iterator[Descriptor]:
+    def descriptors(self, slot: str | None = None) -> Iterator[TrackedBox]:
         """Yield the tracked boxes of one slot, or of all, in order of time."""
         for channel_id, channel in self._index.channels.items():
             own = channel.topic.removeprefix(DESCRIPTOR_PREFIX)
@@ -188,7 +188,7 @@ class Recording:
     # Inside -----------------------------------------------------------------------------------------------
 
     @staticmethod
-    def _in_order(index: Index) -> dict[int, list[int]]:
+    def _in_order(index: McapIndex) -> dict[int, list[int]]:
         """Return the numbers of each channel's entries in order of time, without times that cannot be."""
         found: dict[int, list[int]] = {}
         for number, entry in enumerate(index.entries):
@@ -198,7 +198,7 @@ class Recording:
             numbers.sort(key=lambda number: index.entries[number].t_ns)
         return found
 
-    def _streams(self) -> dict[str, Stream]:
+    def _streams(self) -> dict[str, RecordedStream]:
         found = {}
         self._numbers: dict[str, list[int]] = {}
         for channel in self._index.channels.values():
@@ -207,13 +207,13 @@ class Recording:
             numbers = self._order.get(channel.id, [])
             times = np.array([self._index.entries[number].t_ns for number in numbers], dtype=np.int64)
             form = StreamFormat.of_metadata(channel.metadata, what=f"recording {self.path}: {channel.topic}")
-            found[channel.topic] = Stream(
+            found[channel.topic] = RecordedStream(
                 name=channel.topic, role=role_of(channel.topic), form=form, t_ns=times
             )
             self._numbers[channel.topic] = numbers
         return found
 
-    def _frame(self, stream: Stream, index: int) -> RecordedFrame:
+    def _frame(self, stream: RecordedStream, index: int) -> RecordedFrame:
         number = self._numbers[stream.name][index]
         entry = self._index.entries[number]
         seq, payload = self._message(entry)
@@ -230,7 +230,7 @@ class Recording:
             pose=self._pose(stream.name, seq, number),
         )
 
-    def _message(self, entry: Entry) -> tuple[int, memoryview]:
+    def _message(self, entry: MessageLocation) -> tuple[int, memoryview]:
         """Return a message's number and bytes; raise `InvalidInput` for one that is not there."""
         try:
             records = self._data if entry.chunk < 0 else self._records(entry.chunk)
@@ -264,7 +264,7 @@ class Recording:
         far = self._telemetry.get((stream, seq))
         return pose_of(None if far is None else self._told(self._index.entries[far]))
 
-    def _told(self, entry: Entry) -> dict[str, object] | None:
+    def _told(self, entry: MessageLocation) -> dict[str, object] | None:
         channel = self._index.channels.get(entry.channel)
         if channel is None or channel.topic != TELEMETRY:
             return None

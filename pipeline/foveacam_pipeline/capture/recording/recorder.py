@@ -14,12 +14,12 @@ from pathlib import Path
 from types import TracebackType
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, Timeout
-from foveacam_pipeline.capture.recording.container import Container
-from foveacam_pipeline.capture.recording.disk import Disk, disk_failure, new_file
+from foveacam_pipeline.capture.recording.container import McapContainer
+from foveacam_pipeline.capture.recording.disk import RecordingDisk, disk_failure, new_file
 from foveacam_pipeline.capture.recording.pixels import compressed
-from foveacam_pipeline.capture.recording.session import FINALIZE, STATISTICS, Session
-from foveacam_pipeline.capture.recording.statistics import Loss, StreamStatistics
-from foveacam_pipeline.capture.recording.values import Descriptor, RawFrame, StreamFormat
+from foveacam_pipeline.capture.recording.session import FINALIZE, STATISTICS, RecordingSession
+from foveacam_pipeline.capture.recording.statistics import FrameLoss, StreamStatistics
+from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat, TrackedBox
 
 _log = logging.getLogger(__name__)
 
@@ -51,17 +51,17 @@ class Recorder:
     def __init__(
         self,
         path: Path,
-        session: Session,
+        session: RecordingSession,
         *,
         options: RecordingOptions = USUAL,
-        disk: Disk | None = None,
+        disk: RecordingDisk | None = None,
     ) -> None:
         self.path = path
         self._options = options
-        self._container = Container(disk or new_file(path))
+        self._container = McapContainer(disk or new_file(path))
         self._forms: dict[str, StreamFormat] = {}
         self._streams: dict[str, StreamStatistics] = {}
-        self._ring: deque[tuple[str, RawFrame] | Descriptor] = deque()
+        self._ring: deque[tuple[str, RawFrame] | TrackedBox] = deque()
         self._changed = threading.Condition()
         self._closing = self._as_meant = False
         self._deadline_s = float("inf")
@@ -106,7 +106,7 @@ class Recorder:
             self._changed.notify()
             return True
 
-    def describe(self, descriptor: Descriptor) -> bool:
+    def describe(self, descriptor: TrackedBox) -> bool:
         """Hand over a tracked box; tell whether there was room."""
         with self._changed:
             if self._closing or self._failure is not None or len(self._ring) >= self._options.ring_frames:
@@ -147,14 +147,14 @@ class Recorder:
             if error is None:
                 raise
 
-    def _refusal(self, stream: str, frame: RawFrame) -> Loss | None:
+    def _refusal(self, stream: str, frame: RawFrame) -> FrameLoss | None:
         if self._closing:
-            return Loss.CLOSED
+            return FrameLoss.CLOSED
         if self._failure is not None:
-            return Loss.DISK
+            return FrameLoss.DISK
         if self._forms.setdefault(stream, frame.form) != frame.form:
-            return Loss.FORMAT
-        return Loss.QUEUE if len(self._ring) >= self._options.ring_frames else None
+            return FrameLoss.FORMAT
+        return FrameLoss.QUEUE if len(self._ring) >= self._options.ring_frames else None
 
     # The thread -------------------------------------------------------------------------------------------
 
@@ -170,16 +170,16 @@ class Recorder:
             _log.exception("recording %s", self.path)
             self._fail(DeviceFault(f"recording {self.path}: {error}; {KEPT}; begin another one"))
 
-    def _next(self) -> tuple[str, RawFrame] | Descriptor | None:
+    def _next(self) -> tuple[str, RawFrame] | TrackedBox | None:
         """Return what is to be written next; None when all is."""
         with self._changed:
             self._changed.wait_for(lambda: self._ring or self._closing)
             if self._ring and time.monotonic() > self._deadline_s:
-                self._lose_waiting(Loss.DEADLINE)
+                self._lose_waiting(FrameLoss.DEADLINE)
             return self._ring.popleft() if self._ring else None
 
-    def _write(self, item: tuple[str, RawFrame] | Descriptor, begun: set[str]) -> None:
-        if isinstance(item, Descriptor):
+    def _write(self, item: tuple[str, RawFrame] | TrackedBox, begun: set[str]) -> None:
+        if isinstance(item, TrackedBox):
             self._container.add_descriptor(item)
             return
         stream, frame = item
@@ -191,7 +191,7 @@ class Recorder:
             size = self._container.add_frame(stream, frame)
         except OSError:
             with self._changed:
-                self._streams[stream] = self._streams[stream].with_lost(Loss.DISK)
+                self._streams[stream] = self._streams[stream].with_lost(FrameLoss.DISK)
             raise
         with self._changed:
             self._streams[stream] = self._streams[stream].with_written(size, t_ns=frame.t_ns)
@@ -199,7 +199,7 @@ class Recorder:
     def _finish(self) -> None:
         counts = {stream: json.dumps(found.document()) for stream, found in self.statistics.items()}
         self._container.add_metadata(STATISTICS, counts)
-        in_time = not any(Loss.DEADLINE in found.losses for found in self.statistics.values())
+        in_time = not any(FrameLoss.DEADLINE in found.losses for found in self.statistics.values())
         if in_time and self._as_meant:
             self._container.add_metadata(FINALIZE, {"durationSec": json.dumps(self._duration_s())})
         self._container.finish()
@@ -221,7 +221,7 @@ class Recorder:
             for stream, size in lost:
                 self._streams[stream] = self._streams[stream].with_taken_back(size)
             self._failure = failure
-            self._lose_waiting(Loss.DISK)
+            self._lose_waiting(FrameLoss.DISK)
 
     def _let_go(self) -> None:
         try:
@@ -229,9 +229,9 @@ class Recorder:
         except OSError:
             return  # the disk has failed already, and this was told
 
-    def _lose_waiting(self, loss: Loss) -> None:
+    def _lose_waiting(self, loss: FrameLoss) -> None:
         """Count everything that waits as lost; called with the lock held."""
         for item in self._ring:
-            if not isinstance(item, Descriptor):
+            if not isinstance(item, TrackedBox):
                 self._streams[item[0]] = self._streams[item[0]].with_lost(loss)
         self._ring.clear()

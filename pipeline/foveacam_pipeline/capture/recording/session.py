@@ -20,7 +20,7 @@ RIG_VERSION = "1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RecordedRig:
+class RigDescription:
     """The rig that was recorded. `cameras`: who each stream's camera was."""
 
     rig_id: str
@@ -33,11 +33,11 @@ class RecordedRig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Session:
+class RecordingSession:
     """What is written before the first frame. `timestamp`: ISO 8601."""
 
     timestamp: str
-    rig: RecordedRig | None = None
+    rig: RigDescription | None = None
     app: str = APP
 
     def records(self) -> dict[str, dict[str, str]]:
@@ -50,7 +50,7 @@ class Session:
         return found
 
 
-def _rig_record(rig: RecordedRig) -> dict[str, str]:
+def _rig_record(rig: RigDescription) -> dict[str, str]:
     cameras = {
         stream: {"vendor": info.vendor, "model": info.model, "serial": info.serial}
         for stream, info in rig.cameras.items()
@@ -83,7 +83,7 @@ def _wide_record(calibration: Calibration) -> dict[str, str]:
     return {name: json.dumps(value) for name, value in values.items()}
 
 
-def rig_of(metadata: Mapping[str, Mapping[str, str]], *, what: str) -> RecordedRig | None:
+def rig_of(metadata: Mapping[str, Mapping[str, str]], *, what: str) -> RigDescription | None:
     """Return the rig that a recording names; None when it names none, or in a way that cannot be read."""
     record = metadata.get(RIG)
     if record is None:
@@ -97,7 +97,7 @@ def rig_of(metadata: Mapping[str, Mapping[str, str]], *, what: str) -> RecordedR
     except (KeyError, ValueError, TypeError, AttributeError):
         return None
     calibration, problem = _calibration(record, what=what)
-    return RecordedRig(
+    return RigDescription(
         rig_id=rig_id,
         name=name,
         baseline_m=baseline_m,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 
-class Loss(StrEnum):
+class FrameLoss(StrEnum):
     """Why a frame that was published is not on the file."""
 
     QUEUE = "queue"
@@ -29,7 +29,7 @@ class StreamStatistics:
     last_seq: int | None = None
     written: int = 0
     waiting: int = 0
-    losses: dict[Loss, int] = field(default_factory=dict)
+    losses: dict[FrameLoss, int] = field(default_factory=dict)
     bytes_written: int = 0
     first_t_ns: int | None = None
     last_t_ns: int | None = None
@@ -68,14 +68,14 @@ class StreamStatistics:
             last_t_ns=t_ns if self.last_t_ns is None else max(t_ns, self.last_t_ns),
         )
 
-    def with_lost(self, loss: Loss) -> "StreamStatistics":
+    def with_lost(self, loss: FrameLoss) -> "StreamStatistics":
         """Count one that waited and will not be on the file."""
         losses = {**self.losses, loss: self.losses.get(loss, 0) + 1}
         return replace(self, waiting=self.waiting - 1, losses=losses)
 
     def with_taken_back(self, size: int) -> "StreamStatistics":
         """Count one that was written, `size` bytes, and had to make room for the file's end."""
-        losses = {**self.losses, Loss.DISK: self.losses.get(Loss.DISK, 0) + 1}
+        losses = {**self.losses, FrameLoss.DISK: self.losses.get(FrameLoss.DISK, 0) + 1}
         return replace(self, written=self.written - 1, bytes_written=self.bytes_written - size, losses=losses)
 
     def document(self) -> dict[str, object]:

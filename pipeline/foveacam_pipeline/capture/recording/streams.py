@@ -10,7 +10,7 @@ from foveacam_pipeline.capture.recording.values import StreamFormat
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stream:
+class RecordedStream:
     """One camera of a recording; `t_ns`: (n,) int64, ascending, the recording's monotonic clock."""
 
     name: str

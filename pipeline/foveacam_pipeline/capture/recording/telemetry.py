@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts
-from foveacam_pipeline.capture.recording.values import NO_POSE, Descriptor, FramePose, RawFrame
+from foveacam_pipeline.capture.recording.values import NO_POSE, FramePose, RawFrame, TrackedBox
 
 TELEMETRY_JSON_SCHEMA = {
     "type": "object",
@@ -79,7 +79,7 @@ def pose_of(told: Mapping[str, Any] | None) -> FramePose:  # Any: as above
     )
 
 
-def descriptor_message(descriptor: Descriptor) -> bytes:
+def descriptor_message(descriptor: TrackedBox) -> bytes:
     """Return the message of one tracked box."""
     box = descriptor.bbox_px
     told = {
@@ -90,7 +90,7 @@ def descriptor_message(descriptor: Descriptor) -> bytes:
     return json.dumps(told, separators=(",", ":")).encode()
 
 
-def descriptor_of(slot: str, message: bytes, *, t_ns: int) -> Descriptor | None:
+def descriptor_of(slot: str, message: bytes, *, t_ns: int) -> TrackedBox | None:
     """Return the tracked box of a message; None when it cannot be read."""
     told = told_of(message)
     if told is None:
@@ -101,7 +101,7 @@ def descriptor_of(slot: str, message: bytes, *, t_ns: int) -> Descriptor | None:
         for stream, seq in (frames.items() if isinstance(frames, dict) else ())
     }
     own_t_ns = told.get("tNs")
-    return Descriptor(
+    return TrackedBox(
         slot=slot,
         t_ns=int(own_t_ns) if isinstance(own_t_ns, int | str) and str(own_t_ns).isdecimal() else t_ns,
         bbox_px=_box(told.get("bbox")),

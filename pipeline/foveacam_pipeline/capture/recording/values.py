@@ -157,7 +157,7 @@ class RecordedFrame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Descriptor:
+class TrackedBox:
     """A tracked box: `bbox_px` is (x, y, width, height) in the wide picture.
 
     `frames`: the number of the frame that it was found with, of every stream that has one.

@@ -4,16 +4,16 @@ from foveacam_pipeline.capture.reference.build import build_reference
 from foveacam_pipeline.capture.reference.keeping import read_rows, write_reference
 from foveacam_pipeline.capture.reference.values import (
     RailTrust,
-    Reference,
     ReferenceFigures,
     ReferenceSettings,
+    WideBaselineReference,
 )
 
 __all__ = [
     "RailTrust",
-    "Reference",
     "ReferenceFigures",
     "ReferenceSettings",
+    "WideBaselineReference",
     "build_reference",
     "read_rows",
     "write_reference",

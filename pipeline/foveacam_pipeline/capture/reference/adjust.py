@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_array, csr_array, eye_array
 
 from foveacam_pipeline.capture.reference.rail_model import RailModel
-from foveacam_pipeline.capture.reference.rays import Linear, Rays, linear
+from foveacam_pipeline.capture.reference.rays import LinearizedRays, Rays, linear
 from foveacam_pipeline.capture.reference.values import Floats
 
 ROUNDS = 4
@@ -29,7 +29,7 @@ CHUNK = 256
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Adjusted:
+class AdjustedRays:
     """Rays that agree, their samples' points (m, 3), NaN where there is none; errors are standard errors.
 
     `sigma_m`: (m,) of their z, all told; `own_sigma_m`: (m,), the part that other samples do not share.
@@ -48,7 +48,7 @@ class Adjusted:
     outliers: int
 
 
-def adjusted(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: float) -> Adjusted:
+def adjusted(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: float) -> AdjustedRays:
     """Return the points of samples; `points_m`: (m, 3) where to begin, `baseline_m`: of the rig itself."""
     unknowns = np.zeros(len(model.sigmas))
     rays = rays.only(_worth(rays, model, unknowns, least_m=LEAST_LONGER * baseline_m))
@@ -126,7 +126,7 @@ class _Normal:
         return np.asarray(matrix), np.asarray(self.right - through @ self.right_points.ravel())
 
 
-def _normal(rays: Rays, found: Linear, weight: Floats, model: RailModel, *, samples: int) -> _Normal:
+def _normal(rays: Rays, found: LinearizedRays, weight: Floats, model: RailModel, *, samples: int) -> _Normal:
     scale = np.sqrt(weight)[:, None, None]
     a = scale * (rays.whiten @ found.by_unknowns)
     b = scale * (rays.whiten @ found.by_point)
@@ -171,7 +171,7 @@ def _step(
     return step, np.linalg.solve(normal.points, rest[:, :, None])[:, :, 0]
 
 
-def _sizes(rays: Rays, found: Linear) -> Floats:
+def _sizes(rays: Rays, found: LinearizedRays) -> Floats:
     """Return (n,) residuals over their errors, rms of both axes."""
     whitened = np.einsum("nij,nj->ni", rays.whiten, found.residual_px)
     return np.asarray(np.linalg.norm(whitened, axis=1) / np.sqrt(2.0), dtype=np.float64)
@@ -202,7 +202,7 @@ def _told(
     *,
     factor: float,
     outliers: int,
-) -> Adjusted:
+) -> AdjustedRays:
     found = linear(rays, points_m, model, unknowns)
     normal = _normal(rays, found, np.full(len(rays), factor**-2.0), model, samples=len(points_m))
     covariance = np.asarray(np.linalg.inv(normal.reduced()[0]), dtype=np.float64)
@@ -210,7 +210,7 @@ def _told(
     shared = _along_z(normal.through(), covariance)
     lacking = np.bincount(rays.sample, minlength=len(points_m)) == 0
     points = np.where(lacking[:, None], np.nan, points_m)
-    return Adjusted(
+    return AdjustedRays(
         rays=rays,
         points_m=points,
         sigma_m=np.sqrt(own + shared),

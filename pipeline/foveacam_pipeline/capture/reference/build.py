@@ -8,18 +8,23 @@ import numpy as np
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset.document import lasting_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
-from foveacam_pipeline.capture.making import SILENT, MakingWatch, Steps
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import views_of
-from foveacam_pipeline.capture.rail_stops import Stop, footing_of
-from foveacam_pipeline.capture.reference.adjust import Adjusted, adjusted, longest_m
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
+from foveacam_pipeline.capture.rail_stops import RailStop, footing_of
+from foveacam_pipeline.capture.reference.adjust import AdjustedRays, adjusted, longest_m
 from foveacam_pipeline.capture.reference.compare import compare
-from foveacam_pipeline.capture.reference.guess import Sample, samples_of
+from foveacam_pipeline.capture.reference.fovea_views import (
+    FoveaView,
+    GreyPictureCache,
+    StopPose,
+    sights_of,
+)
 from foveacam_pipeline.capture.reference.matching import (
     FINE,
-    Match,
-    Scene,
-    Search,
+    MatchingScene,
+    PatchSearch,
+    SampleMatch,
     coarse,
     find,
     own_match,
@@ -27,19 +32,14 @@ from foveacam_pipeline.capture.reference.matching import (
 )
 from foveacam_pipeline.capture.reference.rail_model import RailModel
 from foveacam_pipeline.capture.reference.rays import Rays
-from foveacam_pipeline.capture.reference.sights import (
-    Pictures,
-    Sight,
-    Stand,
-    sights_of,
-)
+from foveacam_pipeline.capture.reference.short_baseline import ShortBaselineSample, samples_of
 from foveacam_pipeline.capture.reference.values import (
     Floats,
-    Reference,
     ReferenceFigures,
+    ReferenceSample,
     ReferenceSettings,
-    Row,
     StopFigures,
+    WideBaselineReference,
 )
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -58,16 +58,16 @@ class _Work:
     dataset: Dataset
     calibration: Calibration
     settings: ReferenceSettings
-    stops: tuple[Stop, ...]
+    stops: tuple[RailStop, ...]
     judged: int
-    sights: Sequence[Sight]
-    pictures: Pictures
-    steps: Steps
+    sights: Sequence[FoveaView]
+    pictures: GreyPictureCache
+    steps: ProgressSteps
 
 
 def build_reference(
-    dataset: Dataset, settings: ReferenceSettings | None = None, *, watch: MakingWatch = SILENT
-) -> Reference:
+    dataset: Dataset, settings: ReferenceSettings | None = None, *, watch: ProgressWatcher = SILENT
+) -> WideBaselineReference:
     """Return the reference of a dataset; nothing is written.
 
     Raise InvalidInput (one place only, no overlap, a damaged frame), NotCalibrated, Cancelled.
@@ -84,13 +84,13 @@ def build_reference(
         stops=stops,
         judged=judged,
         sights=sights,
-        pictures=Pictures(settings.bracket),
-        steps=Steps(watch, 3 * len(anchors), ended=ENDED),
+        pictures=GreyPictureCache(settings.bracket),
+        steps=ProgressSteps(watch, 3 * len(anchors), ended=ENDED),
     )
     return _made(work, anchors)
 
 
-def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
+def _made(work: _Work, anchors: Sequence[FoveaView]) -> WideBaselineReference:
     samples = _samples(work, anchors)
     depth_m = 1.0 / float(np.median([sample.q for sample in samples]))
     model = RailModel.of(
@@ -101,7 +101,7 @@ def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
         calibration=work.calibration,
         depth_m=depth_m,
     )
-    told = tuple(Stand.told(stop) for stop in work.stops)
+    told = tuple(StopPose.told(stop) for stop in work.stops)
     stride = max(1, -(-len(samples) // COARSE_SAMPLES))
     rough = _solved(
         work, samples[::stride], model, stands=told, search=coarse(work.calibration), floor_px=COARSE_FLOOR_PX
@@ -111,14 +111,14 @@ def _made(work: _Work, anchors: Sequence[Sight]) -> Reference:
     return _reference(work, samples, model, fine, points=len(anchors))
 
 
-def _samples(work: _Work, anchors: Sequence[Sight]) -> list[Sample]:
+def _samples(work: _Work, anchors: Sequence[FoveaView]) -> list[ShortBaselineSample]:
     """Return what the short baseline shows of the judged scan; refuse where that is nothing."""
     scan = work.stops[work.judged].scan
     both = {anchor.point.index for anchor in anchors}
     mosaic = MosaicSettings(scan=scan, bracket=work.settings.bracket)
     every = views_of(work.dataset.scan(scan), work.calibration, mosaic)
     views = [view for view in every if view.point.index in both]
-    samples: list[Sample] = []
+    samples: list[ShortBaselineSample] = []
     for anchor in anchors:
         samples += samples_of(anchor, views, work.calibration, work.settings)
         work.steps.step("depth of the pairs")
@@ -130,7 +130,7 @@ def _samples(work: _Work, anchors: Sequence[Sight]) -> list[Sample]:
     return samples
 
 
-def _anchors(sights: Sequence[Sight], judged: int) -> list[Sight]:
+def _anchors(sights: Sequence[FoveaView], judged: int) -> list[FoveaView]:
     both = {sight.point.index for sight in sights if sight.stop == judged and sight.role is Role.RIGHT}
     return [
         sight
@@ -141,15 +141,15 @@ def _anchors(sights: Sequence[Sight], judged: int) -> list[Sight]:
 
 def _solved(
     work: _Work,
-    samples: Sequence[Sample],
+    samples: Sequence[ShortBaselineSample],
     model: RailModel,
     *,
-    stands: Sequence[Stand],
-    search: Search,
+    stands: Sequence[StopPose],
+    search: PatchSearch,
     floor_px: float,
-) -> Adjusted:
+) -> AdjustedRays:
     """Match and adjust; refuse where too little is seen from elsewhere."""
-    scene = Scene(sights=work.sights, stands=stands, calibration=work.calibration)
+    scene = MatchingScene(sights=work.sights, stands=stands, calibration=work.calibration)
     matches, points_m = _matched(work, samples, scene, search)
     elsewhere = {match.sample for match in matches if work.sights[match.sight].stop != work.judged}
     if len(elsewhere) < LEAST_SAMPLES:
@@ -167,10 +167,10 @@ def _solved(
 
 
 def _matched(
-    work: _Work, samples: Sequence[Sample], scene: Scene, search: Search
-) -> tuple[list[Match], Floats]:
+    work: _Work, samples: Sequence[ShortBaselineSample], scene: MatchingScene, search: PatchSearch
+) -> tuple[list[SampleMatch], Floats]:
     """Return all matches of samples, in their order, and (n, 3) where the guess has them."""
-    matches: list[Match] = []
+    matches: list[SampleMatch] = []
     points = np.zeros((len(samples), 3))
     numbers: dict[int, list[int]] = {sight.number: [] for sight in _anchors(work.sights, work.judged)}
     for number, sample in enumerate(samples):
@@ -193,8 +193,8 @@ def _matched(
 
 
 def _reference(
-    work: _Work, samples: Sequence[Sample], model: RailModel, found: Adjusted, *, points: int
-) -> Reference:
+    work: _Work, samples: Sequence[ShortBaselineSample], model: RailModel, found: AdjustedRays, *, points: int
+) -> WideBaselineReference:
     calibration = work.calibration
     long_m = longest_m(found.rays, model, found.unknowns)
     rows = tuple(
@@ -223,14 +223,16 @@ def _reference(
         stops=tuple(_stop(work, number, model, found) for number in range(len(work.stops))),
         comparison=compare(rows, short_baseline_m=calibration.baseline_m, baseline_m=baseline_m, f_px=f_px),
     )
-    return Reference(figures=figures, rows=rows, f_px=f_px, recipe=_recipe(work))
+    return WideBaselineReference(figures=figures, rows=rows, f_px=f_px, recipe=_recipe(work))
 
 
-def _row(work: _Work, sample: Sample, number: int, found: Adjusted, *, baseline_m: float) -> Row:
+def _row(
+    work: _Work, sample: ShortBaselineSample, number: int, found: AdjustedRays, *, baseline_m: float
+) -> ReferenceSample:
     here = found.rays.sample == number
     short_m = 1.0 / sample.q
     f_px = work.calibration.fovea_f_px
-    return Row(
+    return ReferenceSample(
         point=work.sights[sample.anchor].point.index,
         right_point=sample.right_point,
         x_px=sample.raw_px[0],
@@ -250,7 +252,7 @@ def _row(work: _Work, sample: Sample, number: int, found: Adjusted, *, baseline_
     )
 
 
-def _stop(work: _Work, number: int, model: RailModel, found: Adjusted) -> StopFigures:
+def _stop(work: _Work, number: int, model: RailModel, found: AdjustedRays) -> StopFigures:
     stop, stand = work.stops[number], model.stands(found.unknowns)[number]
     own = (found.unknowns * model.sigmas)[model.of_stop(number)]
     sigma = np.sqrt(np.diag(model.place_covariance(found.unknowns_covariance, number)))

@@ -9,14 +9,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from foveacam_pipeline.capture.reference.values import Bin, Comparison, Floats, Row
+from foveacam_pipeline.capture.reference.values import BaselineComparison, DepthBin, Floats, ReferenceSample
 
 WRONG = 0.05
 BINS = 8
 LEAST_IN_BIN = 8
 
 
-def compare(rows: Sequence[Row], *, short_baseline_m: float, baseline_m: float, f_px: float) -> Comparison:
+def compare(
+    rows: Sequence[ReferenceSample], *, short_baseline_m: float, baseline_m: float, f_px: float
+) -> BaselineComparison:
     """Return the comparison of samples that have both depths; `baseline_m`: the reference's."""
     table = np.column_stack(columns(rows, "short_m", "reference_m", "sigma_m", "own_sigma_m"))
     short, reference, sigma, _ = table.T
@@ -27,7 +29,7 @@ def compare(rows: Sequence[Row], *, short_baseline_m: float, baseline_m: float, 
     bias_px = float(np.median(off_px)) if len(off_px) else 0.0
     disparity_px = rms(off_px - bias_px)
     long = baseline_m / short_baseline_m
-    return Comparison(
+    return BaselineComparison(
         samples=len(rows),
         wrong=float(np.mean(~good)),
         bias_rel=float(np.median(relative[good])) if good.any() else 0.0,
@@ -43,7 +45,7 @@ def compare(rows: Sequence[Row], *, short_baseline_m: float, baseline_m: float, 
     )
 
 
-def columns(rows: Sequence[Row], *names: str) -> list[Floats]:
+def columns(rows: Sequence[ReferenceSample], *names: str) -> list[Floats]:
     """Return columns of the rows, (n,) each."""
     return [np.array([getattr(row, name) for row in rows], dtype=np.float64) for name in names]
 
@@ -63,11 +65,11 @@ def _edges(depth_m: Floats) -> list[tuple[float, float]]:
     return [(a, b) for a, b in pairs if int(((depth_m >= a) & (depth_m < b)).sum()) >= LEAST_IN_BIN]
 
 
-def _bin(at: tuple[float, float], table: Floats, *, long: float, per_depth: float) -> Bin:
+def _bin(at: tuple[float, float], table: Floats, *, long: float, per_depth: float) -> DepthBin:
     """Return what rows (n, 4) of short, reference, its error and its own one show in a range of depths."""
     short, z, sigma, own = table[(table[:, 1] >= at[0]) & (table[:, 1] < at[1])].T
     expected_m = per_depth * float(np.median(z)) ** 2
-    return Bin(
+    return DepthBin(
         from_m=at[0],
         to_m=at[1],
         depth_m=float(np.median(z)),

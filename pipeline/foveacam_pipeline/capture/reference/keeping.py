@@ -22,10 +22,10 @@ from foveacam_pipeline.capture.dataset.derived import (
 )
 from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder, write_file
 from foveacam_pipeline.capture.reference.plot import comparison_pictures
-from foveacam_pipeline.capture.reference.values import Reference, Row
+from foveacam_pipeline.capture.reference.values import ReferenceSample, WideBaselineReference
 
 
-def write_reference(dataset: Path, reference: Reference) -> Path:
+def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:
     """Put a reference beside the frames of a dataset; return its folder. It takes an older one's place.
 
     Raise StorageFull or DeviceFault when the disk does not take it.
@@ -56,24 +56,24 @@ def write_reference(dataset: Path, reference: Reference) -> Path:
     return folder
 
 
-def read_rows(dataset: Path) -> tuple[Row, ...]:
+def read_rows(dataset: Path) -> tuple[ReferenceSample, ...]:
     """Return the samples of a dataset's reference; raise InvalidInput when there is none to read."""
     path = dataset / REFERENCE / REFERENCE_SAMPLES
-    kinds = {field.name: field.type for field in fields(Row)}
+    kinds = {field.name: field.type for field in fields(ReferenceSample)}
     try:
         with path.open(newline="", encoding="utf-8") as file:
             return tuple(
-                Row(**{name: kinds[name](text) for name, text in row.items()})  # type: ignore[operator]  # field types are classes here
+                ReferenceSample(**{name: kinds[name](text) for name, text in row.items()})  # type: ignore[operator]  # field types are classes here
                 for row in csv.DictReader(file)
             )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InvalidInput(f"{path} cannot be read ({error}); make the reference again") from error
 
 
-def rows_text(rows: Sequence[Row]) -> str:
+def rows_text(rows: Sequence[ReferenceSample]) -> str:
     """Return samples as CSV; numbers keep every bit."""
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
-    table.writerow(field.name for field in fields(Row))
+    table.writerow(field.name for field in fields(ReferenceSample))
     table.writerows(astuple(row) for row in rows)
     return out.getvalue()

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.register import REACH_PX, register
-from foveacam_pipeline.capture.reference.guess import Sample
-from foveacam_pipeline.capture.reference.sights import Pictures, Sight, Stand
+from foveacam_pipeline.capture.reference.fovea_views import FoveaView, GreyPictureCache, StopPose
+from foveacam_pipeline.capture.reference.short_baseline import ShortBaselineSample
 from foveacam_pipeline.capture.reference.values import Floats
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -29,24 +29,24 @@ COARSE_WIDTH_PX = 360
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Search:
+class PatchSearch:
     """How to look: one px of a patch is `factor` px of the fovea; `slack_px`: what poses may be off by."""
 
     factor: int
     slack_px: float
 
 
-FINE = Search(factor=1, slack_px=5.0)
+FINE = PatchSearch(factor=1, slack_px=5.0)
 
 
-def coarse(calibration: Calibration) -> Search:
+def coarse(calibration: Calibration) -> PatchSearch:
     """Return how to look before anything is known of the rail but what it says."""
     factor = max(1, calibration.fovea_width // COARSE_WIDTH_PX)
-    return Search(factor=factor, slack_px=float(factor * (REACH_PX - 2)))
+    return PatchSearch(factor=factor, slack_px=float(factor * (REACH_PX - 2)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Match:
+class SampleMatch:
     """Where a sight shows a sample: `about_px`: (2,) h (`EyeLook`) and its covariance by matching, px²."""
 
     sample: int
@@ -56,18 +56,18 @@ class Match:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scene:
+class MatchingScene:
     """What the matching works with."""
 
-    sights: Sequence[Sight]
-    stands: Sequence[Stand]
+    sights: Sequence[FoveaView]
+    stands: Sequence[StopPose]
     calibration: Calibration
 
-    def look(self, sight: Sight) -> EyeLook:
+    def look(self, sight: FoveaView) -> EyeLook:
         """Return a sight's look with what its gaze was found to be off by."""
         return sight.look.adjusted(self.stands[sight.stop].shifts_px[sight.eye], np.eye(2))
 
-    def point_m(self, sight: Sight, u_px: Floats, v_px: Floats, q: Floats) -> Floats:
+    def point_m(self, sight: FoveaView, u_px: Floats, v_px: Floats, q: Floats) -> Floats:
         """Return (..., 3) points of a plane place of an anchor, as calibrated, judged scan's rig frame."""
         z = 1.0 / np.maximum(q, LEAST_Q)
         f_px = self.calibration.fovea_f_px
@@ -75,7 +75,7 @@ class Scene:
         rays = np.stack([(u_px + shift[0]) / f_px * z, (v_px + shift[1]) / f_px * z, z], axis=-1)
         return np.asarray(rays + self.calibration.reference_rig_m(sight.role), dtype=np.float64)
 
-    def place(self, sight: Sight, points_m: Floats) -> tuple[Floats, Floats, Floats]:
+    def place(self, sight: FoveaView, points_m: Floats) -> tuple[Floats, Floats, Floats]:
         """Return (u, v, q) of points (..., 3) on the plane of a sight's eye."""
         own = self.stands[sight.stop].own(points_m) - self.calibration.reference_rig_m(sight.role)
         q = np.asarray(1.0 / np.maximum(own[..., 2], 1e-3), dtype=np.float64)
@@ -83,11 +83,11 @@ class Scene:
         return f_px * own[..., 0] * q, f_px * own[..., 1] * q, q
 
 
-def seen_by(sample_points_m: Floats, anchor: Sight, scene: Scene) -> list[list[Sight]]:
+def seen_by(sample_points_m: Floats, anchor: FoveaView, scene: MatchingScene) -> list[list[FoveaView]]:
     """Return for every sample (n, 3) the sights to look in: of each stop and eye the one it lies best in."""
     calibration = scene.calibration
     margin = 0.75 * SIDE_PX
-    best: list[dict[tuple[int, int], tuple[float, Sight]]] = [{} for _ in sample_points_m]
+    best: list[dict[tuple[int, int], tuple[float, FoveaView]]] = [{} for _ in sample_points_m]
     for sight in scene.sights:
         if (sight.stop, sight.eye) == (anchor.stop, anchor.eye):
             continue
@@ -103,8 +103,14 @@ def seen_by(sample_points_m: Floats, anchor: Sight, scene: Scene) -> list[list[S
 
 
 def find(
-    sample: Sample, number: int, sight: Sight, *, scene: Scene, pictures: Pictures, search: Search
-) -> Match | None:
+    sample: ShortBaselineSample,
+    number: int,
+    sight: FoveaView,
+    *,
+    scene: MatchingScene,
+    pictures: GreyPictureCache,
+    search: PatchSearch,
+) -> SampleMatch | None:
     """Return where a sight shows a sample; None where it does not, or beyond what is uncertain."""
     anchor = scene.sights[sample.anchor]
     surface = _Surface(sample=sample, anchor=anchor, scene=scene)
@@ -122,24 +128,24 @@ def find(
         return None
     slopes = (about[2:] - about[1]).T
     covariance = search.factor**2 * slopes @ found.covariance @ slopes.T
-    return Match(sample=number, sight=sight.number, about_px=about[1], covariance=covariance)
+    return SampleMatch(sample=number, sight=sight.number, about_px=about[1], covariance=covariance)
 
 
-def own_match(sample: Sample, number: int, scene: Scene) -> Match:
+def own_match(sample: ShortBaselineSample, number: int, scene: MatchingScene) -> SampleMatch:
     """Return the sample in its own picture: there it is by definition."""
     anchor = scene.sights[sample.anchor]
     u, v, q = (np.asarray(value) for value in (sample.u_px, sample.v_px, sample.q0))
     about = np.array(anchor.look.about(u, v, q), dtype=np.float64)
-    return Match(sample=number, sight=sample.anchor, about_px=about, covariance=np.zeros((2, 2)))
+    return SampleMatch(sample=number, sight=sample.anchor, about_px=about, covariance=np.zeros((2, 2)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Surface:
     """The plane about a sample."""
 
-    sample: Sample
-    anchor: Sight
-    scene: Scene
+    sample: ShortBaselineSample
+    anchor: FoveaView
+    scene: MatchingScene
 
     def points_m(self, off_px: Floats, *, nearer: float = 0.0) -> Floats:
         """Return (..., 3) points at (..., 2) px from the sample on the anchor's plane; `nearer` in q."""
@@ -148,12 +154,12 @@ class _Surface:
             self.anchor, self.sample.u_px + off_px[..., 0], self.sample.v_px + off_px[..., 1], q
         )
 
-    def about(self, sight: Sight, off_px: Floats, *, nearer: float = 0.0) -> Floats:
+    def about(self, sight: FoveaView, off_px: Floats, *, nearer: float = 0.0) -> Floats:
         """Return (..., 2) h of them in a sight."""
         points = self.points_m(off_px, nearer=nearer)
         return np.stack(self.scene.look(sight).about(*self.scene.place(sight, points)), axis=-1)
 
-    def way_px(self, sight: Sight) -> Floats:
+    def way_px(self, sight: FoveaView) -> Floats:
         """Return (2,): how far the sample moves in a sight when its depth changes by a standard error."""
         sigma = float(np.hypot(self.sample.sigma, self.sample.pose_sigma))
         at = np.zeros(2)
@@ -169,7 +175,9 @@ def _plausible(moved_px: Floats, way_px: Floats, *, slack_px: float) -> bool:
     return abs(along) <= SIGMAS * length + slack_px and across <= slack_px
 
 
-def _laid(sight: Sight, surface: _Surface, pictures: Pictures, search: Search) -> NDArray[np.float32] | None:
+def _laid(
+    sight: FoveaView, surface: _Surface, pictures: GreyPictureCache, search: PatchSearch
+) -> NDArray[np.float32] | None:
     """Return (n, n) what a sight shows of the surface; None where it does not reach."""
     steps = search.factor * (np.arange(SIDE_PX, dtype=np.float64) - (SIDE_PX - 1) / 2)
     off = np.stack(np.meshgrid(steps, steps), axis=-1)

@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from foveacam_pipeline.capture.reference.compare import WRONG, columns
-from foveacam_pipeline.capture.reference.values import Comparison, Floats, Reference
+from foveacam_pipeline.capture.reference.values import BaselineComparison, Floats, WideBaselineReference
 
 DPI = 120
 SHORT, LONG = "#d95f02", "#1f77b4"
 LEAST_M = 1e-5
 
 
-def comparison_pictures(reference: Reference) -> dict[str, bytes]:
+def comparison_pictures(reference: WideBaselineReference) -> dict[str, bytes]:
     """Return the picture as SVG and as PNG, by the ends of their names."""
     figure = Figure(figsize=(11.0, 5.2), dpi=DPI, layout="constrained")
     sizes, relative = figure.subplots(1, 2)
@@ -33,7 +33,13 @@ def comparison_pictures(reference: Reference) -> dict[str, bytes]:
 
 
 def _sizes(
-    axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, reference: Reference, found: Comparison
+    axes: Axes,
+    depth: Floats,
+    short: Floats,
+    sigma: Floats,
+    *,
+    reference: WideBaselineReference,
+    found: BaselineComparison,
 ) -> None:
     figures = reference.figures
     apart = np.maximum(np.abs(short - depth), LEAST_M)
@@ -64,7 +70,7 @@ def _sizes(
     axes.legend(fontsize=8, loc="upper left")
 
 
-def _relative(axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: Comparison) -> None:
+def _relative(axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: BaselineComparison) -> None:
     percent = 100.0 * (short / depth - 1.0)
     good = np.abs(percent) < 100.0 * WRONG
     axes.plot(depth[good], percent[good], ".", color=SHORT, alpha=0.35, markersize=3, rasterized=True)
@@ -99,7 +105,7 @@ def _dress(axes: Axes) -> None:
     axes.grid(visible=True, which="both", alpha=0.25)
 
 
-def _title(reference: Reference, found: Comparison) -> str:
+def _title(reference: WideBaselineReference, found: BaselineComparison) -> str:
     figures = reference.figures
     rail_m = next(stop.rail_m for stop in figures.stops if stop.scan == figures.scan)
     return (

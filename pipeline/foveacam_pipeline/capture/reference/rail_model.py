@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.rail_stops import EYES, Stop
-from foveacam_pipeline.capture.reference.sights import Stand
+from foveacam_pipeline.capture.rail_stops import EYES, RailStop
+from foveacam_pipeline.capture.reference.fovea_views import StopPose
 from foveacam_pipeline.capture.reference.values import Floats, RailTrust
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -30,14 +30,14 @@ Whole = NDArray[np.intp]
 class RailModel:
     """Unknowns in order: the rail's, every stop's, every stop's gazes, every sight's. `sigmas`: (n,)."""
 
-    stops: tuple[Stop, ...]
+    stops: tuple[RailStop, ...]
     judged: int
     sigmas: Floats
 
     @classmethod
     def of(
         cls,
-        stops: Sequence[Stop],
+        stops: Sequence[RailStop],
         judged: int,
         *,
         sights: int,
@@ -79,7 +79,7 @@ class RailModel:
         look = self.first_sight + SIGHT * sight[:, None] + np.arange(SIGHT)
         return np.hstack([rail, own, gaze, look])
 
-    def stands(self, unknowns: Floats) -> tuple[Stand, ...]:
+    def stands(self, unknowns: Floats) -> tuple[StopPose, ...]:
         """Return where the rig stood at every stop."""
         values = unknowns * self.sigmas
         axis = np.array([1.0, values[1], values[2]])
@@ -89,7 +89,7 @@ class RailModel:
             own = values[self.of_stop(number)]
             turn, _ = cv2.Rodrigues(own[3:])
             stands.append(
-                Stand(
+                StopPose(
                     place_m=stop.along_m * axis + own[:3],
                     turn=np.asarray(turn, dtype=np.float64),
                     shifts_px=values[self.of_gazes(number)].reshape(2, 2),

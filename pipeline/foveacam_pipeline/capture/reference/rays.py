@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.rail_stops import EYES
-from foveacam_pipeline.capture.reference.matching import Match
+from foveacam_pipeline.capture.reference.fovea_views import FoveaView
+from foveacam_pipeline.capture.reference.matching import SampleMatch
 from foveacam_pipeline.capture.reference.rail_model import COLUMNS, RAIL, STOP, RailModel, Whole
-from foveacam_pipeline.capture.reference.sights import Sight
 from foveacam_pipeline.capture.reference.values import Floats
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -35,7 +35,12 @@ class Rays:
 
     @classmethod
     def of(
-        cls, matches: Sequence[Match], sights: Sequence[Sight], calibration: Calibration, *, floor_px: float
+        cls,
+        matches: Sequence[SampleMatch],
+        sights: Sequence[FoveaView],
+        calibration: Calibration,
+        *,
+        floor_px: float,
     ) -> "Rays":
         """Return matches as rays; `floor_px`: what every ray may be off by besides matching's error."""
         seen = [sights[match.sight] for match in matches]
@@ -85,7 +90,7 @@ class Rays:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Linear:
+class LinearizedRays:
     """Residuals (n, 2), fovea px, and their slopes: by the points (n, 2, 3), by the unknowns (n, 2, COLUMNS).
 
     `columns`: (n, COLUMNS), which unknowns those are.
@@ -97,7 +102,7 @@ class Linear:
     by_point: Floats
 
 
-def linear(rays: Rays, points_m: Floats, model: RailModel, unknowns: Floats) -> Linear:
+def linear(rays: Rays, points_m: Floats, model: RailModel, unknowns: Floats) -> LinearizedRays:
     """Return what is between rays and the points (m, 3) of their samples."""
     stands = model.stands(unknowns)
     turns = np.array([stand.turn for stand in stands])[rays.stop]
@@ -115,7 +120,7 @@ def linear(rays: Rays, points_m: Floats, model: RailModel, unknowns: Floats) -> 
     by_own[:, 0, 0] = by_own[:, 1, 1] = rays.f_px * q
     by_own[:, :, 2] = (moving * q[:, None] - seen) * q[:, None]
     by_point = np.einsum("nij,nkj->nik", by_own, turns)
-    return Linear(
+    return LinearizedRays(
         residual_px=residual,
         by_unknowns=_by_unknowns(rays, model, by_own=by_own, by_point=by_point, own=own)
         * model.sigmas[columns][:, None, :],

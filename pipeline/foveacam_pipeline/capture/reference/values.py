@@ -54,7 +54,7 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class ReferenceSample:
     """One sample of a reference, as it stands in `samples.csv`.
 
     `point`: of the dataset, `right_point`: whose right fovea it was paired with; `x_px`, `y_px`:
@@ -101,7 +101,7 @@ class StopFigures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bin:
+class DepthBin:
     """Samples of a range of depths, short baseline against reference.
 
     `expected_*`: Z^2 / (B f) |dd| of either baseline for the same |dd|. `reference_sigma_m`: as stated, rms;
@@ -122,7 +122,7 @@ class Bin:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class BaselineComparison:
     """The short baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
 
     Those are left out of the rest. `bias_rel`: median of Zs / Zr - 1. `disparity_rms_px`: |dd|, what the
@@ -137,7 +137,7 @@ class Comparison:
     disparity_bias_px: float
     disparity_rms_px: float
     stated_sigma_rel: float
-    bins: tuple[Bin, ...]
+    bins: tuple[DepthBin, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,14 +159,14 @@ class ReferenceFigures:
     residual_px: float
     noise_factor: float
     stops: tuple[StopFigures, ...]
-    comparison: Comparison
+    comparison: BaselineComparison
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reference:
+class WideBaselineReference:
     """A finished reference. `f_px`: focal length of the foveae."""
 
     figures: ReferenceFigures
-    rows: tuple[Row, ...]
+    rows: tuple[ReferenceSample, ...]
     f_px: float
     recipe: Mapping[str, object]

@@ -5,13 +5,13 @@ from foveacam_pipeline.capture.run.capture import run_capture
 from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
 from foveacam_pipeline.capture.run.room import image_size, writer_settings
 from foveacam_pipeline.capture.run.survey import check_exposures, prepare
-from foveacam_pipeline.capture.run.values import Phase, Report, RunSettings
+from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, RunSettings
 
 __all__ = [
+    "CapturePhase",
+    "CaptureReport",
     "CaptureRig",
     "CaptureWatcher",
-    "Phase",
-    "Report",
     "RigAccess",
     "RunSettings",
     "check_exposures",

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     Rail,
     TriggerHead,
 )
-from foveacam_pipeline.capture.run.values import Report
+from foveacam_pipeline.capture.run.values import CaptureReport
 
 T = TypeVar("T")
 
@@ -112,7 +112,7 @@ class RigAccess(Protocol):
 class CaptureWatcher(Protocol):
     """The operator's side of a capture; called on the capture's own thread."""
 
-    def progress(self, report: Report) -> None:
+    def progress(self, report: CaptureReport) -> None:
         """Take note of how far it is."""
         ...
 

@@ -15,14 +15,14 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     StereoVolts,
 )
-from foveacam_pipeline.capture.dataset import DatasetWriter, Place, Point, Shot
+from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.capture.plan import PlanPoint, RasterPlan, plan_from, points, steer_all
 from foveacam_pipeline.capture.run.access import CaptureWatcher, RigAccess
 from foveacam_pipeline.capture.run.describe import bearing, rail_m
-from foveacam_pipeline.capture.run.shutter import Shutter
-from foveacam_pipeline.capture.run.sideways import Sideways
+from foveacam_pipeline.capture.run.rail_mover import RailMover
+from foveacam_pipeline.capture.run.shutter import ShotTaker
 from foveacam_pipeline.capture.run.stacks import kept_of, shots_of
-from foveacam_pipeline.capture.run.values import Pair, Phase, Report, RunSettings, ShotPlan
+from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, FoveaPair, RunSettings, ShotPlan
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget
@@ -67,8 +67,8 @@ class _Run:
     ) -> None:
         self._access, self._writer, self._plan, self._calibration = access, writer, plan, calibration
         self._watch, self._settings = watch, settings
-        self._shutter = Shutter(access, tries=settings.tries)
-        self._sideways = Sideways(access, watch=watch, settings=settings)
+        self._shutter = ShotTaker(access, tries=settings.tries)
+        self._sideways = RailMover(access, watch=watch, settings=settings)
         self._first = writer.next_point
         self._began_ns = access.clock.now_ns()
         self._idle_ns = 0
@@ -81,7 +81,7 @@ class _Run:
         sequence = points(self._plan)[self._first :]
         planned = [shots_of(self._plan, volts) for volts in steer_all(sequence, self._calibration)]
         self._pose, self._rail_m = self._access.still(lambda rig: (bearing(rig), rail_m(rig)))
-        self._tell(Phase.POINTS)
+        self._tell(CapturePhase.POINTS)
         scan: int | None = None
         for number, point in enumerate(sequence):
             self._wait_while_paused()
@@ -90,13 +90,13 @@ class _Run:
                 self._begin_scan(point)
             following = self._following(sequence[number + 1 :], planned[number + 1 :], scan)
             self._writer.add(self._taken(point, planned[number], following))
-            self._tell(Phase.POINTS)
+            self._tell(CapturePhase.POINTS)
 
     def finish(self) -> None:
         """Wait until the disk has everything."""
-        self._tell(Phase.CLOSING)
+        self._tell(CapturePhase.CLOSING)
         self._writer.finish()
-        self._tell(Phase.POINTS)
+        self._tell(CapturePhase.POINTS)
 
     def close(self) -> None:
         """Leave the cameras as they were; whatever ails the rig then was told already."""
@@ -105,14 +105,14 @@ class _Run:
         except FoveaError as error:
             if self._writer.next_point == self._writer.header.points:
                 raise
-            self._watch.progress(self._report(Phase.POINTS, note=f"not left as it was: {error}"))
+            self._watch.progress(self._report(CapturePhase.POINTS, note=f"not left as it was: {error}"))
 
     def _begin_scan(self, point: PlanPoint) -> None:
         if point.rail_m is None:
             return
         self._shutter.drop()
         self._writer.flush()
-        self._tell(Phase.RAIL, note=f"moving the rig to {1e3 * point.rail_m:g} mm")
+        self._tell(CapturePhase.RAIL, note=f"moving the rig to {1e3 * point.rail_m:g} mm")
         with self._not_counted():
             self._sideways.go_to(point.rail_m)
         self._rail_m = point.rail_m
@@ -126,7 +126,9 @@ class _Run:
             return None
         return planned[0][0]
 
-    def _taken(self, point: PlanPoint, planned: tuple[ShotPlan, ...], following: ShotPlan | None) -> Point:
+    def _taken(
+        self, point: PlanPoint, planned: tuple[ShotPlan, ...], following: ShotPlan | None
+    ) -> CapturedPoint:
         distance_m, shots = point.distance_m, planned
         if self._plan.verging.each_point:
             verged = self._verged(point)
@@ -138,11 +140,11 @@ class _Run:
             wide = self._shutter.wide_since(since_ns)
             self._watch.saw((wide,))
             kept.append(Shot(frame=wide))
-        return Point(place=self._place(point, distance_m), shots=tuple(kept))
+        return CapturedPoint(place=self._place(point, distance_m), shots=tuple(kept))
 
     def _pairs(
         self, shots: tuple[ShotPlan, ...], following: ShotPlan | None
-    ) -> Iterator[tuple[ShotPlan, Pair]]:
+    ) -> Iterator[tuple[ShotPlan, FoveaPair]]:
         for number, shot in enumerate(shots):
             self._check()
             after = shots[number + 1] if number + 1 < len(shots) else following
@@ -172,8 +174,8 @@ class _Run:
             return None
         return found.distance_m, found.volts
 
-    def _place(self, point: PlanPoint, distance_m: float) -> Place:
-        return Place(
+    def _place(self, point: PlanPoint, distance_m: float) -> PlanPosition:
+        return PlanPosition(
             index=point.index,
             scan=point.scan,
             column=point.column,
@@ -196,13 +198,13 @@ class _Run:
         if not self._watch.paused():
             return
         self._shutter.drop()
-        self._tell(Phase.PAUSED)
+        self._tell(CapturePhase.PAUSED)
         with self._not_counted():
             while self._watch.paused():
                 self._check()
                 clock = self._access.clock
                 clock.sleep_until_ns(clock.now_ns() + round(1e6 * self._settings.poll_ms))
-        self._tell(Phase.POINTS)
+        self._tell(CapturePhase.POINTS)
 
     @contextmanager
     def _not_counted(self) -> Iterator[None]:
@@ -213,16 +215,16 @@ class _Run:
         finally:
             self._idle_ns += self._access.clock.now_ns() - before_ns
 
-    def _tell(self, phase: Phase, note: str = "") -> None:
+    def _tell(self, phase: CapturePhase, note: str = "") -> None:
         self._watch.progress(self._report(phase, note=note))
 
-    def _report(self, phase: Phase, *, note: str) -> Report:
+    def _report(self, phase: CapturePhase, *, note: str) -> CaptureReport:
         progress, done = self._writer.progress, self._writer.next_point
         spent_s = max(1e-9, (self._access.clock.now_ns() - self._began_ns - self._idle_ns) / 1e9)
         here = done - self._first
         if not note and self._unverged:
             note = f"{self._unverged} points not verged"
-        return Report(
+        return CaptureReport(
             phase=phase,
             done=done,
             total=progress.planned,

@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
     TriggerHead,
 )
 from foveacam_pipeline.capture.run.access import CaptureRig, RigAccess, trigger_head
-from foveacam_pipeline.capture.run.values import Pair, ShotPlan
+from foveacam_pipeline.capture.run.values import FoveaPair, ShotPlan
 
 logger = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ MARGIN_US = 500
 """Between the end of one readout and the next exposure's."""
 
 
-class Shutter:
+class ShotTaker:
     """Takes shots through a `RigAccess`; not for two threads at a time."""
 
     def __init__(self, access: RigAccess, *, tries: int) -> None:
@@ -47,7 +47,7 @@ class Shutter:
         """When the last exposure ended, or was given up: from then on a wide frame belongs to the next."""
         return self._ended_ns
 
-    def take(self, shot: ShotPlan, following: ShotPlan | None) -> Pair:
+    def take(self, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
         """Take one shot and return its frames; the following one has then begun, where that can be."""
         return self._access.moving(lambda rig: self._until_there(rig, shot, following))
 
@@ -69,7 +69,7 @@ class Shutter:
         if before is not None:
             self._access.still(lambda rig: _configure((rig.left, rig.right), before))
 
-    def _until_there(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> Pair:
+    def _until_there(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
         last: FoveaError | None = None
         for _ in range(self._tries):
             try:
@@ -89,7 +89,7 @@ class Shutter:
             remedy="mend that, then resume the capture",
         ) from last
 
-    def _once(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> Pair:
+    def _once(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
         head = trigger_head(rig)
         exposure = self._begun(rig, head, shot)
         self._under_way = None
@@ -99,7 +99,7 @@ class Shutter:
         if following is not None and _overlap(shot, following):
             self._under_way = following, self._begin(rig, head, following)
         left, right = head.frames_of(receipt)
-        return Pair(left=left, right=right)
+        return FoveaPair(left=left, right=right)
 
     def _begun(self, rig: CaptureRig, head: TriggerHead, shot: ShotPlan) -> PendingExposure:
         if self._under_way is not None and self._under_way[0] == shot:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame, MirrorVolts, StereoVolts
 from foveacam_pipeline.capture.dataset import Shot
 from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_pipeline.capture.run.values import Pair, ShotPlan
+from foveacam_pipeline.capture.run.values import FoveaPair, ShotPlan
 
 FULL_BITS = 16
 
@@ -24,7 +24,7 @@ def shots_of(plan: RasterPlan, volts: StereoVolts) -> tuple[ShotPlan, ...]:
     )
 
 
-def kept_of(plan: RasterPlan, taken: Iterable[tuple[ShotPlan, Pair]]) -> Iterator[Shot]:
+def kept_of(plan: RasterPlan, taken: Iterable[tuple[ShotPlan, FoveaPair]]) -> Iterator[Shot]:
     """Yield what is kept of the shots of one point, as they come: all of them, or the mean of each stack."""
     means: tuple[StackMean, StackMean] | None = None
     for shot, pair in taken:

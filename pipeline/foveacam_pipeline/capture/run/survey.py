@@ -1,6 +1,6 @@
 """Before a capture: how far away the scene is on average, by fixations; whether the rig can do it."""
 
-from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, RailLimits, Span
+from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, RailLimits, ValueRange
 from foveacam_pipeline.capture.plan import (
     RasterPlan,
     average_distance_m,
@@ -9,7 +9,7 @@ from foveacam_pipeline.capture.plan import (
     survey_directions_rad,
 )
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess
-from foveacam_pipeline.capture.run.values import Phase, Report
+from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget
@@ -44,7 +44,9 @@ def surveyed_m(
         if watch.cancelled():
             raise Cancelled("the capture was cancelled before its first point")
         note = f"measuring the scene's distance, fixation {number + 1} of {len(directions)}"
-        watch.progress(Report(phase=Phase.SURVEY, done=number, total=len(directions), note=note))
+        watch.progress(
+            CaptureReport(phase=CapturePhase.SURVEY, done=number, total=len(directions), note=note)
+        )
         measured.append(distance_m(access, calibration, (ax_rad, ay_rad), watch=watch))
     return tuple(measured)
 
@@ -61,7 +63,7 @@ def distance_m(
     return found.distance_m
 
 
-def check_exposures(plan: RasterPlan, spans_ns: tuple[Span, ...]) -> None:
+def check_exposures(plan: RasterPlan, spans_ns: tuple[ValueRange, ...]) -> None:
     """Raise OutOfRange for an exposure of the bracket that a camera cannot take."""
     for exposure_ms in plan.exposures_ms:
         for span in spans_ns:
@@ -72,7 +74,7 @@ def check_exposures(plan: RasterPlan, spans_ns: tuple[Span, ...]) -> None:
                 )
 
 
-def _limits(rig: CaptureRig) -> tuple[RailLimits | None, tuple[Span, ...]]:
+def _limits(rig: CaptureRig) -> tuple[RailLimits | None, tuple[ValueRange, ...]]:
     if not (rig.left.settings.triggered and rig.right.settings.triggered):
         raise InvalidInput("capture: both foveae must wait for their trigger; configure them as triggered")
     rail = None if rig.rail is None else rig.rail.limits

@@ -6,7 +6,7 @@ from enum import StrEnum
 from foveacam_hardware.contract import Frame, StereoVolts
 
 
-class Phase(StrEnum):
+class CapturePhase(StrEnum):
     """What a capture is doing."""
 
     SURVEY = "survey"
@@ -32,13 +32,13 @@ class RunSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
+class CaptureReport:
     """How far a capture is. `done` of `total` points are taken, `stored` are on the disk for good.
 
     `written_bytes`, `bytes_per_s`: of this run. `left_s`: None while nobody can say.
     """
 
-    phase: Phase
+    phase: CapturePhase
     done: int
     total: int
     stored: int = 0
@@ -59,7 +59,7 @@ class ShotPlan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pair:
+class FoveaPair:
     """What both foveae saw in one exposure."""
 
     left: Frame

@@ -5,18 +5,18 @@ from foveacam_pipeline.capture.still.room import check_still_room, still_bytes
 from foveacam_pipeline.capture.still.take import StillWatcher, take_still
 from foveacam_pipeline.capture.still.values import (
     MOST_FRAMES,
-    Exposure,
-    Missing,
+    MissingFrames,
     Still,
+    StillFrame,
     StillKeep,
     StillPlan,
 )
 
 __all__ = [
     "MOST_FRAMES",
-    "Exposure",
-    "Missing",
+    "MissingFrames",
     "Still",
+    "StillFrame",
     "StillKeep",
     "StillLabels",
     "StillPlan",

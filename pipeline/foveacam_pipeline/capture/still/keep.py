@@ -8,9 +8,16 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from foveacam_hardware.contract import DeviceFault, MirrorVolts, Role, StereoVolts, StorageFull
-from foveacam_pipeline.capture.dataset import Codec, DatasetWriter, Header, Point, Shot, WriterSettings
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    DatasetHeader,
+    DatasetWriter,
+    ImageCodec,
+    Shot,
+    WriterSettings,
+)
 from foveacam_pipeline.capture.dataset.document import LICENCE
-from foveacam_pipeline.capture.still.values import Exposure, Still
+from foveacam_pipeline.capture.still.values import Still, StillFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import crossing_z_m
 
@@ -23,7 +30,7 @@ class StillLabels:
 
     label: str = ""
     licence: str = LICENCE
-    codec: Codec = Codec.PNG
+    codec: ImageCodec = ImageCodec.PNG
     id: str | None = None
 
 
@@ -33,7 +40,7 @@ def write_still(folder: Path, still: Still, calibration: Calibration | None, lab
     Raise StorageFull, DeviceFault.
     Where the gazes cross, by the calibration, is the point's distance.
     """
-    header = Header(
+    header = DatasetHeader(
         points=1,
         plan=still.plan.document(),
         rig=still.rig,
@@ -48,7 +55,7 @@ def write_still(folder: Path, still: Still, calibration: Calibration | None, lab
     place = replace(still.place, distance_m=_crossing_m(still.shots, calibration))
     try:
         with DatasetWriter.create(folder, header, WriterSettings(depth=1, again=AGAIN)) as writer:
-            writer.add(Point(place=place, shots=still.shots))
+            writer.add(CapturedPoint(place=place, shots=still.shots))
             writer.finish()
     except (StorageFull, DeviceFault):
         shutil.rmtree(folder, ignore_errors=True)
@@ -63,7 +70,7 @@ def _told(still: Still) -> dict[str, JsonValue]:
     }
 
 
-def _exposure(exposure: Exposure) -> dict[str, JsonValue]:
+def _exposure(exposure: StillFrame) -> dict[str, JsonValue]:
     volts = None if exposure.volts_v is None else list(exposure.volts_v)
     return {**asdict(exposure), "role": exposure.role.value, "volts_v": volts}
 

@@ -7,15 +7,15 @@ import logging
 from typing import Protocol
 
 from foveacam_hardware.contract import Cancelled, DeviceFault, FoveaError, Frame, Role, Stopped, Timeout
-from foveacam_pipeline.capture.dataset import Place, Shot
+from foveacam_pipeline.capture.dataset import PlanPosition, Shot
 from foveacam_pipeline.capture.run.access import CaptureRig, RigAccess, trigger_head
 from foveacam_pipeline.capture.run.describe import bearing, conditions_document, rail_m, rig_document
 from foveacam_pipeline.capture.run.shutter import wait_after_move_us
 from foveacam_pipeline.capture.run.stacks import StackMean
 from foveacam_pipeline.capture.still.values import (
-    Exposure,
-    Missing,
+    MissingFrames,
     Still,
+    StillFrame,
     StillKeep,
     StillPlan,
     trouble_of,
@@ -88,7 +88,7 @@ class _Run:
         )
         return True
 
-    def still_of(self, rig: CaptureRig, missing: tuple[Missing, ...]) -> Still:
+    def still_of(self, rig: CaptureRig, missing: tuple[MissingFrames, ...]) -> Still:
         """Return what came, with what the rig says of itself."""
         pose = bearing(rig)
         stacks = self.stacks.values()
@@ -98,7 +98,7 @@ class _Run:
             shots=tuple(shot for stack in stacks for shot in stack.shots()),
             exposures=exposures,
             missing=missing,
-            place=Place(
+            place=PlanPosition(
                 index=0,
                 rail_m=rail_m(rig),
                 pan_rad=None if pose is None else pose.pan_rad,
@@ -147,7 +147,7 @@ class _Stack:
         self._failures = 0
         self._mean: StackMean | None = None
         self._frames: list[Frame] = []
-        self.exposures: list[Exposure] = []
+        self.exposures: list[StillFrame] = []
         self.newest: Frame | None = None
         self.error: FoveaError | None = None
         """Why the last one did not come."""
@@ -172,7 +172,7 @@ class _Stack:
     def add(self, frame: Frame, *, gain_db: float) -> None:
         """Add a frame; raise DeviceFault for one that does not fit those before."""
         self._check_alike(frame)
-        self.exposures.append(Exposure.of(frame, gain_db=gain_db))
+        self.exposures.append(StillFrame.of(frame, gain_db=gain_db))
         self.newest, self.error, self._failures = frame, None, 0
         if self._plan.keep is StillKeep.ALL or self._plan.frames == 1:
             self._frames.append(frame)
@@ -188,10 +188,10 @@ class _Stack:
         self.newest, self.error = None, error
         self._failures += 1
 
-    def missing(self, asked: int) -> Missing:
+    def missing(self, asked: int) -> MissingFrames:
         """Say what did not come of it."""
         reason = self.error or DeviceFault(f"camera {self.role}: it gave fewer frames than were asked")
-        return Missing(role=self.role, came=self.came, asked=asked, reason=reason)
+        return MissingFrames(role=self.role, came=self.came, asked=asked, reason=reason)
 
     def shots(self) -> list[Shot]:
         """Return what is kept: every frame, or the mean of those that came; one alone as it is."""

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
     Role,
     Timeout,
 )
-from foveacam_pipeline.capture.dataset import Place, Shot
+from foveacam_pipeline.capture.dataset import PlanPosition, Shot
 
 FORMAT = "foveacam-still"
 VERSION = 1
@@ -69,7 +69,7 @@ class StillPlan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Exposure:
+class StillFrame:
     """One frame of a stack, whether it is kept by itself or in a mean."""
 
     role: Role
@@ -81,7 +81,7 @@ class Exposure:
     volts_v: tuple[float, float] | None
 
     @classmethod
-    def of(cls, frame: Frame, *, gain_db: float) -> "Exposure":
+    def of(cls, frame: Frame, *, gain_db: float) -> "StillFrame":
         """Return what there is to say of a frame."""
         volts = None if frame.volts is None else (frame.volts.x_v, frame.volts.y_v)
         return cls(
@@ -96,7 +96,7 @@ class Exposure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Missing:
+class MissingFrames:
     """A camera of which fewer frames came than were asked for, and why."""
 
     role: Role
@@ -130,9 +130,9 @@ class Still:
 
     plan: StillPlan
     shots: tuple[Shot, ...]
-    exposures: tuple[Exposure, ...]
-    missing: tuple[Missing, ...]
-    place: Place
+    exposures: tuple[StillFrame, ...]
+    missing: tuple[MissingFrames, ...]
+    place: PlanPosition
     rig: dict[str, JsonValue]
     conditions: dict[str, JsonValue]
 
@@ -141,7 +141,7 @@ class Still:
         return trouble_of(self.missing, more=kept) if self.missing else None
 
 
-def trouble_of(missing: tuple[Missing, ...], *, more: str) -> FoveaError:
+def trouble_of(missing: tuple[MissingFrames, ...], *, more: str) -> FoveaError:
     """Return one error for every camera that did not give what was asked, of the first one's kind."""
     first = missing[0].reason
     kind = next((kind for kind in _KINDS if isinstance(first, kind)), DeviceFault)

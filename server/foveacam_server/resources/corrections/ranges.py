@@ -4,7 +4,7 @@ import math
 from typing import Literal, TypeAlias
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.verge.values import DepthRange
+from foveacam_pipeline.verge.values import DistanceRange
 from foveacam_server.runtime.fixation_request import depth_range_of
 from foveacam_server.runtime.store import Document
 
@@ -16,17 +16,17 @@ LEAST_SHARE = 0.01
 """At least this share of the present distance is excluded: else its neighbour on the same surface answers."""
 
 
-def remaining_range(fixation: Document, direction: Direction) -> DepthRange:
+def remaining_range(fixation: Document, direction: Direction) -> DistanceRange:
     """Return the distances nearer or farther than the answer of a fixation's document.
 
     The range of its own request is kept. Raise `InvalidInput` when there is no answer, or nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
-    before = depth_range_of(fixation["request"]) or DepthRange(nearest_m=0.0, farthest_m=math.inf)
+    before = depth_range_of(fixation["request"]) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
     if direction == "nearer":
-        left = DepthRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
+        left = DistanceRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
     else:
-        left = DepthRange(nearest_m=max(before.nearest_m, farthest_m), farthest_m=before.farthest_m)
+        left = DistanceRange(nearest_m=max(before.nearest_m, farthest_m), farthest_m=before.farthest_m)
     if not left.nearest_m < left.farthest_m:
         raise InvalidInput(
             f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty "
@@ -38,7 +38,7 @@ def remaining_range(fixation: Document, direction: Direction) -> DepthRange:
     return left
 
 
-def range_document(depth_range: DepthRange) -> Document:
+def range_document(depth_range: DistanceRange) -> Document:
     """Return the range as a request's `within`."""
     farthest_m = depth_range.farthest_m
     return {

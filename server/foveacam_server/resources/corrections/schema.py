@@ -2,17 +2,17 @@
 
 from typing import Literal
 
-from foveacam_server.api.models import Asked
+from foveacam_server.api.models import RequestModel
 from foveacam_server.quantities import Index
 
 
-class ChoiceRequest(Asked):
+class ChoiceRequest(RequestModel):
     """Which alternative of the fixation is the true one, counted from 0."""
 
     alternative: Index
 
 
-class CorrectionRequest(Asked):
+class CorrectionRequest(RequestModel):
     """Where the target is in truth, seen from the present answer."""
 
     direction: Literal["nearer", "farther"]

@@ -8,7 +8,7 @@ from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.fixations import FixationService
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.names import utc_now
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 from foveacam_server.runtime.store import Document
 
 ASKED = ("pixel", "rectangle", "direction", "label", "depth")
@@ -40,7 +40,7 @@ def choose(fixations: FixationService, fixation_id: str, alternative: int, *, ev
     return fixation
 
 
-def show_choice(viewer: Viewer, fixation: Document) -> None:
+def show_choice(viewer: SceneViewer, fixation: Document) -> None:
     """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
     chosen = fixation["alternatives"][fixation["chosen_alternative"]]
     if chosen["point_rig_m"] == fixation["point_rig_m"]:

@@ -2,10 +2,10 @@
 
 import math
 
-from foveacam_pipeline.measure.length import Length
-from foveacam_pipeline.measure.plane import Plane
-from foveacam_pipeline.measure.profile import Profile
-from foveacam_server.resources.measurements.places import Placed
+from foveacam_pipeline.measure.length import MeasuredLength
+from foveacam_pipeline.measure.plane import MeasuredPlane
+from foveacam_pipeline.measure.profile import DepthProfile
+from foveacam_server.resources.measurements.places import PlacedPoint
 from foveacam_server.resources.measurements.schema import (
     LengthDocument,
     MeasuredPointDocument,
@@ -16,7 +16,7 @@ from foveacam_server.resources.measurements.schema import (
 )
 
 
-def point_document(placed: Placed) -> MeasuredPointDocument:
+def point_document(placed: PlacedPoint) -> MeasuredPointDocument:
     """Return a measured point."""
     point = placed.point
     return MeasuredPointDocument(
@@ -33,7 +33,7 @@ def point_document(placed: Placed) -> MeasuredPointDocument:
     )
 
 
-def length_document(length: Length) -> LengthDocument:
+def length_document(length: MeasuredLength) -> LengthDocument:
     """Return a length."""
     return LengthDocument(
         length_m=round(length.length_m, 6),
@@ -44,7 +44,7 @@ def length_document(length: Length) -> LengthDocument:
     )
 
 
-def plane_document(plane: Plane) -> PlaneDocument:
+def plane_document(plane: MeasuredPlane) -> PlaneDocument:
     """Return a plane."""
     return PlaneDocument(
         normal=metres(plane.normal),
@@ -66,7 +66,7 @@ def plane_document(plane: Plane) -> PlaneDocument:
     )
 
 
-def profile_document(profile: Profile, *, start_rig_m: Triple, end_rig_m: Triple) -> ProfileDocument:
+def profile_document(profile: DepthProfile, *, start_rig_m: Triple, end_rig_m: Triple) -> ProfileDocument:
     """Return a profile."""
     samples = [
         SampleDocument(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import get_args
 
 from foveacam_pipeline.measure.look import LookDepth
-from foveacam_pipeline.measure.views import Pixel, View, ViewMap, wide_pixel
+from foveacam_pipeline.measure.views import MeasuredView, Pixel, ViewMap, wide_pixel
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.resources.measurements.schema import (
     GazeDocument,
@@ -31,7 +31,7 @@ def drawn_in_views(
     window_px = [_window_px(look, point) for point in points_rig_m]
     for view in VIEWS[1:]:
         drawn[view] = [
-            _short(views.from_window(View(view), at, z_m=point[2]))
+            _short(views.from_window(MeasuredView(view), at, z_m=point[2]))
             for at, point in zip(window_px, points_rig_m, strict=True)
         ]
     return drawn

@@ -6,16 +6,16 @@ from collections import OrderedDict
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import load_look
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.clouds import CloudCollection
 
 KEPT = 6
 """Looks kept in memory: 3 MB each."""
 
 
-class Looks:
+class LookReader:
     """Reads looks; may be called from any thread."""
 
-    def __init__(self, shelf: CloudShelf) -> None:
+    def __init__(self, shelf: CloudCollection) -> None:
         self._shelf = shelf
         self._lock = threading.Lock()
         self._kept: OrderedDict[str, LookDepth] = OrderedDict()

@@ -15,15 +15,15 @@ from foveacam_pipeline.measure.point import (
 )
 from foveacam_pipeline.measure.views import (
     WINDOWS,
+    MeasuredView,
     Pixel,
-    View,
     ViewMap,
     nearest_known_right,
     wide_pixel,
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.errors import NotFound, StaleView
-from foveacam_server.resources.measurements.looks import Looks
+from foveacam_server.resources.measurements.looks import LookReader
 from foveacam_server.resources.measurements.schema import PlaceRequest
 from foveacam_server.runtime.depth_patches import DepthPatches
 
@@ -36,7 +36,7 @@ SAME_SURFACE = 0.03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placed:
+class PlacedPoint:
     """A measured point and where it was taken; `used_px`: the pixel of the view that was measured."""
 
     request: PlaceRequest
@@ -49,29 +49,29 @@ class Placed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shown:
+class ShownViews:
     """What the views show now: the mirrors' drive, and the time of a view's picture (None: none yet)."""
 
     volts: Callable[[], StereoVolts | None]
     picture_t_ns: Callable[[str], int | None]
 
 
-class Places:
+class PointFinder:
     """Finds the points that pixels show."""
 
-    def __init__(self, looks: Looks, patches: DepthPatches, shown: Shown) -> None:
+    def __init__(self, looks: LookReader, patches: DepthPatches, shown: ShownViews) -> None:
         self._looks = looks
         self._patches = patches
         self._shown = shown
 
-    def point(self, place: PlaceRequest, *, wide: Intrinsics) -> Placed:
+    def point(self, place: PlaceRequest, *, wide: Intrinsics) -> PlacedPoint:
         """Return the point at a pixel; raise OutOfRange, NotFound or StaleView in words for the operator."""
-        if View(place.view) is View.WIDE:
+        if MeasuredView(place.view) is MeasuredView.WIDE:
             return self._wide_point(place, wide)
         fixation_id, look = self.look_of(place, wide=wide)
-        view, pixel = View(place.view), (place.x_px, place.y_px)
+        view, pixel = MeasuredView(place.view), (place.x_px, place.y_px)
         views = ViewMap(look=look, wide=wide)
-        if view is View.RIGHT:
+        if view is MeasuredView.RIGHT:
             found = nearest_known_right(look, views.to_right_window(pixel), reach_px=REACH_PX)
         else:
             found = nearest_known(look, *views.to_window(view, pixel, z_m=math.nan), reach_px=REACH_PX)
@@ -84,7 +84,7 @@ class Places:
         """Return the look that a view other than the wide one shows; the pixel must be inside its picture."""
         fixation_id = place.fixation_id or self._looks.newest_id()
         look = self._looks.get(fixation_id)
-        view = View(place.view)
+        view = MeasuredView(place.view)
         if place.fixation_id is None and view in WINDOWS:
             t_ns = self._shown.picture_t_ns(place.view)
             if t_ns is not None and t_ns != look.t_ns:
@@ -95,7 +95,7 @@ class Places:
                     found="another look than the newest with depth",
                     remedy="wait a moment, or look again",
                 )
-        if view in (View.LEFT, View.RIGHT) and not same_gaze(look.volts, self._shown.volts()):
+        if view in (MeasuredView.LEFT, MeasuredView.RIGHT) and not same_gaze(look.volts, self._shown.volts()):
             raise StaleView(
                 f"the foveae have turned away since fixation {fixation_id}; look at its target "
                 "again, or measure in the depth view",
@@ -111,20 +111,22 @@ class Places:
         reading = self._patches.at(place.x_px, place.y_px, wide=wide)
         return reading.fixation_id, self._looks.get(reading.fixation_id), reading.point_rig_m[2]
 
-    def _wide_point(self, place: PlaceRequest, wide: Intrinsics) -> Placed:
+    def _wide_point(self, place: PlaceRequest, wide: Intrinsics) -> PlacedPoint:
         pixel = (place.x_px, place.y_px)
         reading = self._patches.at(*pixel, wide=wide)
         z_m = reading.point_rig_m[2]
         look = self._looks.find(reading.fixation_id)
         if look is not None:
             views = ViewMap(look=look, wide=wide)
-            found = nearest_known(look, *views.to_window(View.WIDE, pixel, z_m=z_m), reach_px=REACH_PX)
+            found = nearest_known(
+                look, *views.to_window(MeasuredView.WIDE, pixel, z_m=z_m), reach_px=REACH_PX
+            )
             if found is not None and abs(float(look.z_m[found[1], found[0]]) / z_m - 1.0) < SAME_SURFACE:
-                used_px = views.from_window(View.WIDE, found, z_m=float(look.z_m[found[1], found[0]]))
+                used_px = views.from_window(MeasuredView.WIDE, found, z_m=float(look.z_m[found[1], found[0]]))
                 return _placed(place, look, found, used_px=used_px, fixation_id=reading.fixation_id)
         sigma_z_m = reading.distance_sigma_m * z_m / reading.distance_m
         point = lone_point(reading.point_rig_m, sigma_z_m=sigma_z_m)
-        return Placed(
+        return PlacedPoint(
             request=place,
             point=point,
             used_px=wide_pixel(wide, reading.point_rig_m),
@@ -145,11 +147,11 @@ def same_gaze(a: StereoVolts, b: StereoVolts | None) -> bool:
 
 def _placed(
     place: PlaceRequest, look: LookDepth, found: tuple[int, int], *, used_px: Pixel, fixation_id: str
-) -> Placed:
+) -> PlacedPoint:
     asked_px = (place.x_px, place.y_px)
-    own_px = 1.0 / look.scale if place.view in (View.LEFT, View.RIGHT) else 1.0
+    own_px = 1.0 / look.scale if place.view in (MeasuredView.LEFT, MeasuredView.RIGHT) else 1.0
     moved_px = math.dist(used_px, asked_px)
-    return Placed(
+    return PlacedPoint(
         request=place,
         point=point_at(look, *found, look_id=fixation_id),
         used_px=used_px,
@@ -165,7 +167,9 @@ def _check_inside(place: PlaceRequest, size_px: tuple[int, int]) -> None:
     if -0.5 <= place.x_px <= width - 0.5 and -0.5 <= place.y_px <= height - 0.5:
         return
     beside = (
-        " (the scale stands there)" if View(place.view) is View.DEPTH and place.x_px > width - 0.5 else ""
+        " (the scale stands there)"
+        if MeasuredView(place.view) is MeasuredView.DEPTH and place.x_px > width - 0.5
+        else ""
     )
     raise OutOfRange(
         f"pixel ({place.x_px:g}, {place.y_px:g}) is outside the view {place.view}{beside}: x from -0.5 to "

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Asked, Label, Told
+from foveacam_server.api.models import Label, RequestModel, ResponseModel
 from foveacam_server.quantities import Pixels
 
 MeasurementKind = Literal["point", "length", "plane", "profile"]
@@ -13,7 +13,7 @@ Triple = tuple[float, float, float]
 Pair = tuple[float, float]
 
 
-class PlaceRequest(Asked):
+class PlaceRequest(RequestModel):
     """A pixel of a view; the centre of the first pixel is (0, 0).
 
     Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
@@ -26,7 +26,7 @@ class PlaceRequest(Asked):
     fixation_id: Annotated[str | None, Field(max_length=40)] = None
 
 
-class MeasurementRequest(Asked):
+class MeasurementRequest(RequestModel):
     """One point; two ends of a length or of a profile's line; two opposite corners of a plane's rectangle."""
 
     kind: MeasurementKind
@@ -34,13 +34,13 @@ class MeasurementRequest(Asked):
     label: Label | None = None
 
 
-class MeasurementPatch(Asked):
+class MeasurementPatch(RequestModel):
     """What of a measurement can be changed."""
 
     label: Label
 
 
-class MeasuredPointDocument(Told):
+class MeasuredPointDocument(ResponseModel):
     """A measured point, rig frame.
 
     `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
@@ -59,7 +59,7 @@ class MeasuredPointDocument(Told):
     distance_sigma_m: float
 
 
-class LengthDocument(Told):
+class LengthDocument(ResponseModel):
     """The way from the first point to the second; `same_look`: errors that both share are taken once."""
 
     length_m: float
@@ -69,7 +69,7 @@ class LengthDocument(Told):
     same_look: bool
 
 
-class PlaneDocument(Told):
+class PlaneDocument(ResponseModel):
     """A plane, rig frame; `normal` points to the rig.
 
     `normal_sigma_deg`: rms angle from the true normal. `pan_deg`: turned to the right about the vertical,
@@ -96,7 +96,7 @@ class PlaneDocument(Told):
     outlier_fraction: float
 
 
-class SampleDocument(Told):
+class SampleDocument(ResponseModel):
     """One place of a profile; `z_m` and its matching error are null where there is no depth."""
 
     along_m: float
@@ -104,7 +104,7 @@ class SampleDocument(Told):
     z_sigma_m: float | None
 
 
-class ProfileDocument(Told):
+class ProfileDocument(ResponseModel):
     """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
 
     `shared_sigma_m`: standard error of Z that all samples share.
@@ -118,14 +118,14 @@ class ProfileDocument(Told):
     known_fraction: float
 
 
-class GazeDocument(Told):
+class GazeDocument(ResponseModel):
     """Drive of both mirrors while the foveae looked, (x, y) volts."""
 
     left_v: Pair
     right_v: Pair
 
 
-class MeasurementDocument(Told):
+class MeasurementDocument(ResponseModel):
     """One measurement; of `length`, `plane` and `profile` that of its kind is there.
 
     `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one

@@ -25,9 +25,9 @@ from foveacam_server.resources.measurements.drawing import (
     scene_drawing,
     value_text,
 )
-from foveacam_server.resources.measurements.looks import Looks
-from foveacam_server.resources.measurements.places import Places, Shown
-from foveacam_server.resources.measurements.regions import Region, line_of, mask_of, rectangle_of
+from foveacam_server.resources.measurements.looks import LookReader
+from foveacam_server.resources.measurements.places import PointFinder, ShownViews
+from foveacam_server.resources.measurements.regions import WindowRegion, line_of, mask_of, rectangle_of
 from foveacam_server.resources.measurements.schema import (
     MeasurementDocument,
     MeasurementKind,
@@ -36,10 +36,10 @@ from foveacam_server.resources.measurements.schema import (
     Triple,
 )
 from foveacam_server.resources.measurements.table import MeasurementTable
-from foveacam_server.runtime.clouds import CloudShelf
+from foveacam_server.runtime.clouds import CloudCollection
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 from foveacam_server.runtime.store import Store
 
 PUT_BACK = 30
@@ -51,12 +51,12 @@ POINTS: dict[MeasurementKind, int] = {"point": 1, "length": 2, "plane": 2, "prof
 class MeasuringTools:
     """What the service works with."""
 
-    shelf: CloudShelf
+    shelf: CloudCollection
     wide: Callable[[], Intrinsics]
     """Returns the calibrated wide camera or raises NotCalibrated."""
-    shown: Shown
+    shown: ShownViews
     events: EventLog
-    viewer: Viewer | None
+    viewer: SceneViewer | None
 
 
 class MeasurementService:
@@ -65,7 +65,7 @@ class MeasurementService:
     def __init__(self, store: Store, tools: MeasuringTools) -> None:
         self._table = MeasurementTable(store)
         self._tools = tools
-        self._places = Places(Looks(tools.shelf), tools.shelf.patches, tools.shown)
+        self._places = PointFinder(LookReader(tools.shelf), tools.shelf.patches, tools.shown)
 
     def put_back(self) -> None:
         """Show the newest measurements of earlier runs in the 3D pane."""
@@ -168,7 +168,7 @@ class MeasurementService:
 
 
 def _of_region(
-    region: Region, kind: MeasurementKind, label: str, drawn_rig_m: list[Triple], *, wide: Intrinsics
+    region: WindowRegion, kind: MeasurementKind, label: str, drawn_rig_m: list[Triple], *, wide: Intrinsics
 ) -> MeasurementDocument:
     return MeasurementDocument(
         id=new_id("mea"),

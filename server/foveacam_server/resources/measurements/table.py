@@ -5,10 +5,10 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from foveacam_server.errors import NotFound
 from foveacam_server.resources.measurements.schema import MeasurementDocument
-from foveacam_server.runtime.store import Document, Row, Store
+from foveacam_server.runtime.store import Document, Store, TableRow
 
 
-class MeasurementRow(Row):
+class MeasurementRow(TableRow):
     """One measurement; `document` is what REST shows, but for its label."""
 
     __tablename__ = "measurements"

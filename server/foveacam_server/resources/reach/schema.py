@@ -4,13 +4,13 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
-from foveacam_server.api.models import Told
+from foveacam_server.api.models import ResponseModel
 
 Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
 """(x, y), wide px."""
 
 
-class ReachDocument(Told):
+class ReachDocument(ResponseModel):
     """Outlines of where each eye can look, corners in wide px; they may leave the image.
 
     `distance_m`: from the rig's origin, where the outlines are taken; null is infinity.

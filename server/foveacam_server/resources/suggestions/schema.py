@@ -1,9 +1,9 @@
 """The shape of a suggestion."""
 
-from foveacam_server.api.models import Told
+from foveacam_server.api.models import ResponseModel
 
 
-class SuggestionDocument(Told):
+class SuggestionDocument(ResponseModel):
     """A good target for a first look; `score`: how well it stands out, 1 as the best of the picture."""
 
     x_px: float

@@ -28,7 +28,7 @@ class _Found:
     targets: tuple[Suggestion, ...]
 
 
-class SuggestionDesk:
+class SuggestionService:
     """Suggestions of the live wide picture, worked out once for all who ask at about the same time."""
 
     def __init__(self, hub: FrameHub) -> None:

@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from foveacam_server.api.models import Told
+from foveacam_server.api.models import ResponseModel
 
 
-class WideDepthDocument(Told):
+class WideDepthDocument(ResponseModel):
     """What is known of the depth of the whole wide view, on a grid of square cells."""
 
     columns: int

@@ -27,7 +27,7 @@ from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.errors import NotFound
-from foveacam_server.resources.wide_depth.keeping import ContextKeeper
+from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.summary import summary
 from foveacam_server.runtime.encoder import eight_bit
@@ -36,7 +36,7 @@ from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
-from foveacam_server.runtime.ports import Viewer
+from foveacam_server.runtime.ports import SceneViewer
 
 KIND = "wide_depth_survey"
 URL = "/api/v1/wide_depth"
@@ -63,7 +63,7 @@ class WideDepthTools:
     """The calibration in force; raises where there is none."""
     jobs: JobRunner
     hub: FrameHub
-    viewer: Viewer | None
+    viewer: SceneViewer | None
     events: EventLog
     clock: Clock
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.values import ContextMap, Source
+from foveacam_pipeline.context.values import ContextMap, DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 
@@ -31,7 +31,7 @@ def summary(
         cell_px=context.cell_px,
         known_cells=cells,
         known_fraction=round(cells / at.size, SHARE_DIGITS),
-        sources={each.name.lower(): int(np.count_nonzero(source == each)) for each in Source},
+        sources={each.name.lower(): int(np.count_nonzero(source == each)) for each in DepthSource},
         nearest_m=_quantile(1.0 / q, 0.05, DEPTH_DIGITS),
         farthest_m=_quantile(1.0 / q, 0.95, DEPTH_DIGITS),
         relative_sigma_median=_quantile(known.sigma_per_m[0][at] / q, 0.5, SHARE_DIGITS + 1),

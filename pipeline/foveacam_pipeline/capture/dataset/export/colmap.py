@@ -15,9 +15,9 @@ from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
 from foveacam_pipeline.capture.dataset.export.files import put_png
 from foveacam_pipeline.capture.dataset.export.seeds import Seeds, seeds_of
 from foveacam_pipeline.capture.dataset.export.views import (
+    ExportPinhole,
+    ExportView,
     Matrix,
-    Pinhole,
-    View,
     calibration_of,
     fovea_camera,
     fovea_views,
@@ -38,7 +38,7 @@ class _Model:
     points: list[str] = field(default_factory=list)
     count: int = 0
 
-    def add_view(self, view: View, seen: NDArray[np.float64], first: int) -> None:
+    def add_view(self, view: ExportView, seen: NDArray[np.float64], first: int) -> None:
         """Add one image and where it sees the points numbered from `first`, (n, 2) px."""
         self.count += 1
         pose = " ".join(f"{value:.17g}" for value in camera_from_world(view.world_from_camera))
@@ -62,7 +62,7 @@ def export_colmap(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
     """Write images/ and sparse/0/ into an empty folder."""
     calibration = calibration_of(dataset)
     model, scans = _Model(), set()
-    wide_camera: Pinhole | None = None
+    wide_camera: ExportPinhole | None = None
     for point in dataset:
         seeds = seeds_of(point, most=choice.seeds_per_pair)
         first = len(model.points) + 1
@@ -100,7 +100,7 @@ def camera_from_world(world_from_camera: Matrix) -> tuple[float, ...]:
     return (float(np.cos(angle / 2)), *vector.tolist(), *translation.tolist())
 
 
-def _camera_line(number: int, camera: Pinhole) -> str:
+def _camera_line(number: int, camera: ExportPinhole) -> str:
     place = f"{camera.cx_px + 0.5:.17g} {camera.cy_px + 0.5:.17g}"
     return f"{number} PINHOLE {camera.width} {camera.height} {camera.f_px:.17g} {camera.f_px:.17g} {place}"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Image, InvalidInput
 from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 
 
 @contextmanager
@@ -33,4 +33,4 @@ def new_folder(path: Path) -> Iterator[Path]:
 def put_png(path: Path, image: Image) -> None:
     """Write one picture; its folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(encode(image, Codec.PNG))
+    path.write_bytes(encode(image, ImageCodec.PNG))

@@ -13,7 +13,7 @@ from types import ModuleType
 from foveacam_hardware.contract import InvalidInput, Role, install_command
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
-from foveacam_pipeline.capture.dataset.images import Codec, encode
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 
 POINTS_A_FILE = 64
@@ -99,7 +99,7 @@ def _picture(point: DatasetPoint, role: Role, bracket: int) -> dict[str, object]
         return None
     frame = point.stacked(role, bracket=bracket)
     name = f"{point.index:05d}-{role.value}-b{bracket}.png"
-    return {"bytes": bytes(encode(frame.image, Codec.PNG)), "path": name}
+    return {"bytes": bytes(encode(frame.image, ImageCodec.PNG)), "path": name}
 
 
 def _schema(arrow: ModuleType) -> object:

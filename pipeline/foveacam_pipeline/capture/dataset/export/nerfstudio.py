@@ -8,7 +8,12 @@ import numpy as np
 from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
 from foveacam_pipeline.capture.dataset.export.files import put_png
 from foveacam_pipeline.capture.dataset.export.seeds import seeds_of
-from foveacam_pipeline.capture.dataset.export.views import View, calibration_of, fovea_camera, fovea_views
+from foveacam_pipeline.capture.dataset.export.views import (
+    ExportView,
+    calibration_of,
+    fovea_camera,
+    fovea_views,
+)
 from foveacam_pipeline.capture.dataset.reader import Dataset
 
 NERF_FROM_RIG = np.array(
@@ -63,6 +68,6 @@ def ply_of(points_m: np.ndarray, colours: np.ndarray) -> bytes:
     return "\n".join([*header, "end_header\n"]).encode("ascii") + vertices.tobytes()
 
 
-def _frame(view: View) -> dict[str, object]:
+def _frame(view: ExportView) -> dict[str, object]:
     pose = NERF_FROM_RIG @ view.world_from_camera @ OPENCV_FROM_OPENGL
     return {"file_path": f"images/{view.name}", "transform_matrix": pose.tolist()}

@@ -23,7 +23,7 @@ Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pinhole:
+class ExportPinhole:
     """A camera without distortion, px; the centre of the first pixel is (0, 0)."""
 
     width: int
@@ -39,13 +39,13 @@ class Pinhole:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class View:
+class ExportView:
     """One image of such a camera. `world_from_camera`: (4, 4); the world is the rig at the rail's middle."""
 
     name: str
     role: Role
     point: int
-    camera: Pinhole
+    camera: ExportPinhole
     world_from_camera: Matrix
     image: NDArray[np.uint8]
 
@@ -69,10 +69,10 @@ def calibration_of(dataset: Dataset) -> Calibration:
     return dataset.calibration
 
 
-def fovea_camera(calibration: Calibration, *, scale: float) -> Pinhole:
+def fovea_camera(calibration: Calibration, *, scale: float) -> ExportPinhole:
     """Return the camera that all fovea views share."""
     width, height = round(calibration.fovea_width * scale), round(calibration.fovea_height * scale)
-    return Pinhole(
+    return ExportPinhole(
         width=width,
         height=height,
         f_px=calibration.fovea_f_px * scale,
@@ -83,7 +83,7 @@ def fovea_camera(calibration: Calibration, *, scale: float) -> Pinhole:
 
 def fovea_views(
     point: DatasetPoint, calibration: Calibration, *, scale: float, bracket: int = 0
-) -> tuple[View, View]:
+) -> tuple[ExportView, ExportView]:
     """Return the left and the right fovea of a point, warped into pinholes turned to their gazes."""
     sighting = point.sighting(bracket=bracket)
     camera = fovea_camera(calibration, scale=scale)
@@ -95,7 +95,7 @@ def fovea_views(
         pose = place.rig_from_camera.copy()
         pose[0, 3] += point.place.rail_m or 0.0
         views.append(
-            View(
+            ExportView(
                 name=f"{frame.role.value}/{point.index:05d}-b{bracket}.png",
                 role=frame.role,
                 point=point.index,
@@ -142,16 +142,18 @@ def _centre_rig_m(calibration: Calibration, role: Role, volts: StereoVolts) -> M
     return centre_m
 
 
-def wide_view(point: DatasetPoint, calibration: Calibration) -> View:
+def wide_view(point: DatasetPoint, calibration: Calibration) -> ExportView:
     """Return the wide view of a point, its lens distortion taken out."""
     lens = calibration.wide
     f_px = math.sqrt(lens.fx_px * lens.fy_px)
-    camera = Pinhole(width=lens.width, height=lens.height, f_px=f_px, cx_px=lens.cx_px, cy_px=lens.cy_px)
+    camera = ExportPinhole(
+        width=lens.width, height=lens.height, f_px=f_px, cx_px=lens.cx_px, cy_px=lens.cy_px
+    )
     raw = to_uint8(point.stacked(Role.WIDE))
     flat = cv2.undistort(raw, lens.matrix, np.array(lens.distortion), newCameraMatrix=camera.matrix)
     pose = np.eye(4)
     pose[0, 3] = point.place.rail_m or 0.0
-    return View(
+    return ExportView(
         name=f"wide/{point.index:05d}.png",
         role=Role.WIDE,
         point=point.index,

@@ -1,0 +1,102 @@
+"""What a camera's thread writes and any thread reads: frames in a bounded ring, counters, the link.
+
+The newest frames win; what nobody read in time is skipped and counted.
+"""
+
+import threading
+from collections import deque
+from dataclasses import replace
+
+from foveacam_hardware.contract import CameraCounters, CameraPhase, CameraRanges, Frame, ValueRange
+from foveacam_hardware.drivers.cameras.link import LinkState
+
+_NOTHING = ValueRange(low=0.0, high=0.0)
+NO_RANGES = CameraRanges(
+    exposure_ns=_NOTHING, gain_db=_NOTHING, frame_rate_hz=_NOTHING, black_level=_NOTHING, pixel_formats=()
+)
+
+
+class CameraSharedState:
+    """Frames wait here for their readers; `changed` is notified of every frame and every step of the link.
+
+    Methods are called with `changed` held, unless they say otherwise.
+    """
+
+    def __init__(self, *, frames: int) -> None:
+        self.changed = threading.Condition()
+        self.state = LinkState()
+        self.ranges = NO_RANGES
+        self.counters = CameraCounters()
+        self.newest: Frame | None = None
+        """The last frame given to anybody; None after a gap."""
+        self._waiting: deque[Frame] = deque()
+        self._frames = frames
+
+    def go(self, phase: CameraPhase, *, now_ns: int, reason: str = "") -> None:
+        """Take a step of the link and wake who waits; takes the lock itself."""
+        if phase is self.state.link.phase and not reason:
+            return
+        with self.changed:
+            self.state.go(phase, now_ns=now_ns, reason=reason)
+            self.changed.notify_all()
+
+    def count(
+        self, *, dropped: int = 0, incomplete: int = 0, late: int = 0, underrun: int | None = None
+    ) -> None:
+        """Add to the counters; `underrun` is the sum itself. Takes the lock itself."""
+        with self.changed:
+            now = self.counters
+            self.counters = replace(
+                now,
+                dropped=now.dropped + dropped,
+                incomplete=now.incomplete + incomplete,
+                late=now.late + late,
+                underrun=now.underrun if underrun is None else underrun,
+            )
+
+    def put(self, frame: Frame) -> None:
+        """Lay down a frame; the oldest makes room. Takes the lock itself."""
+        with self.changed:
+            if len(self._waiting) >= self._frames:
+                self._waiting.popleft()
+                self.counters = replace(self.counters, skipped=self.counters.skipped + 1)
+            self._waiting.append(frame)
+            self.changed.notify_all()
+
+    def clear(self, *, counters: bool = False) -> None:
+        """Throw away what waits: it is from before a change. Takes the lock itself."""
+        with self.changed:
+            lost = len(self._waiting)
+            self._waiting.clear()
+            self.newest = None
+            if counters:
+                self.counters = CameraCounters()
+            else:
+                self.counters = replace(self.counters, skipped=self.counters.skipped + lost)
+
+    @property
+    def waiting(self) -> int:
+        """How many frames nobody has read."""
+        return len(self._waiting)
+
+    def take(self) -> Frame | None:
+        """Return the oldest frame that waits."""
+        return self._deliver(self._waiting.popleft()) if self._waiting else None
+
+    def take_newest(self, *, oldest_ns: int) -> Frame | None:
+        """Return the newest frame if it is from `oldest_ns` or later; older ones are thrown away."""
+        if self._waiting:
+            newest = self._waiting.pop()
+            lost = len(self._waiting)
+            self._waiting.clear()
+            fresh = newest.t_ns >= oldest_ns
+            self.counters = replace(self.counters, skipped=self.counters.skipped + lost + (0 if fresh else 1))
+            return self._deliver(newest) if fresh else None
+        if self.newest is not None and self.newest.t_ns >= oldest_ns:
+            return self.newest
+        return None
+
+    def _deliver(self, frame: Frame) -> Frame:
+        self.newest = frame
+        self.counters = replace(self.counters, delivered=self.counters.delivered + 1)
+        return frame

@@ -1,0 +1,68 @@
+"""How many position updates a second the link is given: more while it keeps up, half when it does not.
+
+Additive increase, multiplicative decrease, with the constants that the rig is run with. Pure; time is given.
+"""
+
+CEILING_HZ = 1000.0
+FLOOR_HZ = 60.0
+STEP_HZ = 25.0
+PERIOD_NS = 100_000_000
+QUEUE_LIMIT_BYTES = 1024
+SLOWER_BY = 2.0
+"""A round trip's p95 this many times that of the connect means that the link is full."""
+LEAST_BASELINE_MS = 1.0
+"""One USB frame: below it, round trips tell of the scheduler and not of the link (deduced)."""
+HOLD_NS = (5_000_000, 100_000_000)
+"""Shortest and longest wait of an update behind a request that is not acknowledged yet."""
+
+
+class UpdateRateGovernor:
+    """The rate of one link; whoever calls does so from one thread at a time."""
+
+    def __init__(self, *, ceiling_hz: float = CEILING_HZ, floor_hz: float = FLOOR_HZ) -> None:
+        self.ceiling_hz = ceiling_hz
+        self.floor_hz = floor_hz
+        self.begin(0, baseline_ms=LEAST_BASELINE_MS)
+
+    def begin(self, t_ns: int, *, baseline_ms: float) -> None:
+        """Start at the ceiling, on a link whose round trips at the connect had this p95."""
+        self.rate_hz = self.ceiling_hz
+        self.halvings = 0
+        self._baseline_ms = max(baseline_ms, LEAST_BASELINE_MS)
+        self._stalls = 0
+        self._adjusted_ns = t_ns
+        self._next_ns = t_ns
+
+    def adjust(self, t_ns: int, *, stalls: int, queued_bytes: int, rtt_p95_ms: float | None) -> None:
+        """Look at the link, at most once a period: speed up, or halve.
+
+        `stalls`: writes so far that the port did not take at once; `rtt_p95_ms`: of the last second, if any.
+        """
+        periods = (t_ns - self._adjusted_ns) // PERIOD_NS
+        if periods < 1:
+            return
+        self._adjusted_ns += periods * PERIOD_NS
+        stalled, self._stalls = stalls > self._stalls, stalls
+        slow = rtt_p95_ms is not None and rtt_p95_ms > SLOWER_BY * self._baseline_ms
+        if stalled or slow or queued_bytes > QUEUE_LIMIT_BYTES:
+            self.rate_hz = max(self.floor_hz, self.rate_hz / 2)
+            self.halvings += 1
+        else:
+            self.rate_hz = min(self.ceiling_hz, self.rate_hz + STEP_HZ * periods)
+
+    def looks(self, t_ns: int) -> bool:
+        """Tell whether it is time to adjust: what that takes is asked of the system."""
+        return t_ns - self._adjusted_ns >= PERIOD_NS
+
+    def reserve(self, t_ns: int) -> int:
+        """Take the next free place for an update; return when it may go, ns, not before `t_ns`."""
+        due_ns = max(t_ns, self._next_ns)
+        self._next_ns = due_ns + round(1e9 / self.rate_hz)
+        return due_ns
+
+    def hold_ns(self, rtt_p95_ms: float | None) -> int:
+        """Return how long an update waits at most behind a request that is not acknowledged yet."""
+        shortest_ns, longest_ns = HOLD_NS
+        if rtt_p95_ms is None:
+            return shortest_ns
+        return min(longest_ns, max(shortest_ns, round(SLOWER_BY * rtt_p95_ms * 1e6)))

@@ -1,0 +1,179 @@
+"""One eye's look at its marker: where the eye gazed, and whether the sight of the marker may be used.
+
+A marker that is missing can still be missed by how much: the fovea, made as small as the wide view shows it,
+is found in the wide view.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
+from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+
+CLEAR = 0.55
+"""Correlation above which the place in the wide view counts as found."""
+CLEARER = 0.05
+"""And by so much it must beat any other place."""
+GUARD = 9
+FULL_LEVEL = 251.0
+"""White this near to the end of the scale is cut off there by its own noise."""
+HALVED = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EyeObservation:
+    """What one eye saw in one look.
+
+    `view`: of its own marker. `others`: the target's other markers, looked at when its own is missing.
+    `volts_v`: (2,) in force. `image`: (h, w) or (h, w, 3) uint8.
+    """
+
+    role: Role
+    t_ns: int
+    size: tuple[int, int]
+    volts_v: NDArray[np.float64]
+    view: MarkerView | None
+    others: dict[int, MarkerView]
+    image: NDArray[np.uint8]
+
+    @property
+    def offset_px(self) -> NDArray[np.float64]:
+        """(2,) from the image's centre to the marker's middle; only of a sight with a view."""
+        if self.view is None:
+            raise ValueError("a sight without its marker has no offset")
+        return middle_px(self.view) - centre_px(self.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkerLimits:
+    """What a usable sight of a marker must satisfy."""
+
+    blur_fovea_px: float = 4.0
+    blur_wide_px: float = 2.0
+    stale_ms: float = 100.0
+
+
+def centre_px(size: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the centre of an image of (width, height)."""
+    return np.array([(size[0] - 1) / 2.0, (size[1] - 1) / 2.0])
+
+
+def eye_sight(frame: Frame, layout: MarkerLayout) -> EyeObservation:
+    """Look for an eye's marker in its frame."""
+    image = to_uint8(frame)
+    shades, own = gray(image), layout.id_of(frame.role)
+    found = find_markers(shades, side_m=layout.side_m, large=True, only=(own,))
+    view, others = found.get(own), {}
+    if view is None:
+        others = find_markers(shades, side_m=layout.side_m, large=True, only=layout.ids)
+    volts = frame.volts
+    return EyeObservation(
+        role=frame.role,
+        t_ns=frame.t_ns,
+        size=(image.shape[1], image.shape[0]),
+        volts_v=np.zeros(2) if volts is None else np.array([volts.x_v, volts.y_v]),
+        view=view,
+        others=others,
+        image=image,
+    )
+
+
+def gaze_on_target(
+    view: MarkerView, size: tuple[int, int], target: TargetPose, role: Role
+) -> NDArray[np.float64]:
+    """Return the point of the target, (3,) metres in the rig frame, that the image centre sees."""
+    scale_m = float(np.abs(view.places_m).max())
+    matrix, _ = cv2.findHomography(view.corners_px, view.places_m / scale_m)
+    x, y, w = (np.asarray(matrix) @ np.append(centre_px(size), 1.0)).tolist()
+    return np.asarray(target.points_rig_m(scale_m * np.array([[x / w, y / w]]), role)[0])
+
+
+def direction_rad(point_rig_m: NDArray[np.float64], eye_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (ax, ay) of a point from an eye, (2,) rad."""
+    ray = point_rig_m - eye_rig_m
+    return np.asarray(np.arctan(ray[:2] / ray[2]), dtype=np.float64)
+
+
+def turn_between(view: MarkerView, other: MarkerView) -> float:
+    """Return by how much one image shows a marker turned against another, rad, clockwise > 0."""
+    one, two = (v.corners_px[1] + v.corners_px[2] - v.corners_px[0] - v.corners_px[3] for v in (view, other))
+    return math.atan2(one[1], one[0]) - math.atan2(two[1], two[0])
+
+
+def gaze_by_wide(
+    sight: EyeObservation,
+    wide_gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: TargetPose,
+    *,
+    zoom: float,
+    turn_rad: float = 0.0,
+) -> NDArray[np.float64] | None:
+    """Return the point of the target's plane, (3,) metres in the rig frame, at which an eye looks, roughly.
+
+    `turn_rad`: by how much the eye's image is turned against the wide one. None when the wide view does not
+    show clearly where. Good to about two wide pixels.
+    """
+    whole = cv2.resize(wide_gray, None, fx=1 / HALVED, fy=1 / HALVED, interpolation=cv2.INTER_AREA)
+    patch = _shrunk(gray(sight.image), 1.0 / (HALVED * zoom), turn_rad)
+    scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
+    y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
+    best = float(scores[y, x])
+    rest = scores.copy()
+    rest[max(0, y - GUARD) : y + GUARD + 1, max(0, x - GUARD) : x + GUARD + 1] = -1.0
+    if best < CLEAR or best - float(rest.max()) < CLEARER:
+        return None
+    half = (np.array([patch.shape[1], patch.shape[0]]) - 1.0) / 2.0
+    pixel = (np.array([float(x), float(y)]) + half) * HALVED + (HALVED - 1) / 2.0
+    ray = np.append(np.tan(wide.angles_rad(pixel[None])[0]), 1.0)
+    normal = target.rotation[:, 2]
+    return np.asarray(ray * float(target.middle_m @ normal) / float(ray @ normal))
+
+
+def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[np.uint8]:
+    """Return the middle of an image, smaller and turned upright, (h, w)."""
+    height, width = image.shape[0] * scale, image.shape[1] * scale
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    across, down = math.cos(turn_rad), abs(math.sin(turn_rad))
+    size = (int(width * across - height * down), int(height * across - width * down))
+    middle = ((small.shape[1] - 1) / 2.0, (small.shape[0] - 1) / 2.0)
+    turn = np.asarray(cv2.getRotationMatrix2D(middle, math.degrees(turn_rad), 1.0), dtype=np.float64)
+    turn[:, 2] += np.array([size[0] - small.shape[1], size[1] - small.shape[0]]) / 2.0
+    return np.asarray(cv2.warpAffine(small, turn, size, flags=cv2.INTER_LINEAR), dtype=np.uint8)
+
+
+def doubt(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
+    """Return why a sight may not be used, in words; None when it may."""
+    old_ms = (asked_ns - sight.t_ns) / 1e6
+    if old_ms > limits.stale_ms:
+        return f"stale: exposed {old_ms:.0f} ms before the look; check the camera's trigger and link"
+    if sight.view is None:
+        seen = f" (it sees marker {', '.join(map(str, sorted(sight.others)))})" if sight.others else ""
+        return f"its marker is not in the view{seen}"
+    return view_doubt(sight.view, most_px=limits.blur_fovea_px)
+
+
+def view_doubt(view: MarkerView, *, most_px: float) -> str | None:
+    """Return why the view of a marker may not be used, in words; None when it may."""
+    if view.blur_px > most_px:
+        return (
+            f"blurred: the edges of marker {view.id} spread by {view.blur_px:.1f} px (sigma), at most "
+            f"{most_px:g}; focus, and keep rig and target at rest"
+        )
+    if view.white_level > FULL_LEVEL:
+        return (
+            f"over-exposed: the white around marker {view.id} is at {view.white_level:.0f} of 255, moving "
+            "its edges; expose for a shorter time"
+        )
+    if not view.complete:
+        return f"marker {view.id} is partly seen: {len(view.corners_px)} of its corners; uncover it"
+    return None

@@ -1,0 +1,73 @@
+"""The way back: which place of the wide view do the foveae's centres show?
+
+A wide patch may fit a fovea although the fovea looks at a neighbour that is nearly alike (letters, windows),
+when the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.wide_patch import ENLARGED, WidePatch, cut_view, leaning, peak
+
+REACH_PX = 140
+"""How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""
+ROWS_PX = 8
+"""How far above or below, survey px."""
+HERE_PX = 12
+"""So near to the target a place is the target's own, survey px: the eyes see a relief from the side."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CentreMatch:
+    """Where one eye's centre fits the wide view: at the target (`here`), or best elsewhere (`best`).
+
+    `aside_wide_px`: how far along the row the best place is from the target, wide px.
+    """
+
+    here: float
+    best: float
+    aside_wide_px: float
+
+
+def ways_back(
+    look: ReducedLook,
+    template: WidePatch,
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    slope: tuple[float, float],
+) -> tuple[CentreMatch, CentreMatch]:
+    """Return where the left and the right eye's centre is in the wide image.
+
+    `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin. `slope`: of the
+    surface, as `FineMatch.slope`; each eye sees it leaning by half of it.
+    """
+    half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
+    strip = cut_view(gray, wide, target, f_px=look.f_px, half=(half_x + REACH_PX, half_y + ROWS_PX))
+    half = (half_x, half_y)
+    lean = (slope[0] / 2.0, slope[1] / 2.0)
+    return (
+        _way_back(look.left, strip, half, (-lean[0], -lean[1])),
+        _way_back(look.right, strip, half, lean),
+    )
+
+
+def _way_back(
+    eye: ReducedEye, strip: NDArray[np.float32], half: tuple[int, int], lean: tuple[float, float]
+) -> CentreMatch:
+    height, width = eye.image.shape
+    size = (2 * half[0] + 1, 2 * half[1] + 1)
+    centre = cv2.getRectSubPix(eye.image, size, ((width - 1) / 2, (height - 1) / 2))
+    centre = leaning(np.asarray(centre, dtype=np.float32), *lean)
+    scores = np.asarray(
+        np.nan_to_num(cv2.matchTemplate(strip, centre, cv2.TM_CCOEFF_NORMED)), dtype=np.float32
+    )
+    x_px, _, best = peak(scores)
+    here = scores[:, REACH_PX - HERE_PX : REACH_PX + HERE_PX + 1]
+    return CentreMatch(here=float(here.max()), best=best, aside_wide_px=(x_px - REACH_PX) / ENLARGED)

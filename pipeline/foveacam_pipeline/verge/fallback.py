@@ -1,0 +1,290 @@
+"""What is answered when the closed loop of both foveae fails: the next best basis, never nothing.
+
+In this order: the loop again at a depth that single foveae suggest; one fovea against the wide camera; the
+surface inferred from what surrounds the target; limits of its distance. The foveae look at the answer.
+"""
+
+import math
+
+import numpy as np
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge import verdict
+from foveacam_pipeline.verge.aim import EYES
+from foveacam_pipeline.verge.answer import Answer, alternative, beyond_reach, both_foveae
+from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
+from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
+from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation
+from foveacam_pipeline.verge.infer import InferredDepth
+from foveacam_pipeline.verge.last_look import LOOKS, SECONDS, LastLook
+from foveacam_pipeline.verge.motion import TargetMotion
+from foveacam_pipeline.verge.resolved_target import ResolvedTarget
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
+from foveacam_pipeline.verge.support import MatchSupport
+from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
+from foveacam_pipeline.verge.values import (
+    Alternative,
+    Basis,
+    DistanceBound,
+    DistanceRange,
+    FixationState,
+)
+from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, slack_per_m, spread_per_m, weighted
+
+SURE_PROBABILITY = 0.8
+"""A less probable inference states the spread of all as its error."""
+LEAST_SAMPLES = 3
+"""An inference from fewer points is doubtful too."""
+DOUBT_SHARE = 0.3
+"""Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
+VAGUE_SHARE = 0.6
+"""A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
+
+
+class FallbackEstimator:
+    """Answers one target that the closed loop did not verge on."""
+
+    def __init__(
+        self,
+        looker: FixationHead,
+        calibration: Calibration,
+        limits: VergeSettings,
+        *,
+        context: DepthContext | None,
+        within: DistanceRange | None,
+    ) -> None:
+        self._looker = looker
+        self._calibration = calibration
+        self._limits = limits
+        self._last_look = LastLook(looker, calibration, limits)
+        self._single = SingleEyeSearch(looker, calibration, limits)
+        self._span_per_m = _span_per_m(within, limits)
+        self._surroundings = SurroundingsEstimator(
+            looker, calibration, context=context, span_per_m=self._span_per_m
+        )
+
+    def answer(self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded) -> Answer:
+        """Return the answer to a target whose loop has ended, the foveae looking at it."""
+        motion = loop.motion or TargetMotion(aim.tangents, self._looker.next_ns)
+        if not self._last_look.in_reach(motion):
+            return beyond_reach(ended.reason)
+        if ended.astray is not None:  # whatever the eyes show, its distance would be wrong
+            return self._bounded(DepthSamples.none(), motion, ended)
+        if self._gone(loop):
+            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
+        answer = self._answered(aim, loop, ended, motion)
+        if answer.verged is None and self._gone(loop):
+            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
+        return answer
+
+    def _gone(self, loop: ClosedLoop) -> bool:
+        """Return whether the last look's wide view shows that a target has moved away."""
+        last = self._looker.last
+        return last is not None and loop.gone(last.sighting.wide)
+
+    def _answered(
+        self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded, motion: TargetMotion
+    ) -> Answer:
+        if loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px:
+            found = self._from_single_eyes(loop, motion)
+            if found is not None:
+                return found
+        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        beside = _beside(self._calibration, aim, ended)
+        target = motion.at(self._looker.next_ns)
+        template = loop.templates[0] if loop.templates else None
+        depth = self._surroundings.estimate(
+            target, self._looker.wide(), self._looks(loop), beside, template=template
+        )
+        if depth.open or not depth.inferred:
+            return self._bounded(depth.samples, motion, ended)
+        verged = self._closed_in(depth, loop, ended)
+        return both_foveae(verged) if verged is not None else self._inferred(depth, motion, ended)
+
+    def _closed_in(
+        self, depth: SurroundingDepth, loop: ClosedLoop, ended: FixationEnded
+    ) -> VergedTarget | None:
+        """Verge on a target with texture whose neighbours tell its depth; None where that fails."""
+        best = depth.inferred[0]
+        hopeless = ended.state is FixationState.TIMED_OUT or isinstance(ended, UnsupportedMatch)
+        if hopeless or not loop.textured or best.probability < SURE_PROBABILITY:
+            return None
+        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        verged = loop.close_at(best.inverse_z_per_m)
+        if verged is None or verged.support.support is not MatchSupport.MATCHED:
+            return None
+        apart = abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m)
+        return verged if apart <= slack_per_m(best) else None
+
+    def _from_single_eyes(self, loop: ClosedLoop, motion: TargetMotion) -> Answer | None:
+        """Look where single foveae show the target; return the answer of both, of one, or None."""
+        f_px = loop.templates[0].f_px
+        try:
+            self._looker.grant(looks=LOOKS, seconds=SECONDS)
+            matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
+            sighted = [self._single.look_at(match, motion, f_px) for match in matches]
+            sound = [one for one in sighted if one is not None and one.supported]
+            if len(sound) == 2 and agree(sound[0].match, sound[1].match):
+                verged = loop.close_at(weighted([one.match for one in sound])[0])
+                if verged is not None:
+                    return both_foveae(verged)
+            near = self._near(loop, motion)
+            hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
+            if hidden:
+                held = all(confirmed(one.match, near) for one in hidden)
+                return self._one_eyed(hidden, motion, held=held)
+            return self._behind_edge([one for one in sound if one.at_edge], motion)
+        except FixationEnded:
+            return None
+
+    def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
+        """Return the depths that are found next to a target."""
+        frame = self._looker.wide()
+        return self._surroundings.peek(motion.at(frame.t_ns), frame, self._looks(loop), loop.templates[0])
+
+    def _looks(self, loop: ClosedLoop) -> tuple[Observation, ...]:
+        """Return the looks that were made until now."""
+        return self._single.looks or loop.looks
+
+    def _behind_edge(self, edges: list[EyeSighting], motion: TargetMotion) -> Answer | None:
+        """Return the answer for a point beside the edge of something nearer."""
+        if not edges:
+            return None
+        nearest = max(edges, key=lambda one: one.match.inverse_z_per_m)
+        frame = self._looker.wide()
+        behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
+        if behind is None:
+            return None
+        place = self._last_look.look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
+        views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
+        return Answer(
+            basis=Basis.FOVEA_AND_WIDE,
+            reason=verdict.one_eyed(place, {nearest.match.role}, views),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            score=behind.score,
+        )
+
+    def _one_eyed(self, sighted: list[EyeSighting], motion: TargetMotion, *, held: bool) -> Answer:
+        """Return the answer of one fovea and the wide camera; of two that agree, their mean.
+
+        `held`: whether what lies about the target says the same; else it may be the edge of something nearer.
+        """
+        best = max(sighted, key=lambda one: one.match.score)
+        both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
+        inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
+        sigma = sigma if held else max(sigma, DOUBT_SHARE * inverse_z)
+        alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
+        place = self._last_look.look(inverse_z, sigma, motion)
+        roles = set(EYES) if both else {best.match.role}
+        views = self._last_look.views(inverse_z, motion, seeing=roles)
+        return Answer(
+            basis=Basis.FOVEA_AND_WIDE,
+            reason=verdict.one_eyed(place, roles, views),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            alternatives=alternatives,
+            score=best.match.score,
+        )
+
+    def _rivals(self, sighted: list[EyeSighting], motion: TargetMotion) -> tuple[Alternative, ...]:
+        """Return the depths of two foveae that disagree, each as probable as its share of the correlation."""
+        doubts = [1.0 / max(1.0 - one.match.score, 1e-3) for one in sighted]
+        ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
+        target = motion.at(self._looker.next_ns)
+        return tuple(
+            alternative(
+                Basis.FOVEA_AND_WIDE,
+                place_on_ray(target, one.match.inverse_z_per_m, one.match.sigma_per_m),
+                weight / sum(doubts),
+            )
+            for one, weight in ranked
+        )
+
+    def _inferred(self, depth: SurroundingDepth, motion: TargetMotion, ended: FixationEnded) -> Answer:
+        """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
+        best = depth.inferred[0]
+        sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
+        sigma = best.sigma_per_m if sure else spread_per_m(depth.inferred)
+        sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
+        if sigma > VAGUE_SHARE * best.inverse_z_per_m:
+            return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
+        place = self._last_look.look(best.inverse_z_per_m, sigma, motion)
+        alternatives = self._alternatives(depth.inferred, motion)
+        views = self._last_look.views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        return Answer(
+            basis=Basis.SURROUNDINGS,
+            reason=verdict.inferred(place, samples=len(depth.samples), alternatives=len(alternatives)),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+            alternatives=alternatives,
+        )
+
+    def _alternatives(
+        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion
+    ) -> tuple[Alternative, ...]:
+        """Return what the surroundings suggest, to choose from; nothing where that is one depth alone."""
+        if len(inferred) < 2:
+            return ()
+        target, total = motion.at(self._looker.next_ns), sum(one.probability for one in inferred)
+        return tuple(
+            alternative(
+                Basis.SURROUNDINGS,
+                place_on_ray(target, one.inverse_z_per_m, one.sigma_per_m),
+                one.probability / total,
+            )
+            for one in inferred
+        )
+
+    def _bounded(
+        self,
+        samples: DepthSamples,
+        motion: TargetMotion,
+        ended: FixationEnded,
+        *,
+        inferred: tuple[InferredDepth, ...] = (),
+    ) -> Answer:
+        """Return limits: behind the nearest thing on its border, as far as there is one.
+
+        `inferred`: depths that are too vague to tell, the first of which is looked at.
+        """
+        target = motion.at(self._looker.next_ns)
+        length = float(np.linalg.norm([*target, 1.0]))
+        inverse_z = float(samples.inverse_z_per_m.max()) if len(samples) else 0.0
+        nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
+        bound = DistanceBound(nearest_m=0.97 * nearest_m, farthest_m=math.inf)
+        level = inferred[0].inverse_z_per_m if inferred else 0.0
+        views = self._last_look.views(level, motion, seeing=set(EYES))
+        self._last_look.steer(level, motion)
+        alternatives = self._alternatives(inferred, motion)
+        return Answer(
+            basis=Basis.BOUND,
+            reason=verdict.bounded(bound, ended, alternatives=len(alternatives)),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            bound=bound,
+            alternatives=alternatives,
+        )
+
+
+def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[float, float]:
+    """Return the least and the largest 1/Z to search; distance stands for depth within 3 %."""
+    if within is None:
+        return 0.0, 1.0 / limits.nearest_m
+    return 1.0 / within.farthest_m, min(1.0 / within.nearest_m, 1.0 / limits.nearest_m)
+
+
+def _beside(
+    calibration: Calibration, aim: ResolvedTarget, ended: FixationEnded
+) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], LocatedPoint] | None:
+    """Return direction and place of what the loop verged on beside the target."""
+    if not isinstance(ended, UnsupportedMatch) or ended.verged.support.sectors == 0:
+        return None
+    offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px
+    return aim.tangents + offset, ended.verged.place

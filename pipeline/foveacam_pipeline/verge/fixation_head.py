@@ -1,0 +1,222 @@
+"""The looks of one fixation: steer, see, keep the record; stop at a limit, a deadline or on request."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+
+from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Role, Sighting, StereoVolts
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.passing_detector import PassingDetector, wait_until_still
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
+from foveacam_pipeline.verge.target_offset import TargetOffset
+from foveacam_pipeline.verge.values import FixationState, VergePhase, VergeStep
+
+HAIR = 1.0e-3
+"""Share of a gaze by which it may lie beyond the edge of the field: half a wide px."""
+FIRST_LEAD_NS = 20_000_000
+"""From asking for a look to the middle of its exposure, before one was timed: filter, settling, exposure."""
+
+
+class FixationEnded(Exception):
+    """The fixation is over without being verged; `state` and `reason` say how.
+
+    `astray`: how far off both eyes show the target, where that is why it was not found. `missing`: the eye
+    that has no camera, where that is why.
+    """
+
+    def __init__(
+        self,
+        state: FixationState,
+        reason: str,
+        *,
+        astray: TargetOffset | None = None,
+        missing: Role | None = None,
+    ) -> None:
+        super().__init__(reason)
+        self.state = state
+        self.reason = reason
+        self.astray = astray
+        self.missing = missing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Observation:
+    """One look: what was seen, and the gazes in force during the exposure."""
+
+    phase: VergePhase
+    gazes: Gazes
+    sighting: Sighting
+    _reduced: dict[float, ReducedLook] = field(default_factory=dict, init=False, repr=False)
+
+    def reduced(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
+        """Return both foveae at survey scale, worked out once a look."""
+        if f_px not in self._reduced:
+            self._reduced[f_px] = reduce_look(self.sighting, calibration, f_px=f_px)
+        return self._reduced[f_px]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepResult:
+    """What a step found: left minus right place, fovea px (None: not matched), and the correlation."""
+
+    score: float
+    residual_x_px: float | None = None
+    residual_y_px: float | None = None
+
+
+class FixationHead:
+    """Looks through the head within the limits of one fixation, and keeps its list of steps."""
+
+    def __init__(
+        self,
+        head: Head,
+        calibration: Calibration,
+        *,
+        clock: Clock,
+        limits: VergeSettings,
+        on_step: Callable[[VergeStep], None] | None,
+        cancelled: Callable[[], bool] | None,
+    ) -> None:
+        self._head = head
+        self._calibration = calibration
+        self._clock = clock
+        self._max_looks = limits.max_looks
+        self._deadline_ms = 1e3 * limits.timeout_s
+        self._on_step = on_step
+        self._cancelled = cancelled
+        self._started_ns = clock.now_ns()
+        self._own = _Stopwatch()
+        self._steps: list[VergeStep] = []
+        self._lead_ns = FIRST_LEAD_NS
+        self.last: Observation | None = None
+
+    @property
+    def steps(self) -> tuple[VergeStep, ...]:
+        """The steps so far."""
+        return tuple(self._steps)
+
+    @property
+    def missing(self) -> Role | None:
+        """The eye without a camera, as far as the last look tells."""
+        return None if self.last is None else self.last.sighting.missing
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the deadline has passed or no look is left."""
+        return self.elapsed_ms > self._deadline_ms or len(self._steps) >= self._max_looks
+
+    @property
+    def elapsed_ms(self) -> float:
+        """Time since the fixation began, on the rig's clock."""
+        return (self._clock.now_ns() - self._started_ns) / 1e6
+
+    @property
+    def next_ns(self) -> int:
+        """When the next look will be exposed, judged by the last one."""
+        return self._clock.now_ns() + self._lead_ns
+
+    def wide(self) -> Frame:
+        """Return a recent wide frame."""
+        self._check()
+        with self._own.paused():
+            return self._head.wide()
+
+    def wait_until_still(self, around: PassingDetector) -> None:
+        """Wait until nothing moves about a target."""
+        with self._own.paused():
+            wait_until_still(around, self.wide, self._clock)
+
+    def look_clamped(self, gazes: Gazes, phase: VergePhase) -> Observation:
+        """Steer each eye, or as near as it can turn, and look; raise FixationEnded at the limits."""
+        return self.look(clamp_gazes(self._calibration, gazes), phase)
+
+    def grant(self, *, looks: int, seconds: float) -> None:
+        """Allow so many further looks and seconds, counted from now."""
+        self._max_looks = len(self._steps) + looks
+        self._deadline_ms = self.elapsed_ms + 1e3 * seconds
+
+    def look(self, gazes: Gazes, phase: VergePhase) -> Observation:
+        """Steer both eyes and look; raise FixationEnded beyond the calibrated field or the limits."""
+        self._check()
+        if len(self._steps) >= self._max_looks:
+            raise FixationEnded(
+                FixationState.TIMED_OUT,
+                f"Not settled after {len(self._steps)} looks: the target may move too fast; try again.",
+            )
+        volts = self._volts(gazes)
+        asked_ns = self._clock.now_ns()
+        with self._own.paused():
+            sighting = self._head.look(volts)
+        self._lead_ns = max(0, sighting.left.t_ns - asked_ns)
+        self.last = Observation(
+            phase=phase, gazes=gazes_under(self._calibration, sighting.volts), sighting=sighting
+        )
+        return self.last
+
+    def record(self, seen: Observation, measured: StepResult) -> None:
+        """Add the step of a look, with the time of our own work since the step before."""
+        left, right = seen.gazes.left, seen.gazes.right
+        step = VergeStep(
+            index=len(self._steps),
+            phase=seen.phase,
+            left_ax_rad=math.atan(left[0]),
+            left_ay_rad=math.atan(left[1]),
+            right_ax_rad=math.atan(right[0]),
+            right_ay_rad=math.atan(right[1]),
+            residual_x_px=measured.residual_x_px,
+            residual_y_px=measured.residual_y_px,
+            score=measured.score,
+            compute_ms=self._own.lap_ms(),
+        )
+        self._steps.append(step)
+        if self._on_step is not None:
+            with self._own.paused():
+                self._on_step(step)
+
+    def _volts(self, gazes: Gazes) -> StereoVolts:
+        """Return the drive for both gazes; a hair beyond the calibrated field counts as its edge."""
+        nearer = Gazes(left=gazes.left * (1.0 - HAIR), right=gazes.right * (1.0 - HAIR))
+        with suppress(OutOfRange):
+            return volts_for(self._calibration, gazes)
+        try:
+            return volts_for(self._calibration, nearer)
+        except OutOfRange as error:
+            raise FixationEnded(FixationState.OUT_OF_RANGE, f"Out of reach: {error}.") from error
+
+    def _check(self) -> None:
+        if self._cancelled is not None and self._cancelled():
+            raise Cancelled(f"fixation cancelled after {len(self._steps)} looks; ask again to resume")
+        if self.elapsed_ms > self._deadline_ms:
+            raise FixationEnded(
+                FixationState.TIMED_OUT,
+                f"No result after {self.elapsed_ms / 1e3:.1f} s and {len(self._steps)} looks; try again.",
+            )
+
+
+class _Stopwatch:
+    """Wall time of our own work: it stands still while somebody else works."""
+
+    def __init__(self) -> None:
+        self._since = time.perf_counter()
+        self._pauses = 0
+
+    def lap_ms(self) -> float:
+        now = time.perf_counter()
+        spent_s, self._since = now - self._since, now
+        return 1e3 * spent_s
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Stand still; a pause within a pause counts once."""
+        began = time.perf_counter()
+        self._pauses += 1
+        try:
+            yield
+        finally:
+            self._pauses -= 1
+            if not self._pauses:
+                self._since += time.perf_counter() - began

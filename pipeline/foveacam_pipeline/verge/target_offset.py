@@ -1,0 +1,114 @@
+"""A target that both foveae show, but not where the calibration says: what a knocked mount looks like.
+
+The search keeps to the place that the calibration allows, so that no look-alike is taken for the target. When
+it finds nothing, the whole of both foveae is looked through: a patch that fits in one place of each, the same
+in both, and nothing else in the wide view, tells how far the eyes are off. It is no place to verge on:
+distances would be wrong as well.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.register import BAND_PX, GUARD_PX, LEAST_SEEN, SLACK_PX, UNSEEN
+from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, peak
+
+SURE_SCORE = 0.75
+"""Least correlation of each fovea with the patch."""
+ALIKE_SCORE = 0.6
+"""Least correlation of both with each other: what lies aslant they show differently."""
+LEAD = 0.15
+"""By how much the patch must fit better there than anywhere else in the fovea."""
+ALONE_SCORE = 0.6
+"""The patch fits nothing else so well in the wide view: a look-alike beside a hidden target is no knock."""
+REACH_PX = (160, 120)
+"""How far around the target that is asked, survey px: what a fovea shows."""
+HERE_PX = 12
+"""So near to the target a place is the target's own, survey px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetOffset:
+    """How far from their place both eyes show a target, fovea px.
+
+    `across_px`, `down_px`: to the right and down, the mean of both eyes. `rows_px`: how much lower the right
+    eye shows it than the left. `sigma_px`: of each.
+    """
+
+    across_px: float
+    down_px: float
+    rows_px: float
+    sigma_px: float
+
+
+def find_astray(
+    look: ReducedLook, template: WidePatch, target: NDArray[np.float64], *, f_px: float, rows_apart_px: float
+) -> TargetOffset | None:
+    """Return how far off a target is; None where it is not seen for sure, or where a search would find it.
+
+    `target`: (2,) tangents from the rig's origin. `f_px`: the foveae's. `rows_apart_px`: how much the search
+    lets both rows differ, survey px.
+    """
+    places = [_only_place(eye, template) for eye in (look.left, look.right)]
+    left, right = places
+    if left is None or right is None or _alike(look, template, left, right) < ALIKE_SCORE:
+        return None
+    off_left, off_right = left - target * look.f_px, right - target * look.f_px
+    across, down = ((off_left + off_right) / 2.0).tolist()
+    rows = float(off_right[1] - off_left[1])
+    aside = max(abs(float(off_left[1])), abs(float(off_right[1])))
+    if abs(rows) <= rows_apart_px and abs(across) <= SLACK_PX and aside <= BAND_PX:
+        return None
+    zoom = f_px / look.f_px
+    return TargetOffset(across_px=zoom * across, down_px=zoom * down, rows_px=zoom * rows, sigma_px=zoom)
+
+
+def stands_alone(
+    gray: NDArray[np.uint8], wide: Intrinsics, template: WidePatch, target: NDArray[np.float64]
+) -> bool:
+    """Return whether nothing near a target looks like it. `gray`: (h, w) the wide image of the look."""
+    height, width = template.patch.shape
+    half = ((width - 1) // 2 + REACH_PX[0], (height - 1) // 2 + REACH_PX[1])
+    view = cut_view(gray, wide, target, f_px=template.f_px, half=half)
+    scores = np.nan_to_num(cv2.matchTemplate(view, template.patch, cv2.TM_CCOEFF_NORMED))
+    middle_x, middle_y = REACH_PX
+    scores[middle_y - HERE_PX : middle_y + HERE_PX + 1, middle_x - HERE_PX : middle_x + HERE_PX + 1] = UNSEEN
+    return float(scores.max()) < ALONE_SCORE
+
+
+def _only_place(eye: ReducedEye, template: WidePatch) -> NDArray[np.float64] | None:
+    """Return the (2,) plane px where the patch fits one fovea; None where nowhere, or in several places."""
+    height, width = template.patch.shape
+    if eye.image.shape[0] < height or eye.image.shape[1] < width:
+        return None
+    half_y, half_x = (height - 1) // 2, (width - 1) // 2
+    found = cv2.matchTemplate(eye.image, template.patch, cv2.TM_CCOEFF_NORMED)
+    scores = np.nan_to_num(np.asarray(found, dtype=np.float32))
+    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
+    seen = cover[half_y : half_y + scores.shape[0], half_x : half_x + scores.shape[1]]
+    scores[seen < LEAST_SEEN] = UNSEEN
+    x, y, best = peak(scores)
+    top, left = max(0, round(y) - GUARD_PX), max(0, round(x) - GUARD_PX)
+    scores[top : round(y) + GUARD_PX + 1, left : round(x) + GUARD_PX + 1] = UNSEEN
+    if best < SURE_SCORE or float(scores.max()) > best - LEAD:
+        return None
+    return np.array([eye.u0_px + half_x + x, eye.v0_px + half_y + y])
+
+
+def _alike(
+    look: ReducedLook, template: WidePatch, left: NDArray[np.float64], right: NDArray[np.float64]
+) -> float:
+    """Return the correlation of both foveae with each other about the two places."""
+    windows = [_window(eye, template, place) for eye, place in ((look.left, left), (look.right, right))]
+    return float(cv2.matchTemplate(windows[0], windows[1], cv2.TM_CCOEFF_NORMED)[0, 0])
+
+
+def _window(eye: ReducedEye, template: WidePatch, place: NDArray[np.float64]) -> NDArray[np.float32]:
+    height, width = template.patch.shape
+    left = round(float(place[0]) - eye.u0_px) - (width - 1) // 2
+    top = round(float(place[1]) - eye.v0_px) - (height - 1) // 2
+    return np.ascontiguousarray(eye.image[top : top + height, left : left + width])

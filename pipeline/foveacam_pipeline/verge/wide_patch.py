@@ -1,0 +1,218 @@
+"""The patch of the wide image that is looked for: undistorted, enlarged a little, slow shading taken out."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.contrast import even
+from foveacam_pipeline.verge.texture import shift_sigma
+
+ENLARGED = 2.0
+"""Survey px per wide px: enough for a smooth peak, little enough to be quick."""
+SHADING_SIGMA_PX = 12.0
+"""Brightness that varies more slowly than this says nothing of where things are, survey px."""
+CONTRAST_SIGMA_PX = 6.0
+"""Contrast is evened out over such a distance, survey px."""
+LEAST_CONTRAST = 4.0
+"""Contrast below this may be the wide camera's noise, grey levels."""
+MARGIN_PX = 24
+BELL_SHARE = 0.6
+"""Standard deviation of the weights, as a share of the patch's half side (they enter squared)."""
+TRACK_REACH_PX = 8
+"""How far a patch is looked for in a frame of the same moment, survey px."""
+TRACK_REACH_MAX_PX = 160
+FASTEST_RAD_PER_S = 0.2
+"""The fastest target to be followed: 2 m/s at 10 m."""
+TRACK_SCORE = 0.5
+MOVED_SCORE = 0.75
+"""A patch found elsewhere must fit so well: walkers reach 0.8 from frame to frame, look-alikes beside a
+target that got hidden up to 0.7."""
+FIT_REACH_PX = 4
+TRACK_LEAD = 0.1
+"""By how much another place must fit better than the old one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WidePatch:
+    """A patch about a target, on the virtual pinhole at the rig's origin whose focal length is `f_px`.
+
+    `patch`: (h, w) float32, odd sides, evened out; its middle is the target. `target`: (2,) tangents.
+    `sigma_px`: error of its place in another picture by its own noise alone, along x, wide px.
+    """
+
+    patch: NDArray[np.float32]
+    target: NDArray[np.float64]
+    f_px: float
+    sigma_px: float
+
+    @property
+    def half_px(self) -> tuple[float, float]:
+        """Half sides, wide px."""
+        height, width = self.patch.shape
+        return (width - 1) / 2 / ENLARGED, (height - 1) / 2 / ENLARGED
+
+
+def survey_f_px(wide: Intrinsics) -> float:
+    """Return the focal length at which the wide image and the foveae are compared, px."""
+    return ENLARGED * wide.fx_px
+
+
+def cut_template(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    half_px: tuple[int, int],
+    noise: float,
+) -> WidePatch:
+    """Cut the patch about `target`: (2,) tangents, half sides of (x, y) wide px; `noise` in grey levels."""
+    f_px = survey_f_px(wide)
+    half = (round(ENLARGED * half_px[0]), round(ENLARGED * half_px[1]))
+    view = wide_window(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
+    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
+    return WidePatch(
+        patch=np.ascontiguousarray(evened(view)[inner]),
+        target=target,
+        f_px=f_px,
+        sigma_px=shift_sigma(view[inner], noise=noise, enlarged=ENLARGED),
+    )
+
+
+def room_px(wide: Intrinsics, target: NDArray[np.float64]) -> int:
+    """Return how far the target is from the edge of the wide image, whole wide px; negative outside."""
+    x, y = wide.pixels(np.arctan(target)[None])[0].tolist()
+    return math.floor(min(float(x), float(y), wide.width - 1 - float(x), wide.height - 1 - float(y)))
+
+
+def follow(
+    template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, *, elapsed_s: float
+) -> NDArray[np.float64] | None:
+    """Return where the patch is in a wide frame exposed later, (2,) tangents, or None when it is not seen.
+
+    It counts as moved only when it fits well elsewhere, and clearly better than where it was.
+    """
+    if float(_fits(template, gray, wide, reach_px=1).max()) > 1.0 - TRACK_LEAD:
+        return template.target  # no other place can fit better by the lead
+    fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
+    reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + fastest_px))
+    scores = _fits(template, gray, wide, reach_px=reach)
+    here = float(scores[reach - 1 : reach + 2, reach - 1 : reach + 2].max())
+    x, y, best = peak(scores)
+    if max(here, best) < TRACK_SCORE:
+        return None
+    if best < here + TRACK_LEAD:
+        return template.target
+    if best < MOVED_SCORE:
+        return None
+    return template.target + np.array([x - reach, y - reach]) / template.f_px
+
+
+def fit_at(
+    template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, target: NDArray[np.float64]
+) -> float:
+    """Return how well a patch fits a wide image at a direction, (2,) tangents: correlation, -1 to 1."""
+    return float(_fits(replace(template, target=target), gray, wide, reach_px=FIT_REACH_PX).max())
+
+
+def _fits(
+    template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, *, reach_px: int
+) -> NDArray[np.float32]:
+    """Return how well the patch fits within `reach_px` survey px of its place, (2 reach + 1, 2 reach + 1)."""
+    height, width = template.patch.shape
+    half = ((width - 1) // 2 + reach_px + MARGIN_PX, (height - 1) // 2 + reach_px + MARGIN_PX)
+    view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
+    inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
+    weights = bell(template.patch.shape)
+    scores = cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=weights)
+    return np.asarray(np.nan_to_num(scores), dtype=np.float32)
+
+
+def cut_view(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    f_px: float,
+    half: tuple[int, int],
+) -> NDArray[np.float32]:
+    """Return the wide image about `target`, evened out, (2 half_y + 1, 2 half_x + 1) float32 survey px."""
+    wider = (half[0] + MARGIN_PX, half[1] + MARGIN_PX)
+    view = evened(wide_window(gray, wide, target, f_px=f_px, half=wider))
+    return np.ascontiguousarray(view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX])
+
+
+def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an image at survey scale with brightness and contrast evened out."""
+    return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX, least=LEAST_CONTRAST)
+
+
+def leaning(patch: NDArray[np.float32], along: float, across: float) -> NDArray[np.float32]:
+    """Return the patch as an eye sees it whose rows are stretched by `along` and slide by `across` a row."""
+    height, width = patch.shape
+    middle_x, middle_y = (width - 1) / 2, (height - 1) / 2
+    matrix = np.array([[1.0 + along, across, -along * middle_x - across * middle_y], [0.0, 1.0, 0.0]])
+    view = cv2.warpAffine(
+        patch,
+        matrix,
+        (width, height),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REFLECT_101,
+    )
+    return np.asarray(view, dtype=np.float32)
+
+
+@lru_cache(maxsize=32)
+def bell(shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return weights that fall off from the middle of a patch (h, w): its rim may show something else."""
+    x, y = (np.exp(-0.5 * (np.linspace(-1.0, 1.0, side) / BELL_SHARE) ** 2) for side in shape[::-1])
+    weights = np.outer(y, x).astype(np.float32)
+    weights.flags.writeable = False
+    return weights
+
+
+def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:
+    """Return (x, y, score) of the largest entry, x and y to a fraction by a parabola each."""
+    row, column = divmod(int(np.argmax(scores)), scores.shape[1])
+    x = column + _vertex(scores[row, max(0, column - 1) : column + 2], column, scores.shape[1])
+    y = row + _vertex(scores[max(0, row - 1) : row + 2, column], row, scores.shape[0])
+    return x, y, float(scores[row, column])
+
+
+def _vertex(three: NDArray[np.float32], index: int, length: int) -> float:
+    """Return how far the parabola through three neighbours peaks from the middle one; 0 at a border."""
+    if not 0 < index < length - 1:
+        return 0.0
+    before, middle, after = (float(v) for v in three)
+    bend = before - 2.0 * middle + after
+    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+
+
+def wide_window(
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    f_px: float,
+    half: tuple[int, int],
+) -> NDArray[np.float32]:
+    """Return the wide image on the virtual pinhole about `target`, (2 half_y + 1, 2 half_x + 1) float32.
+
+    The lens is looked up on a coarse mesh and interpolated: distortion is smooth.
+    """
+    knots = 9
+    xs, ys = (np.linspace(-h, h, knots) for h in half)
+    mesh = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2) / f_px + target
+    pixels = wide.pixels(np.arctan(mesh)).reshape(knots, knots, 2)
+    size = (2 * half[0] + 1, 2 * half[1] + 1)
+    rows, columns = np.linspace(0, knots - 1, size[1]), np.linspace(0, knots - 1, size[0])
+    grid_x, grid_y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    maps = cv2.remap(
+        pixels.astype(np.float32), grid_x, grid_y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT
+    )
+    view = cv2.remap(gray, maps[..., 0], maps[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(view, dtype=np.float32)

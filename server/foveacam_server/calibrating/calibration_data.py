@@ -1,0 +1,98 @@
+"""What lies in a data directory of calibrations, read without disturbing a server that works with it."""
+
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.calibrating.discarding import check_discarded
+from foveacam_server.calibrating.drift_records import DriftRecords
+from foveacam_server.calibrating.sessions import SessionCollection
+from foveacam_server.errors import NotFound
+from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.runtime.documents import calibration_document
+from foveacam_server.runtime.pinned import pinned_id, write_pin
+from foveacam_server.runtime.store import Document
+
+CURRENT = "current"
+
+
+class CalibrationData:
+    """Calibrations, sessions and drift checks of one data directory."""
+
+    def __init__(self, data: Path, *, shipped: Path = SHIPPED) -> None:
+        self.folder = data / "calibrations"
+        self.records = CalibrationStore(self.folder)
+        self.sessions = SessionCollection(self.folder / "sessions")
+        self.drift = DriftRecords(self.folder / "drift")
+        self._shipped = shipped
+
+    def every(self) -> list[Calibration]:
+        """Return all calibrations, newest first: those kept here, then those that ship with the program."""
+        return [*self.records.every().calibrations, *self._shipped_ones()]
+
+    def _shipped_ones(self) -> list[Calibration]:
+        found = []
+        for path in sorted(self._shipped.glob("*.json")):
+            try:
+                found.append(load_calibration(path))
+            except FoveaError:
+                continue
+        return found
+
+    def find(self, wanted: str) -> Calibration:
+        """Return the one whose id begins with `wanted`; `current`: the one in force, of the only rig."""
+        known = {calibration.id: calibration for calibration in self.every()}
+        if wanted == CURRENT:
+            found = [calibration for calibration in known.values() if self._in_force(calibration)]
+            own = {calibration.rig_id for calibration in self.records.every().calibrations}
+            found = [calibration for calibration in found if calibration.rig_id in own]
+        else:
+            found = [known[name] for name in known if wanted and name.startswith(wanted)]
+        if len(found) == 1:
+            return found[0]
+        if not found:
+            raise NotFound(
+                f"calibration {wanted!r}: none in {self.folder}; see `foveacam calibrate list`", asked=wanted
+            )
+        ids = ", ".join(calibration.id for calibration in found)
+        raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
+
+    def add(self, calibration: Calibration) -> None:
+        """Keep a calibration; what is in force for its rig stays so, the first of a rig comes into force."""
+        in_force = self._in_force_for(calibration.rig_id)
+        if in_force is not None:  # first: a disk that takes no more then changes nothing that is in force
+            write_pin(self.folder, in_force.rig_id, in_force.id)
+        self.records.add(calibration)
+
+    def discard(self, calibration: Calibration) -> None:
+        """Put a calibration in the trash, but neither the one in force nor one that ships."""
+        check_discarded(calibration, in_force=self._in_force(calibration), kept=self._is_kept(calibration))
+        self.records.discard(calibration.id)
+
+    def restore(self, wanted: str) -> Calibration:
+        """Take out of the trash the calibration whose id begins with `wanted`; what is in force stays so."""
+        found = CalibrationStore(self.records.trash).get(wanted)
+        self.add(found)
+        return self.records.restore(found.id)
+
+    def document(self, calibration: Calibration) -> Document:
+        """Return a calibration as REST shows it."""
+        return calibration_document(
+            calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
+        )
+
+    def _is_kept(self, calibration: Calibration) -> bool:
+        shipped = [known.id for known in self._shipped_ones()]
+        return calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
+
+    def _in_force(self, calibration: Calibration) -> bool:
+        found = self._in_force_for(calibration.rig_id)
+        return found is not None and found.id == calibration.id
+
+    def _in_force_for(self, rig_id: str) -> Calibration | None:
+        of_rig = [known for known in self.every() if known.rig_id == rig_id]
+        pinned = pinned_id(self.folder, rig_id)
+        chosen = next((known for known in of_rig if known.id == pinned), None)
+        return chosen or max(of_rig, key=lambda known: known.created, default=None)

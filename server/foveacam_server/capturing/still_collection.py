@@ -1,0 +1,151 @@
+"""The stills of a data directory: those held until somebody keeps or discards them, those kept, the trash."""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+
+from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_pipeline.capture.dataset import dataset_name
+from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
+from foveacam_server.capturing.capture_collection import TRASH, CaptureCollection, StoredCapture
+from foveacam_server.errors import NotFound
+
+STILLS = "stills"
+HELD = ".held"
+URL = "/api/v1/stills"
+MOST_HELD = 8
+"""Stills that nobody has kept or discarded; then another press is refused."""
+
+
+class StillState(StrEnum):
+    """What became of a still."""
+
+    HELD = "held"
+    """Taken, and on the disk, but neither kept nor discarded."""
+    KEPT = "kept"
+    REMOVED = "removed"
+    """In the trash."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredStill:
+    """One still and what became of it."""
+
+    kept: StoredCapture
+    standing: StillState
+
+
+class StillCollection:
+    """Finds stills, keeps and discards them; each is a folder, and its place says what became of it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._kept = CaptureCollection(folder, noun="still", url=URL)
+        self._held = CaptureCollection(folder / HELD, noun="still", url=URL)
+        self._clear_leftovers()
+
+    def every(self, standing: StillState) -> list[StoredStill]:
+        """Return the stills of one standing, newest first."""
+        found: dict[StillState, Callable[[], list[StoredCapture]]] = {
+            StillState.HELD: self._held.every,
+            StillState.KEPT: self._kept.every,
+            StillState.REMOVED: self._kept.trash,
+        }
+        return [StoredStill(kept=kept, standing=standing) for kept in found[standing]()]
+
+    def get(self, still_id: str) -> StoredStill:
+        """Return one still that is held or kept, by its id, or raise NotFound."""
+        for standing in (StillState.HELD, StillState.KEPT):
+            for found in self.every(standing):
+                if found.kept.id == still_id:
+                    return found
+        raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
+
+    def new_folder(self, name: str | None, *, waits: bool = True) -> Path:
+        """Return the folder for a still to come; None: named by the moment. `waits`: it is to be looked at.
+
+        Raise InvalidInput for a name that is none or is taken, Busy while too many wait to be looked at.
+        """
+        waiting = len(self.every(StillState.HELD))
+        if waits and waiting >= MOST_HELD:
+            raise Busy(
+                f"take a still: {waiting} wait to be kept or discarded; keep or discard some first",
+                asked="take a still",
+                found=f"{waiting} that were neither kept nor discarded",
+                remedy="keep or discard some first",
+            )
+        if name is None:
+            name = self._free_name(datetime.now(UTC).strftime("still %Y-%m-%d %H-%M-%S"))
+        self._kept.new_folder(name)
+        return self._held.new_folder(name)
+
+    def keep(self, still_id: str, *, name: str | None = None) -> StoredStill:
+        """Move a still that is held to those kept, under another name if one is given."""
+        found = self.get(still_id)
+        if found.standing is StillState.KEPT:
+            raise InvalidInput(
+                f"keep still {found.kept.name}: it is kept already",
+                asked=f"keep still {found.kept.name}",
+                found="it is kept already",
+                remedy="nothing is left to do",
+            )
+        folder = found.kept.folder
+        target = self._kept.new_folder(folder.name if name is None else dataset_name(name))
+        self._move(folder, target, what=f"keeping still {folder.name}")
+        return self.get(still_id)
+
+    def remove(self, still_id: str) -> StoredCapture:
+        """Move a still, held or kept, to the trash."""
+        found = self.get(still_id)
+        if found.standing is StillState.KEPT:
+            return self._kept.remove(still_id)
+        folder = found.kept.folder
+        self._move(
+            folder, self.folder / TRASH / still_id / folder.name, what=f"discarding still {folder.name}"
+        )
+        return found.kept
+
+    def restore(self, still_id: str) -> StoredStill:
+        """Take a still out of the trash; it is kept then."""
+        return StoredStill(kept=self._kept.restore(still_id), standing=StillState.KEPT)
+
+    def empty_trash(self) -> int:
+        """Delete for good what was removed; return how many."""
+        return self._kept.empty_trash()
+
+    def pictures(self, still_id: str) -> Path:
+        """Return the folder of pictures that were drawn of a still."""
+        return self._kept.pictures(still_id)
+
+    @property
+    def drawn(self) -> CaptureCollection:
+        """Where pictures of stills are kept."""
+        return self._kept
+
+    def _free_name(self, wanted: str) -> str:
+        """Return the name, or one beside it where that is taken."""
+        taken = {
+            found.kept.name
+            for standing in (StillState.HELD, StillState.KEPT)
+            for found in self.every(standing)
+        }
+        name, number = wanted, 2
+        while name in taken:
+            name, number = f"{wanted} ({number})", number + 1
+        return name
+
+    def _move(self, folder: Path, target: Path, *, what: str) -> None:
+        with disk_errors(what, self.folder):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            folder.rename(target)
+            sync_folder(target.parent)
+            sync_folder(folder.parent)
+
+    def _clear_leftovers(self) -> None:
+        """Delete what a program that was killed had begun to write: nobody was told of it."""
+        for found in self.every(StillState.HELD):
+            if found.kept.dataset is not None and not len(found.kept.dataset):
+                shutil.rmtree(found.kept.folder, ignore_errors=True)

@@ -1,0 +1,80 @@
+"""What an operator wants changed of a camera, and what a fovea that waits for pulses may not be asked."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from foveacam_hardware.contract import (
+    AutoMode,
+    Camera,
+    CameraSettings,
+    OutOfRange,
+    PixelFormat,
+    Role,
+    TriggerSource,
+)
+
+FOVEAE = (Role.LEFT, Role.RIGHT)
+WISHED = (
+    "exposure_ns",
+    "exposure_auto",
+    "gain_db",
+    "black_level",
+    "frame_rate_hz",
+    "frame_rate_auto",
+    "pixel_format",
+)
+SENT = tuple("exposure_ms" if name == "exposure_ns" else name for name in WISHED)
+"""The settings by the names that REST has."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraChange:
+    """What shall change; None stays as it is. A number by itself is one by hand."""
+
+    exposure_ns: int | None = None
+    exposure_auto: AutoMode | None = None
+    gain_db: float | None = None
+    black_level: float | None = None
+    frame_rate_hz: float | None = None
+    frame_rate_auto: bool | None = None
+    pixel_format: PixelFormat | None = None
+
+    @property
+    def changes(self) -> Mapping[str, object]:
+        """What is wished, by the names of the settings."""
+        every = {name: getattr(self, name) for name in WISHED}
+        if self.exposure_auto is None and self.exposure_ns is not None:
+            every["exposure_auto"] = AutoMode.OFF
+        if self.frame_rate_auto is None and self.frame_rate_hz is not None:
+            every["frame_rate_auto"] = False
+        return {name: value for name, value in every.items() if value is not None}
+
+    @property
+    def lasting(self) -> Mapping[str, object]:
+        """What of it is asked again at every start: what is done once is not done again."""
+        changes = dict(self.changes)
+        if self.exposure_auto is AutoMode.ONCE:
+            changes["exposure_auto"] = AutoMode.OFF
+        return changes
+
+    def applied_to(self, settings: CameraSettings) -> CameraSettings:
+        """Return settings with what is wished."""
+        return replace(settings, **self.changes)  # type: ignore[arg-type]  # each is of its field's type
+
+
+def waits_for_pulses(role: Role, settings: CameraSettings) -> bool:
+    """Tell whether it is an eye of the pair that one pulse exposes."""
+    return role in FOVEAE and settings.triggered and settings.trigger_source is TriggerSource.HARDWARE
+
+
+def refuse_own_exposure(camera: Camera, asked: CameraSettings) -> None:
+    """Raise `OutOfRange` when a fovea that one pulse exposes with the other shall set its exposure itself."""
+    if asked.exposure_auto is AutoMode.OFF or not waits_for_pulses(camera.role, asked):
+        return
+    raise OutOfRange(
+        f"camera {camera.role}: asked to set its exposure itself ({asked.exposure_auto}), but one pulse"
+        ' exposes both foveae alike; ask for "once" with linked, which finds one exposure for both',
+        asked=f"an exposure of its own for camera {camera.role}",
+        found="one pulse exposes both foveae alike",
+        remedy='ask for "once" with linked, which finds one exposure for both',
+    )

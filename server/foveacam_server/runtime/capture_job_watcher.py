@@ -1,0 +1,116 @@
+"""Who watches a capture on behalf of the page: progress as events, frames as views, pause and cancel."""
+
+import threading
+from dataclasses import dataclass, field
+
+from foveacam_hardware.contract import Clock, Frame, Role, StereoVolts
+from foveacam_pipeline.capture.run import CapturePhase, CaptureReport
+from foveacam_server.capturing.documents import report_document
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.jobs import JobContext
+from foveacam_server.runtime.live_views import OverlayOf
+from foveacam_server.runtime.ports import PictureSink
+
+PERIOD_NS = 200_000_000
+"""Progress is told at most so often, but for another phase and the end."""
+
+
+@dataclass(slots=True, kw_only=True)
+class LiveCapture:
+    """A capture that waits, runs or is paused; the job writes, whoever asks reads."""
+
+    id: str
+    name: str
+    job_id: str
+    report: CaptureReport | None = None
+    wish: str = ""
+    """What somebody is asked to do by hand before it goes on."""
+    pausing: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def state(self) -> str:
+        """How it stands, for people."""
+        if self.report is None:
+            return "starting"
+        return "paused" if self.report.phase is CapturePhase.PAUSED else "running"
+
+
+class CaptureJobWatcher:
+    """Implements `CaptureWatcher` for one job."""
+
+    def __init__(
+        self,
+        context: JobContext,
+        live: LiveCapture,
+        *,
+        sink: PictureSink,
+        overlay: OverlayOf,
+        events: EventLog,
+        clock: Clock,
+    ) -> None:
+        self._context = context
+        self._live = live
+        self._sink = sink
+        self._overlay = overlay
+        self._events = events
+        self._clock = clock
+        self._due_ns = 0
+        self._phase: CapturePhase | None = None
+        self._gaze: StereoVolts | None = None
+
+    def progress(self, report: CaptureReport) -> None:
+        """Tell how far it is, not too often."""
+        now_ns = self._clock.now_ns()
+        turned = report.phase is not self._phase
+        self._live.report = report
+        if now_ns < self._due_ns and not turned and report.stored < report.total:
+            return
+        if turned:
+            self._context.stage()
+        self._phase, self._due_ns = report.phase, now_ns + PERIOD_NS
+        note = self._live.wish or report.note or _said(report)
+        self._context.progress(report.done, total=report.total, note=note, left_s=report.left_s)
+        self._events.emit(
+            "capture.progress",
+            f"{self._live.name}: {report.done} of {report.total}, {note}",
+            data={
+                "capture_id": self._live.id,
+                "job_id": self._live.job_id,
+                "state": self._live.state,
+                **report_document(report),
+                "wish": self._live.wish,
+            },
+        )
+
+    def cancelled(self) -> bool:
+        """Tell whether the job shall end."""
+        return self._context.cancelled()
+
+    def paused(self) -> bool:
+        """Tell whether it shall wait."""
+        if not self._live.pausing.is_set():
+            self._live.wish = ""
+            return False
+        return True
+
+    def ask(self, wish: str) -> None:
+        """Wait until somebody has done something and lets it go on."""
+        self._live.wish = wish
+        self._live.pausing.set()
+
+    def saw(self, frames: tuple[Frame, ...]) -> None:
+        """Show what was just taken in the live views."""
+        volts = {frame.role: frame.volts for frame in frames if frame.volts is not None}
+        if Role.LEFT in volts and Role.RIGHT in volts:
+            self._gaze = StereoVolts(left=volts[Role.LEFT], right=volts[Role.RIGHT])
+        for frame in frames:
+            gaze = self._gaze if frame.role is Role.WIDE else None
+            meta = None if gaze is None else self._overlay(gaze)
+            self._sink.publish_frame(frame, meta=meta)
+
+
+def _said(report: CaptureReport) -> str:
+    words = [report.phase.value]
+    if report.written_bytes:
+        words.append(f"{report.written_bytes / 1e6:.0f} MB at {report.bytes_per_s / 1e6:.1f} MB/s")
+    return ", ".join(words)

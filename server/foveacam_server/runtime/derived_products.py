@@ -1,0 +1,143 @@
+"""What is made of captures beside the rig: one of a kind at a time, as a job, in a process of its own."""
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Busy, Clock
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.capturing.capture_collection import StoredCapture
+from foveacam_server.capturing.points import readable
+from foveacam_server.runtime.captures import CaptureService
+from foveacam_server.runtime.child_process import run_child
+from foveacam_server.runtime.events import EventLog
+from foveacam_server.runtime.job_table import Job
+from foveacam_server.runtime.jobs import JobContext, JobRunner
+from foveacam_server.runtime.store import Document
+
+Run = Callable[[Sequence[str]], None]
+"""Runs the process with these arguments to its end, and passes on how far it is."""
+WAIT = "wait for it, or cancel its job"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DerivedProductTools:
+    """What making works with."""
+
+    captures: CaptureService
+    jobs: JobRunner
+    events: EventLog
+    clock: Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DerivedProduct:
+    """What is made: its noun, the module that makes it in its process, and what is done around that.
+
+    `make`: gets the capture, the wish and what runs the process; returns the URL of the result.
+    """
+
+    noun: str
+    process: str
+    make: Callable[[StoredCapture, Document, Run], str]
+
+
+class DerivedProductJobs:
+    """Knows which job makes one kind of thing, of which capture."""
+
+    def __init__(self, kind: DerivedProduct, tools: DerivedProductTools) -> None:
+        self._kind, self._tools = kind, tools
+        self._lock = threading.Lock()
+        self._live: tuple[str, str] | None = None
+        """Id of the capture of which one is being made, and of the job."""
+        tools.jobs.handle(kind.noun, self._work, beside=True)
+
+    def start(
+        self,
+        capture_id: str,
+        wish: Document,
+        *,
+        check: Callable[[StoredCapture], None],
+        idempotency_key: str | None,
+    ) -> Job:
+        """Queue it; `check` raises what is against it."""
+        jobs, request = self._tools.jobs, {"capture_id": capture_id, **wish}
+        if jobs.keyed(idempotency_key):
+            return jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+        kept = self._tools.captures.shelf.get(capture_id)
+        check(kept)
+        with self._lock:
+            self._check_free()
+            job = jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+            self._live = capture_id, job.id
+        self.tell("begun", f"a {self._kind.noun} of capture {kept.name} was asked for", capture_id)
+        return job
+
+    def document(self, capture_id: str) -> Document:
+        """Return by which job one is being made of a capture, and how far it is."""
+        job = self._job_of(capture_id)
+        return {
+            "job_id": None if job is None else job.id,
+            "progress": None if job is None else job.document()["progress"],
+        }
+
+    def ended_dataset(self, kept: StoredCapture) -> Dataset:
+        """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for one that runs."""
+        dataset = readable(kept)
+        if self._tools.captures.document(kept.id)["job_id"] is not None:
+            noun = self._kind.noun
+            raise Busy(
+                f"capture {kept.name} is still running; its {noun} can be made when it has ended",
+                asked=f"the {noun} of {kept.name}",
+                found="it is still running",
+                remedy="wait for its end",
+            )
+        return dataset
+
+    def check_idle(self, capture_id: str, asked: str) -> None:
+        """Raise Busy while one is being made of this capture."""
+        if self._job_of(capture_id) is not None:
+            noun = self._kind.noun
+            raise Busy(
+                f"asked to {asked}: the {noun} of capture {capture_id} is being made; {WAIT}",
+                asked=asked,
+                found=f"its {noun} is being made",
+                remedy=WAIT,
+            )
+
+    def tell(self, what: str, message: str, capture_id: str) -> None:
+        """Tell everybody what became of it."""
+        self._tools.events.emit(f"{self._kind.noun}.{what}", message, data={"capture_id": capture_id})
+
+    def _work(self, context: JobContext) -> str:
+        wish = dict(context.job.request)
+        kept = self._tools.captures.shelf.get(str(wish.pop("capture_id")))
+        try:
+            return self._kind.make(kept, wish, lambda arguments: self._run(context, arguments))
+        finally:
+            with self._lock:
+                self._live = None
+            self.tell("ended", f"the {self._kind.noun} of capture {kept.name} ended", kept.id)
+
+    def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
+        began_ns = self._tools.clock.now_ns()
+
+        def told(step: Document) -> None:
+            spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
+            left_s = spent_s * (1.0 / step["share"] - 1.0) if step["share"] else None
+            context.progress(step["done"], total=step["total"], note=step["note"], left_s=left_s)
+
+        run_child(self._kind.process, arguments, told=told, cancelled=context.cancelled)
+
+    def _check_free(self) -> None:
+        live = self._live
+        if live is not None and not self._tools.jobs.get(live[1]).state.ended:
+            found = f"the {self._kind.noun} of capture {live[0]} is being made"
+            raise Busy(f"{found}; {WAIT}", found=found, remedy=WAIT)
+
+    def _job_of(self, capture_id: str) -> Job | None:
+        live = self._live
+        if live is None or live[0] != capture_id:
+            return None
+        job = self._tools.jobs.get(live[1])
+        return None if job.state.ended else job

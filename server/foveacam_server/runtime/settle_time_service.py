@@ -1,0 +1,101 @@
+"""The settle time in use: the rig file's, or what was measured and put in use; survives a restart."""
+
+from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_server.calibrating.settle_times import (
+    RIG_FILE,
+    SettleTime,
+    SettleTimes,
+    settle_time_document,
+)
+from foveacam_server.runtime import refusals
+from foveacam_server.runtime.events import EventLevel, EventLog
+from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.ports import AssembledRig
+from foveacam_server.runtime.store import Document
+
+
+class SettleTimeService:
+    """Knows where the rig's settle time comes from, puts a measured one in use, and the rig file's again."""
+
+    def __init__(self, times: SettleTimes, *, events: EventLog) -> None:
+        self._times = times
+        self._events = events
+        self._in_use: SettleTime | None = None
+        self._rig_file_us: int | None = None
+
+    @property
+    def source(self) -> str:
+        """`rig file`, or `measured` and the date."""
+        return RIG_FILE if self._in_use is None else self._in_use.source
+
+    @property
+    def in_use(self) -> SettleTime | None:
+        """What was measured and put in use; None: the rig file's counts."""
+        return self._in_use
+
+    def document(self, hardware: HardwareThread) -> Document:
+        """Return how long the rig waits, and why; raise `NotConnected` until it was opened."""
+        if self._rig_file_us is None:
+            raise refusals.not_open(hardware.status.problems)
+        return settle_time_document(self._in_use, rig_file_us=self._rig_file_us)
+
+    def restore(self, rig: AssembledRig) -> None:
+        """Give a rig that was just opened the settle time that was measured on it.
+
+        One measured with another drive filter is passed over: it would be wrong.
+        """
+        self._in_use, self._rig_file_us = None, rig.settle_us
+        known = self._times.of(rig.rig_id)
+        if known is None:
+            return
+        try:
+            known.check_filter(rig.mirrors.low_pass_hz)
+        except NotCalibrated as error:
+            self._tell(f"{error}; until then the rig file's counts", rig.settle_us, level=EventLevel.WARNING)
+            return
+        rig.settle_us = known.settle_us
+        self._in_use = known
+
+    def apply(self, time: SettleTime, hardware: HardwareThread) -> None:
+        """Put a measured settle time in use, now and at every start."""
+        asked = "another settle time"
+        rig_id, low_pass_hz = answer_of(
+            hardware.submit(lambda rig: (rig.rig_id, rig.mirrors.low_pass_hz)), asked=asked
+        )
+        if time.rig_id != rig_id:
+            raise InvalidInput(
+                f"the settle time was measured on rig {time.rig_id!r}, this is rig {rig_id!r}; measure "
+                "this rig's",
+                asked="a measured settle time in use",
+                found=f"it was measured on rig {time.rig_id!r}",
+                remedy="run the step settle on this rig",
+            )
+        time.check_filter(low_pass_hz)
+        self._times.keep(time)
+        answer_of(hardware.submit(lambda rig: _wait_for(rig, time.settle_us)), asked=asked)
+        self._in_use = time
+        self._tell(_now(time.settle_us, time.source), time.settle_us)
+
+    def forget(self, hardware: HardwareThread) -> None:
+        """Let the rig file's settle time count again, now and at every start."""
+        rig_file_us = int(self.document(hardware)["rig_file_us"])
+        self._times.forget(answer_of(hardware.submit(lambda rig: rig.rig_id), asked="the rig's name"))
+        if self._in_use is None:
+            return
+        changed = hardware.submit(lambda rig: _wait_for(rig, rig_file_us))
+        answer_of(changed, asked="the rig file's settle time")
+        self._in_use = None
+        self._tell(_now(rig_file_us, RIG_FILE), rig_file_us)
+
+    def _tell(self, message: str, settle_us: int, *, level: EventLevel = EventLevel.INFO) -> None:
+        data = {"settle_us": settle_us, "source": self.source}
+        self._events.emit("rig.settle_time", message, level=level, data=data)
+
+
+def _wait_for(rig: AssembledRig, settle_us: int) -> None:
+    rig.settle_us = settle_us
+
+
+def _now(settle_us: int, source: str) -> str:
+    return f"the mirrors now get {settle_us / 1e3:g} ms to settle ({source})"
