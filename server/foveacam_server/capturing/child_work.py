@@ -16,7 +16,7 @@ NICENESS = 10
 
 
 class StdoutProgress:
-    """Implements `MakingWatch`: tells each step on stdout. To be cancelled, its process is ended.
+    """Implements `ProgressWatcher`: tells each step on stdout. To be cancelled, its process is ended.
 
     `rounds`: how often there is a step of each kind in `costs`, which tells what it takes, in times of any
     other step. `share`, as told: of the work that is over.

@@ -43,7 +43,7 @@ class _Progress:
 
 
 class StudyProgressBar:
-    """Implements `MakingWatch` with a bar; the first Ctrl-C ends the study well, the second at once."""
+    """Implements `ProgressWatcher` with a bar; the first Ctrl-C ends the study well, the second at once."""
 
     def __init__(self, progress: Progress, task: TaskID) -> None:
         self._progress, self._task = progress, task
