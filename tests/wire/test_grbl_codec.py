@@ -41,7 +41,7 @@ from foveacam_hardware.wire.grbl import (
         ),
         (
             "<Alarm:11|MPos:0.000,0.000|FS:0,0|H:0>",
-            GrblStatusReport(state="GrblAlarm", substate=11, machine=(0.0, 0.0)),
+            GrblStatusReport(state="Alarm", substate=11, machine=(0.0, 0.0)),
         ),
     ],
 )

@@ -29,7 +29,7 @@ class SurroundingsNode:
         with self._lock:
             self._server = server
             with folder:
-                self._switch = server.gui.add_checkbox("SurroundingsNode", initial_value=True)
+                self._switch = server.gui.add_checkbox("Surroundings", initial_value=True)
 
         async def changed(_event: object) -> None:
             self._apply()

@@ -27,7 +27,7 @@ UNLOCK = "$X"
 SETTINGS = "$$"
 BUILD_INFO = "$I"
 
-STATES = frozenset({"Idle", "Run", "Hold", "Jog", "GrblAlarm", "Door", "Check", "Home", "Sleep", "Tool"})
+STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
 """Characters that a line may have (80 in the firmware, less what it adds)."""
 NOISE_LIMIT = 4096

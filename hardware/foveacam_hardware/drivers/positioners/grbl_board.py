@@ -224,7 +224,7 @@ class GrblBoard:
         report = session.report()
         if (
             report.state not in READY | MOVING
-            or report.state == "GrblAlarm"
+            or report.state == "Alarm"
             or session.restarts != self._restarts
         ):
             self._lose_place(session, report)
@@ -319,7 +319,7 @@ class GrblBoard:
 
     def _clear_alarm(self, session: GrblSession) -> None:
         """Leave an alarm: some hear nothing but a reset."""
-        if session.alarm is not None or session.report().state == "GrblAlarm":
+        if session.alarm is not None or session.report().state == "Alarm":
             session.alarm = None
             session.realtime(RESET)
             session.report()

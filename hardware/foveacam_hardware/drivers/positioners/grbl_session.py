@@ -88,7 +88,7 @@ class GrblSession:
         """Ask where it stands; raise `NotConnected` when it does not say."""
         with self._lock:
             if self._mute and self.alarm is not None and self._is_still_mute():
-                return GrblStatusReport(state="GrblAlarm")
+                return GrblStatusReport(state="Alarm")
             for _ in range(tries):
                 self._report = None
                 self.realtime(STATUS)
@@ -97,7 +97,7 @@ class GrblSession:
                     return found
                 if self.alarm is not None:  # after some it says nothing until it is reset
                     self._mute = True
-                    return GrblStatusReport(state="GrblAlarm")
+                    return GrblStatusReport(state="Alarm")
         raise NotConnected(
             f"{self._name}: it was asked {tries} times where it stands and said nothing;"
             " check its cable and its supply, then connect it again"
