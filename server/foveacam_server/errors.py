@@ -30,7 +30,7 @@ from foveacam_hardware.contract import (
     StorageFull,
     Timeout,
 )
-from foveacam_pipeline.capture.dataset.disk import disk_fault, takes_no_more
+from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.plain_words import PlainWords, explain_unreadable, explain_validation
 from foveacam_server.short_text import shorten
 
@@ -130,7 +130,7 @@ def _sendable(text: str) -> str:
 
 def problem_of(error: BaseException) -> ProblemDetails:
     """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
-    if isinstance(error, OSError) and takes_no_more(error):
+    if isinstance(error, OSError) and is_disk_exhausted(error):
         error = _of_full_disk(error)
     for branch in type(error).__mro__:
         kind = KINDS.get(branch)

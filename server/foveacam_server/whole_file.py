@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 
 def write_whole(path: Path, text: str, *, what: str) -> None:

@@ -17,8 +17,8 @@ import pytest
 from foveacam_hardware.contract import CameraSettings
 from foveacam_pipeline.capture.dataset import check
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.reserve import RESERVE_BYTES
 from foveacam_pipeline.models.calibration_file import calibration_document
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.runtime.store import Document
 
 from .conftest import API, Running, running

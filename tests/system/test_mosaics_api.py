@@ -231,7 +231,7 @@ def test_a_disk_that_is_too_small_is_refused_with_both_figures(
     class Usage:
         free = 10_000_000
 
-    monkeypatch.setattr("foveacam_pipeline.capture.reserve.shutil.disk_usage", lambda _: Usage)
+    monkeypatch.setattr("foveacam_pipeline.storage.free_space.shutil.disk_usage", lambda _: Usage)
     refused = server.post(url(plane))
     assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")
     assert "10 MB are free" in refused.json()["detail"]

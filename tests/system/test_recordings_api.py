@@ -215,7 +215,7 @@ def test_what_cannot_be_recorded_is_refused_in_words(
     class Usage:
         free = 10_000_000
 
-    monkeypatch.setattr("foveacam_pipeline.capture.reserve.shutil.disk_usage", lambda _: Usage)
+    monkeypatch.setattr("foveacam_pipeline.storage.free_space.shutil.disk_usage", lambda _: Usage)
     refused = server.post(URL, body)
 
     assert refused.status_code == 422, refused.text

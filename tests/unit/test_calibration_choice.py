@@ -163,7 +163,7 @@ def test_full_disk_changes_nothing_that_is_in_force_or_known(
     service.add(other)
     service.discard(other.id)
     (folder / "in_force" / f"{RIG}.txt").unlink()
-    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+    monkeypatch.setattr("foveacam_pipeline.storage.disk.write_part", full)
 
     for change in (service.activate, service.restore):
         known = before.id if change == service.activate else other.id

@@ -158,7 +158,7 @@ def full(path: Path, content: object) -> None:
 def test_session_that_a_full_disk_does_not_take_leaves_no_folder(
     shelf: SessionCollection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+    monkeypatch.setattr("foveacam_pipeline.storage.disk.write_part", full)
     with pytest.raises(StorageFull, match=r"session\.json of calibration session .* the disk is full"):
         shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     assert list(shelf.folder.iterdir()) == []
@@ -172,7 +172,7 @@ def test_sessions_that_a_full_disk_cannot_hold_together_leave_no_folder(
         save_sweep(Bench(plan=SweepPlan(columns=3, rows=3)).sweep(), session.folder / "sweep-markers.jsonl")
         session.write("wide.json", {"of": session.head.label})
     before = sorted(path.name for path in shelf.folder.iterdir())
-    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)  # the very last file
+    monkeypatch.setattr("foveacam_pipeline.storage.disk.write_part", full)  # the very last file
     with pytest.raises(StorageFull, match="the disk is full"):
         shelf.combine([session.id for session in made])
     assert sorted(path.name for path in shelf.folder.iterdir()) == before

@@ -22,9 +22,9 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_pipeline.capture.dataset import Dataset, DatasetHeader, DatasetState, DatasetWriter, check
-from foveacam_pipeline.capture.dataset.disk import write_part
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
+from foveacam_pipeline.storage.disk import write_part
 from foveacam_server.bench.stub_devices import READOUT_NS, StubRail
 from foveacam_server.bench.stub_rig import StubRig
 

@@ -22,10 +22,10 @@ from foveacam_pipeline.capture.dataset import (
     Shot,
     WriterSettings,
     check,
-    disk,
     point_store,
 )
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
+from foveacam_pipeline.storage import disk
 from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
 
 from .dataset_scenes import header, noise_frame, noise_point, written
@@ -161,7 +161,7 @@ def broken_disk(first: str, number: int) -> Callable[[Path, memoryview], None]:
 
     def fail(path: Path, content: memoryview) -> None:
         if path.name >= first:
-            disk.part_of(path).write_bytes(bytes(content[:10]))
+            disk.part_path(path).write_bytes(bytes(content[:10]))
             raise OSError(number, "no")
         disk.write_part(path, content)
 

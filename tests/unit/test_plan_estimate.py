@@ -19,7 +19,7 @@ from foveacam_pipeline.capture.plan import (
     point_limit_ms,
 )
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS
-from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 
 GREY = ImageSize(width=1440, height=1080)
 FRAME_BYTES = 1440 * 1080

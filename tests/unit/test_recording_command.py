@@ -10,7 +10,7 @@ from tests.unit.played import PlayedRig
 from foveacam_hardware.contract import InvalidInput, OutOfRange, VirtualClock
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server import cli
 from foveacam_server.recording_command.record import RecordingSpec, record_opened
 

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock
 from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
-from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.begin import check_room
 from foveacam_server.recordings.frame_tap import FrameTap

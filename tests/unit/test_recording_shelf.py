@@ -118,7 +118,7 @@ def test_a_recording_goes_to_the_trash_of_a_full_disk_and_comes_back(
     def full(path: Path, content: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr("foveacam_pipeline.capture.dataset.disk.write_part", full)
+    monkeypatch.setattr("foveacam_pipeline.storage.disk.write_part", full)
     shelf.remove(shelf.get("rec-1"))
     assert [kept.id for kept in shelf.trash()] == ["rec-1"]
     assert shelf.restore("rec-1").notes.label == "first"

@@ -1,7 +1,6 @@
 """The calibration file: JSON with format, version and content hash, written whole, then renamed."""
 
 import json
-import os
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -17,6 +16,7 @@ from foveacam_pipeline.models.content import Plain, content_id, plain
 from foveacam_pipeline.models.homography import ENTRIES, HomographyField
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import MirrorModel
+from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-calibration"
 VERSION = 2
@@ -170,15 +170,7 @@ def save_calibration(calibration: Calibration, path: Path) -> None:
     """Write the calibration to `path`: whole and on disk first, then renamed into place."""
     content = calibration_bytes(calibration)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    write_file(path, content)
 
 
 def calibration_bytes(calibration: Calibration) -> bytes:

@@ -1,12 +1,12 @@
 """A cloud as a PLY file: binary little endian, one vertex a point, units and frame in its comments."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.values import Cloud
+from foveacam_pipeline.storage.disk import write_file
 
 VERTEX = np.dtype(
     [
@@ -23,13 +23,10 @@ TYPES = {"<f4": "float", "|u1": "uchar"}
 
 
 def write_ply(cloud: Cloud, path: Path) -> None:
-    """Write the cloud whole under a temporary name, then rename it to `path`."""
-    partial = path.with_name(path.name + ".part")
+    """Write the cloud to `path`, atomically; raise InvalidInput where it cannot be written."""
     try:
-        partial.write_bytes(ply_bytes(cloud))
-        os.replace(partial, path)  # noqa: PTH105 - the one call that says: atomic, over an older file
+        write_file(path, ply_bytes(cloud))
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise InvalidInput(
             f"cloud to {path}: {error.strerror or error}; choose a folder that can be written"
         ) from error

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_pipeline.study.findings import StudyResult
 
 FORMAT, VERSION = "foveacam-study", 2

@@ -26,11 +26,11 @@ from foveacam_pipeline.capture.dataset import (
     PlanPosition,
     Shot,
 )
-from foveacam_pipeline.capture.dataset.disk import sync_folder
 from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import CaptureReport, run_capture
 from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.storage.disk import sync_folder
 from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
 from foveacam_server.bench.mosaic import measure_mosaic
 from foveacam_server.bench.recording import measure_recording

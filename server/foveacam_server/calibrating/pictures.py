@@ -1,11 +1,11 @@
 """The pictures of a session: drawn when a step ends, kept as PNG files beside what they show."""
 
 import logging
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.storage.disk import write_file
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.store import Document
@@ -57,9 +57,7 @@ def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:
     """Keep one picture: written whole, then renamed."""
     path = _path(session, name)
     path.parent.mkdir(exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    beside.write_bytes(png)
-    beside.replace(path)
+    write_file(path, png)
 
 
 def picture_documents(session: CalibrationSession, *, url: str) -> list[Document]:

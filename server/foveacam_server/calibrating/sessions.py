@@ -13,7 +13,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.aggregate import combine_sessions
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import Document

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import read_document, write_document
 

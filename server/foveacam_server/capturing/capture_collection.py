@@ -9,10 +9,10 @@ from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset, dataset_name
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.capturing.mosaic_collection import MosaicCollection
 from foveacam_server.errors import NotFound
 

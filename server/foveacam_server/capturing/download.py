@@ -4,8 +4,8 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from foveacam_pipeline.capture.dataset.disk import PART
 from foveacam_pipeline.capture.dataset.lock import LOCK
+from foveacam_pipeline.storage.disk import PART
 
 BLOCK = 1 << 20
 

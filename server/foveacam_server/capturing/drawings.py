@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.points import point_of, readable
 from foveacam_server.runtime.encoder import encode_jpeg

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.store import Document
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, free_bytes, no_room
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_bytes, free_space_error
 from foveacam_server.capturing.mosaic_process import MosaicSpec
 
 if TYPE_CHECKING:
@@ -77,9 +77,9 @@ def check_room(needs: MosaicNeeds) -> None:
     """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
-        raise no_room(
+        raise free_space_error(
             f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
-            f" is made, with the {KEPT_FREE};"
+            f" is made, with the {RESERVE_TEXT};"
             f" {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
             needed_bytes=wanted_bytes,
             free_bytes=needs.free_bytes,

@@ -32,12 +32,12 @@ def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
     What was begun of other frames or for another wish is thrown away.
     """
     from foveacam_pipeline.capture.dataset import Dataset
-    from foveacam_pipeline.capture.dataset.disk import disk_errors
     from foveacam_pipeline.capture.mosaic.build import build_mosaic, chart_of
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import recipe_of
     from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_pipeline.capture.mosaic.views import calibration_of, views_of
+    from foveacam_pipeline.storage.disk import disk_errors
     from foveacam_web.glb import write_glb
 
     settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 from foveacam_server.capturing.capture_collection import TRASH, CaptureCollection, StoredCapture
 from foveacam_server.errors import NotFound
 

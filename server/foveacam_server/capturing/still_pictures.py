@@ -6,10 +6,10 @@ import numpy as np
 
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.capturing.points import point_of
 from foveacam_server.capturing.still_collection import StillCollection, StoredStill
 from foveacam_server.runtime.encoder import encode_jpeg

@@ -130,8 +130,8 @@ def picture(
 ) -> None:
     """Draw a dataset as one picture."""
     from foveacam_pipeline.capture.dataset import Dataset
-    from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
     from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png
+    from foveacam_pipeline.storage.disk import disk_errors, write_file
 
     opened = Dataset.open(dataset_folder(dataset, data))
     if kind is PictureKind.ANAGLYPH and position >= len(opened):

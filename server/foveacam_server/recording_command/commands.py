@@ -17,7 +17,7 @@ from rich.progress import (
 )
 
 from foveacam_pipeline.capture.recording.bounds import LONGEST_S
-from foveacam_pipeline.capture.reserve import KEPT_FREE
+from foveacam_pipeline.storage.free_space import RESERVE_TEXT
 from foveacam_server.calibrate_command.choices import CalibrateOptions, JsonOption, on_rig
 
 app = typer.Typer(
@@ -28,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-SECONDS_HELP = f"how long; it ends sooner, whole, at the {KEPT_FREE}"
+SECONDS_HELP = f"how long; it ends sooner, whole, at the {RESERVE_TEXT}"
 FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the authors' older .fovea")]
 
 

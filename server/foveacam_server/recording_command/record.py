@@ -18,8 +18,8 @@ from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOpti
 from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
-from foveacam_pipeline.capture.reserve import free_bytes
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
 from foveacam_server.recordings.begin import check_room, identity_of

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_space_error
 from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.ports import AssembledRig
 
@@ -38,10 +38,10 @@ def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None,
     asked_s = 1.0 if duration_s is None else duration_s
     needed_bytes = RESERVE_BYTES + round(asked_s * sum(size * rate_hz for size, rate_hz in frames))
     if needed_bytes > free_bytes:
-        raise no_room(
-            f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed, with the {KEPT_FREE};"
-            f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or record fewer cameras or a"
-            " shorter time",
+        raise free_space_error(
+            f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed,"
+            f" with the {RESERVE_TEXT}; {free_bytes / 1e6:.0f} MB are free on the disk;"
+            " free some, or record fewer cameras or a shorter time",
             needed_bytes=needed_bytes,
             free_bytes=free_bytes,
             remedy="free some, or record fewer cameras or a shorter time",

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.recording.movie import (
     SUFFIX,
     UNFINISHED,
@@ -15,6 +14,7 @@ from foveacam_pipeline.capture.recording.movie import (
     export_movie,
 )
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.recording_command.export import quiet_encoders
 from foveacam_server.recordings.documents import URL

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import OLDER_SUFFIX, SUFFIX
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.contents import contents
 from foveacam_server.recordings.notes import (

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     Role,
 )
-from foveacam_pipeline.capture.dataset.disk import disk_fault, takes_no_more
+from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.calibrating.options import (
     STEPS,
     AllRun,
@@ -141,7 +141,7 @@ class CalibrationRuns:
         try:
             run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
         except OSError as error:
-            if not takes_no_more(error):
+            if not is_disk_exhausted(error):
                 raise
             what = f"a step of calibration session {session.id}"
             raise disk_fault(error, what=what, folder=session.folder, again="then run it again") from error

@@ -9,10 +9,10 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_hardware.contract import AutoMode, PixelFormat
-from foveacam_pipeline.capture.dataset.disk import (
+from foveacam_pipeline.storage.disk import (
     disk_errors,
     finish_part,
-    part_of,
+    part_path,
     sync_folder,
     write_part,
 )
@@ -89,7 +89,7 @@ class CameraRecords:
         finally:
             for path in paths:
                 with suppress(OSError):
-                    part_of(path).unlink(missing_ok=True)
+                    part_path(path).unlink(missing_ok=True)
         self._known.update({record.serial: record for record in records})
 
     def forget(self, serial: str) -> None:

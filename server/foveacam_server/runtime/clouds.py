@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import save_look
 from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.depth_patches import KEPT, DepthPatch, DepthPatches, load_patch, save_patch
 from foveacam_server.runtime.names import new_id, utc_now

@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
 from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds, reserve_words
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession
-from foveacam_pipeline.capture.reserve import free_bytes
+from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.recordings.depth import RecordedDepthService
 from foveacam_server.recordings.documents import URL, live_document, recording_document

@@ -5,8 +5,8 @@ from dataclasses import asdict
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.capture.dataset.derived import drop_half_made, remove_reference
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.rail_stops import footing_of
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.points import brackets_of
 from foveacam_server.capturing.reference_documents import (

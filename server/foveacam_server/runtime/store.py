@@ -18,7 +18,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_fault
+from foveacam_pipeline.storage.disk import disk_fault
 
 SCHEMA_VERSION = 1
 Document = dict[str, Any]

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_pipeline.study.findings import StudyFigure, StudyResult
 from foveacam_pipeline.study.report import ReportedStudy, report_html, value_text
 from foveacam_server.study_command.recipes import versions

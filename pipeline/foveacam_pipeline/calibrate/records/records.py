@@ -10,9 +10,9 @@ from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records.new_file import claim
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
+from foveacam_pipeline.storage.disk import disk_errors
 
 logger = logging.getLogger(__name__)
 

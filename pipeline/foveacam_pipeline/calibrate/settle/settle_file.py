@@ -1,7 +1,6 @@
 """The file of a settling report: JSON with format and version, written whole, then renamed."""
 
 import json
-import os
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
@@ -9,6 +8,7 @@ from pydantic import TypeAdapter, ValidationError
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
 from foveacam_pipeline.models.content import plain
+from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-settle"
 VERSION = 1
@@ -18,15 +18,7 @@ def save_settle(report: SettleReport, path: Path) -> None:
     """Write a report; one that was there is replaced."""
     document = {"format": FORMAT, "version": VERSION, "report": plain(report)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with temporary.open("w", encoding="utf-8") as file:
-            json.dump(document, file, allow_nan=False)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    write_file(path, json.dumps(document, allow_nan=False).encode("utf-8"))
 
 
 def load_settle(path: Path) -> SettleReport:

@@ -16,6 +16,7 @@ from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerVi
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
 from foveacam_pipeline.models.content import Plain, plain
+from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-sweep"
 VERSION = 1
@@ -158,16 +159,10 @@ class _Pose(_Document):
 
 
 def save_sweep(sweep: Sweep, path: Path) -> None:
-    """Write a whole sweep beside `path`, then rename it into place."""
+    """Write a whole sweep to `path`, atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(path.name + ".part")
-    with beside.open("wb") as stream:
-        stream.write(_header_line(sweep.header))
-        for pose in (*sweep.poses, *sweep.repeats):
-            stream.write(_pose_line(pose))
-        stream.flush()
-        os.fsync(stream.fileno())
-    beside.replace(path)
+    poses = (_pose_line(pose) for pose in (*sweep.poses, *sweep.repeats))
+    write_file(path, b"".join((_header_line(sweep.header), *poses)))
 
 
 def append_pose(path: Path, pose: SweepPose) -> None:

@@ -4,7 +4,6 @@
 """
 
 import json
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
 from foveacam_pipeline.models.content import Plain, content_id, plain
+from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-wide-samples"
 VERSION = 1
@@ -106,8 +106,8 @@ class WideSamples:
         for sample in self:
             path = thumbnails / f"{sample.id}.jpg"
             if not path.exists():
-                _write(path, sample.thumbnail_jpeg)
-        _write(folder / FILE, json.dumps(self._document(), allow_nan=False, indent=1).encode())
+                write_file(path, sample.thumbnail_jpeg)
+        write_file(folder / FILE, json.dumps(self._document(), allow_nan=False, indent=1).encode())
         for path in thumbnails.glob("*.jpg"):
             if path.stem not in self._samples:
                 path.unlink()
@@ -231,15 +231,3 @@ def _fields(board: Board) -> dict[str, Plain]:
 def _sizes(board: Board) -> str:
     marker = f", markers {board.marker_m * 1e3:g} mm" if isinstance(board, Charuco) else ""
     return f"squares {board.square_m * 1e3:g} mm{marker}"
-
-
-def _write(path: Path, content: bytes) -> None:
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with beside.open("wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)

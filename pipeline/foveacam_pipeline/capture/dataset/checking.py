@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError, Role
 from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, reference_files
-from foveacam_pipeline.capture.dataset.disk import PART
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
 from foveacam_pipeline.capture.dataset.journal import JOURNAL, JournalContent, read_journal
@@ -18,6 +17,7 @@ from foveacam_pipeline.capture.dataset.point_store import OWN_FILE
 from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
 from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
 from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord
+from foveacam_pipeline.storage.disk import PART
 
 _BLOCK = 1 << 20
 Derived = TypeVar("Derived")

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_errors
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, read_document, write_document
 from foveacam_pipeline.capture.dataset.lock import FolderLock
+from foveacam_pipeline.storage.disk import disk_errors
 
 LONGEST = 2000
 """Characters of a label or a licence that are kept."""

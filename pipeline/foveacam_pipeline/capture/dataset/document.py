@@ -11,7 +11,6 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.disk import write_file
 from foveacam_pipeline.capture.dataset.images import ImageCodec
 from foveacam_pipeline.capture.dataset.values import DatasetState
 from foveacam_pipeline.models.calibration import Calibration
@@ -19,6 +18,7 @@ from foveacam_pipeline.models.calibration_file import FORMAT as CALIBRATION_FORM
 from foveacam_pipeline.models.calibration_file import VERSION as CALIBRATION_VERSION
 from foveacam_pipeline.models.calibration_file import calibration_from
 from foveacam_pipeline.models.content import content_id, plain
+from foveacam_pipeline.storage.disk import write_file
 
 DOCUMENT = "dataset.json"
 FORMAT = "foveacam-dataset"

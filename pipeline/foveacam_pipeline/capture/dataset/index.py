@@ -5,8 +5,8 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
-from foveacam_pipeline.capture.dataset.disk import write_file
 from foveacam_pipeline.capture.dataset.values import FrameRecord, PointRecord
+from foveacam_pipeline.storage.disk import write_file
 
 INDEX = "frames.csv"
 COLUMNS = (

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset.disk import finish_part, part_of, sync_folder, write_part
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.journal import JournalContent, JournalFile
 from foveacam_pipeline.capture.dataset.values import (
@@ -20,6 +19,7 @@ from foveacam_pipeline.capture.dataset.values import (
     Shot,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.storage.disk import finish_part, part_path, sync_folder, write_part
 
 IMAGES = "images"
 OWN_FILE = re.compile(r"\.?\d{5,}-(wide|left|right)-b\d+-s\d+\.(tiff|png)(\.part)?")
@@ -136,7 +136,7 @@ class PointStore:
 def remove(paths: Sequence[Path]) -> None:
     """Delete files, finished or not, as far as the disk lets us: what stays, the next opening removes."""
     for path in paths:
-        for left in (part_of(path), path):
+        for left in (part_path(path), path):
             try:
                 left.unlink(missing_ok=True)
             except OSError as error:

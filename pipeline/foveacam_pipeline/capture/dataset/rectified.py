@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
-from foveacam_pipeline.capture.dataset.disk import (
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
+from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.storage.disk import (
     disk_errors,
     finish_part,
     sync_folder,
     write_file,
     write_part,
 )
-from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
-from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
-from foveacam_pipeline.stereo.match import match
-from foveacam_pipeline.stereo.values import RectifiedPair
 
 RECTIFIED = "rectified"
 PAIRS = "pairs.csv"

@@ -17,7 +17,6 @@ from types import TracebackType
 from typing import Self
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput, StorageFull
-from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
 from foveacam_pipeline.capture.dataset.document import (
     DOCUMENT,
     DatasetDocument,
@@ -44,6 +43,7 @@ from foveacam_pipeline.capture.dataset.values import (
     WriterProgress,
     checked_point,
 )
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 
 logger = logging.getLogger(__name__)
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors, write_file
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.adjust import Adjustment, adjusted, moved
@@ -32,6 +31,7 @@ from foveacam_pipeline.capture.mosaic.wide import WideView, wide_of
 from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 DEFAULT = MosaicSettings()
 OVERVIEW_PX = 2048

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.dataset.disk import write_file
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.mosaic.chart import CELL
+from foveacam_pipeline.storage.disk import write_file
 
 Cells = NDArray[np.float32]
 STEP_M = 1e-4

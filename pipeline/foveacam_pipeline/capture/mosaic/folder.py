@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.disk import finish_part, write_file, write_part
 from foveacam_pipeline.capture.dataset.document import lasting_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
 from foveacam_pipeline.capture.mosaic.values import MosaicFigures, MosaicSettings
+from foveacam_pipeline.storage.disk import finish_part, write_file, write_part
 
 DOCUMENT = "mosaic.json"
 FORMAT = "foveacam-mosaic"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.disk import finish_part, write_file, write_part
+from foveacam_pipeline.storage.disk import finish_part, write_file, write_part
 
 Picture = NDArray[np.uint8]
 TILE_PX = 512

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset.disk import write_file
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.rectified import disparity_bytes
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
@@ -20,6 +19,7 @@ from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.stereo.values import DepthMap, DepthMesh, RectifiedPair
+from foveacam_pipeline.storage.disk import write_file
 
 Picture = NDArray[np.uint8]
 MESH_STEP = 3

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan.plan_document import RasterPlan
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_space_error
 
 READOUT_10BIT_MS = 4.38
 """IMX273: 1080 + 42 lines of 290 / 74.25 MHz; a frame is read out while the mirrors move on."""
@@ -195,8 +195,8 @@ def check_disk(needed: CaptureEstimate, *, free_bytes: int, where: str = "the di
     """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
-        raise no_room(
-            f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {KEPT_FREE};"
+        raise free_space_error(
+            f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {RESERVE_TEXT};"
             f" {_size(free_bytes)} are free on {where}; {MORE_ROOM}",
             needed_bytes=needed_bytes,
             free_bytes=free_bytes,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT
 
 USUAL_S = 300.0
 """Of a recording for which nobody gave a time: 30 GB at 100 MB/s."""
@@ -46,5 +46,5 @@ def reserve_words(path: Path) -> str:
     """Return why a recording ended before its time, for the operator."""
     return (
         f"recording {path.stem} has ended early: the disk of {path.parent} is down to the"
-        f" {KEPT_FREE}; what was recorded is whole; free some space, and record anew"
+        f" {RESERVE_TEXT}; what was recorded is whole; free some space, and record anew"
     )

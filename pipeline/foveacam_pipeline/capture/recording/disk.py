@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_fault, disk_kind, disk_words
+from foveacam_pipeline.storage.disk import describe_disk_error, disk_error_class, disk_fault
 
 Buffer: TypeAlias = bytes | memoryview
 MOST_BUFFERS = 512
@@ -77,8 +77,8 @@ def new_file(path: Path) -> RecordingDisk:
 
 def disk_failure(path: Path, error: OSError, *, kept: str) -> FoveaError:
     """Return what ended a recording, for the operator; `kept`: what the file holds."""
-    found, remedy = disk_words(error, path.parent, again="or choose another one, and record anew")
-    return disk_kind(error)(
+    found, remedy = describe_disk_error(error, path.parent, again="or choose another one, and record anew")
+    return disk_error_class(error)(
         f"recording {path}: the disk took no more: {found}; {kept}; {remedy}",
         asked="write a recording",
         found=found,

@@ -16,7 +16,7 @@ from foveacam_pipeline.capture.recording.pixels import eight_bit
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
 from foveacam_pipeline.capture.recording.values import RecordedFrame
-from foveacam_pipeline.capture.reserve import FULL_BYTES
+from foveacam_pipeline.storage.free_space import FULL_BYTES
 
 SUFFIX = ".mp4"
 UNFINISHED = f".*.part{SUFFIX}"

@@ -20,9 +20,9 @@ from foveacam_pipeline.capture.dataset.derived import (
     drop_half_made,
     finish_reference,
 )
-from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder, write_file
 from foveacam_pipeline.capture.reference.plot import comparison_pictures
 from foveacam_pipeline.capture.reference.values import ReferenceSample, WideBaselineReference
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder, write_file
 
 
 def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:

@@ -2,8 +2,8 @@
 
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.capture.plan import ImageSize
-from foveacam_pipeline.capture.reserve import KEPT_FREE, RESERVE_BYTES, no_room
 from foveacam_pipeline.capture.still.values import StillKeep, StillPlan
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_space_error
 
 MOST_BYTES = 1 << 30
 """Of frames, held in memory until they are written."""
@@ -27,8 +27,8 @@ def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
         )
     wanted_bytes = needed_bytes + RESERVE_BYTES
     if wanted_bytes > free_bytes:
-        raise no_room(
-            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {KEPT_FREE};"
+        raise free_space_error(
+            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {RESERVE_TEXT};"
             f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or keep the mean of fewer frames",
             needed_bytes=wanted_bytes,
             free_bytes=free_bytes,

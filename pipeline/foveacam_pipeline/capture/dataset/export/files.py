@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from foveacam_hardware.contract import Image, InvalidInput
-from foveacam_pipeline.capture.dataset.disk import disk_errors, sync_folder
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 
 
 @contextmanager
