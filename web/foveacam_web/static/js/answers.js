@@ -3,14 +3,14 @@
 import { distanceText, ENDS, MISSING, number } from "./format.js";
 
 /**
- * @typedef {import("./types.js").Alternative} Alternative
- * @typedef {import("./types.js").Basis} Basis
- * @typedef {import("./types.js").Bound} Bound
- * @typedef {import("./types.js").FixationDocument} FixationDocument
- * @typedef {import("./types.js").TargetDocument} TargetDocument
- * @typedef {import("./types.js").EyeView} EyeView
- * @typedef {{distance_m: number | null, distance_sigma_m: number | null, bound?: Bound | null}} Answer
- * @typedef {{left_view?: EyeView | null, right_view?: EyeView | null}} Views
+ * @typedef {import("#api").AlternativeDocument} AlternativeDocument
+ * @typedef {import("#page").Basis} Basis
+ * @typedef {import("#api").BoundDocument} BoundDocument
+ * @typedef {import("#api").FixationDocument} FixationDocument
+ * @typedef {import("#api").TargetDocument} TargetDocument
+ * @typedef {import("#api").EyeViewDocument} EyeViewDocument
+ * @typedef {{distance_m: number | null, distance_sigma_m: number | null, bound?: BoundDocument | null}} Answer
+ * @typedef {{left_view?: EyeViewDocument | null, right_view?: EyeViewDocument | null}} Views
  */
 
 /** @type {Readonly<Record<Basis, {words: string, title: string, meaning: string}>>} */
@@ -41,7 +41,7 @@ export function basisOf(fixation) {
 /**
  * The alternative that the operator chose, if any.
  * @param {FixationDocument} fixation
- * @returns {Alternative | null}
+ * @returns {AlternativeDocument | null}
  */
 export function chosenOf({ alternatives, chosen_alternative }) {
   return alternatives?.[chosen_alternative ?? -1] ?? null;
@@ -87,7 +87,7 @@ export function heading(fixation) {
 
 /**
  * The limits of a distance as a sentence without its full stop.
- * @param {Bound} bound
+ * @param {BoundDocument} bound
  */
 export function boundText({ nearest_m, farthest_m }) {
   const nearest = `farther than ${number(nearest_m, 1)} m`;
@@ -96,7 +96,7 @@ export function boundText({ nearest_m, farthest_m }) {
 
 /**
  * The same where there is little room.
- * @param {Bound} bound
+ * @param {BoundDocument} bound
  */
 export function boundShort({ nearest_m, farthest_m }) {
   return farthest_m === null ? `> ${number(nearest_m, 1)} m` : `${number(nearest_m, 1)} … ${number(farthest_m, 1)} m`;

@@ -1,13 +1,13 @@
-// Talks REST: one function a request, and every failure is a Problem that says what was asked, found and to be done.
+// Talks REST: one function a request, and every failure is a RequestError that says what was asked, found and to be done.
 
-/** @typedef {import("./types.js").ProblemDocument} ProblemDocument */
+/** @typedef {import("#api").Problem} Problem */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
 
 /** What went wrong with a request, in the server's words when it had any. */
-export class Problem extends Error {
-  /** @param {ProblemDocument} document */
+export class RequestError extends Error {
+  /** @param {Problem} document */
   constructor(document) {
     super(document.detail || document.title);
     this.document = document;
@@ -66,9 +66,9 @@ async function answerTo(method, path, options) {
       signal: AbortSignal.timeout(patience_ms),
     });
   } catch (error) {
-    throw new Problem(unreachable(method, path, error));
+    throw new RequestError(unreachable(method, path, error));
   }
-  if (!response.ok) throw new Problem(await problemOf(response));
+  if (!response.ok) throw new RequestError(await problemOf(response));
   return response;
 }
 
@@ -76,7 +76,7 @@ async function answerTo(method, path, options) {
  * @param {string} method
  * @param {string} path
  * @param {unknown} error
- * @returns {ProblemDocument}
+ * @returns {Problem}
  */
 function unreachable(method, path, error) {
   const late = error instanceof DOMException && error.name === "TimeoutError";
@@ -91,7 +91,7 @@ function unreachable(method, path, error) {
 
 /**
  * @param {Response} response
- * @returns {Promise<ProblemDocument>}
+ * @returns {Promise<Problem>}
  */
 async function problemOf(response) {
   const fallback = { type: "/problems/internal", title: response.statusText || "Error", status: response.status };

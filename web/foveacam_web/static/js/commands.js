@@ -1,19 +1,19 @@
 // What the operator can order. Clicks keep their order, steering keeps only its newest, the stop waits for nothing.
 
-import { Problem, request } from "./api.js";
+import { RequestError, request } from "./api.js";
 
 /**
  * @typedef {import("./store.js").Store} Store
  * @typedef {import("./toasts.js").Toasts} Toasts
  * @typedef {import("./fixations.js").Fixations} Fixations
- * @typedef {import("./types.js").Direction} Direction
- * @typedef {import("./types.js").FixationDocument} FixationDocument
- * @typedef {import("./types.js").FixationRequest} FixationRequest
- * @typedef {import("./types.js").DepthDocument} DepthDocument
- * @typedef {import("./types.js").JobDocument} JobDocument
- * @typedef {import("./types.js").LeaseDocument} LeaseDocument
- * @typedef {import("./types.js").Point} Point
- * @typedef {import("./types.js").StopDocument} StopDocument
+ * @typedef {import("#api").Direction} Direction
+ * @typedef {import("#api").FixationDocument} FixationDocument
+ * @typedef {import("#api").FixationRequest} FixationRequest
+ * @typedef {import("#api").DepthDocument} DepthDocument
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").LeaseDocument} LeaseDocument
+ * @typedef {import("#page").Point} Point
+ * @typedef {import("#api").StopDocument} StopDocument
  */
 
 const STEER_INTERVAL_MS = 50; // 20 a second at most
@@ -50,7 +50,7 @@ export class Commands {
     try {
       return await act();
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       this.#toasts.problem(error.document, this.#wayOut(error));
       return null;
     }
@@ -63,7 +63,7 @@ export class Commands {
 
   /**
    * What the operator can do here about a refusal; null when it is nothing that one button does.
-   * @param {Problem} error
+   * @param {RequestError} error
    */
   #wayOut(error) {
     const { lease, lease_token } = this.#store.state;
@@ -130,7 +130,7 @@ export class Commands {
       const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.leaseHeader() }));
       this.#fixations.follow(job, shown, true);
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       this.#fixations.refused();
       await this.attempt(() => Promise.reject(error));
     }
@@ -169,9 +169,9 @@ export class Commands {
   async stop() {
     this.#steer_next = null;
     const answer = await this.attempt(() =>
-      /** @type {Promise<StopDocument>} */ (request("POST", "/stop", { patience_ms: 5000, keepalive: true })));
+      /** @type {Promise<import("#api").StopAnswer>} */ (request("POST", "/stop", { patience_ms: 5000, keepalive: true })));
     if (!answer) return;
-    this.#store.set({ stop: { ...this.#store.state.stop, ...answer } });
+    this.#store.set({ stop: { by: null, since_utc: null, ...this.#store.state.stop, ...answer } });
     if (answer.parked === false) {
       this.#toasts.show({ tone: "warn", title: "Stop engaged, but the mirrors did not confirm", detail: "Nothing moves them from here until it is released. See the rig's status." });
     }
@@ -192,7 +192,7 @@ export class Commands {
     try {
       return await request("GET", `/depth?x_px=${pixel.x.toFixed(3)}&y_px=${pixel.y.toFixed(3)}`);
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       return error.slug === "not-found" ? "no fovea has looked here" : error.message;
     }
   }
@@ -246,7 +246,7 @@ export class Commands {
    */
   async takeLease(holder, take_over) {
     const lease = await this.attempt(() =>
-      /** @type {Promise<LeaseDocument>} */ (request("POST", "/lease", { body: { holder, take_over } })));
+      /** @type {Promise<import("#api").LeaseGrant>} */ (request("POST", "/lease", { body: { holder, take_over } })));
     if (lease?.token) this.#keepToken(lease.token, lease);
   }
 
@@ -261,7 +261,7 @@ export class Commands {
     try {
       await request("PUT", "/lease", { headers: this.leaseHeader() });
     } catch (error) {
-      if (!(error instanceof Problem) || error.slug === "offline") return;
+      if (!(error instanceof RequestError) || error.slug === "offline") return;
       this.#keepToken(null, null);
       this.#toasts.show({ tone: "warn", title: "Control was lost", detail: error.message });
     }

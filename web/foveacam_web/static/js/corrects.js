@@ -1,9 +1,9 @@
 // Whether a click or a rectangle corrects a target that is there already: it then takes the new answer.
 
 /**
- * @typedef {import("./types.js").ConsoleState} ConsoleState
- * @typedef {import("./types.js").FixationRequest} FixationRequest
- * @typedef {import("./types.js").TargetDocument} TargetDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").FixationRequest} FixationRequest
+ * @typedef {import("#api").TargetDocument} TargetDocument
  */
 
 export const NEAR_CSS_PX = 12; // as far as the diamond of a mark reaches, and half as much again for a finger
@@ -17,7 +17,7 @@ export const NEAR_CSS_PX = 12; // as far as the diamond of a mark reaches, and h
  */
 export function withCorrected(request, { targets, hidden_targets }, near_px) {
   const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
-  const target = "pixel" in request ? nearest(shown, request.pixel, near_px) : "rectangle" in request ? only(shown, request.rectangle) : null;
+  const target = request.pixel ? nearest(shown, request.pixel, near_px) : request.rectangle ? only(shown, request.rectangle) : null;
   return target ? { ...request, corrects: target.fixation_id } : request;
 }
 

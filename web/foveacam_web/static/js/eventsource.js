@@ -1,8 +1,8 @@
 // The server's events, through whatever happens to the line: reconnects in at most two seconds, and says when it did.
 
 /**
- * @typedef {import("./types.js").RigEvent} RigEvent
- * @typedef {{type: "event", event: RigEvent} | {type: "link", open: boolean}} EventNews
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {{type: "event", event: EventDocument} | {type: "link", open: boolean}} EventNews
  */
 
 const URL_OF_EVENTS = "/api/v1/events";

@@ -1,16 +1,16 @@
 // Follows the fixation in progress, whoever ordered it: steps as they come, the result at the end.
 
-import { Problem, request } from "./api.js";
+import { RequestError, request } from "./api.js";
 
 /**
  * @typedef {import("./store.js").Store} Store
- * @typedef {import("./types.js").CurrentFixation} CurrentFixation
- * @typedef {import("./types.js").FixationDocument} FixationDocument
- * @typedef {import("./types.js").FixationRequest} FixationRequest
- * @typedef {import("./types.js").JobDocument} JobDocument
- * @typedef {import("./types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./types.js").RigEvent} RigEvent
- * @typedef {import("./types.js").VergeStep} VergeStep
+ * @typedef {import("#page").CurrentFixation} CurrentFixation
+ * @typedef {import("#api").FixationDocument} FixationDocument
+ * @typedef {import("#api").FixationRequest} FixationRequest
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").StepDocument} StepDocument
  */
 
 const LOOK_MS = 700; // events are quicker; this is for when they do not come
@@ -58,7 +58,7 @@ export class Fixations {
     if (this.#store.state.current?.state === "sending") this.#store.set({ current: this.#before });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
@@ -92,7 +92,7 @@ export class Fixations {
       const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
       if (target) this.#store.set({ selected_target: target.id });
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
     }
   }
 
@@ -108,7 +108,7 @@ export class Fixations {
   /** @param {Record<string, unknown>} data */
   #step(data) {
     const job_id = typeof data["job_id"] === "string" ? data["job_id"] : null;
-    const step = /** @type {VergeStep} */ (data["step"] ?? data);
+    const step = /** @type {StepDocument} */ (data["step"] ?? data);
     if (typeof step.index !== "number") return;
     let current = this.#store.state.current;
     if (!current || (job_id && current.job_id !== job_id)) {
@@ -165,13 +165,13 @@ export class Fixations {
     try {
       this.#take(await request("GET", `/jobs/${job_id}`));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug === "offline") return this.#watch(); // it comes back, or the banner says that it does not
       this.#fail(error.document);
     }
   }
 
-  /** @param {ProblemDocument} problem */
+  /** @param {Problem} problem */
   #fail(problem) {
     const current = this.#store.state.current;
     if (current) this.#set({ ...current, state: "failed", problem });
@@ -182,7 +182,7 @@ export class Fixations {
     try {
       this.#ended(await request("GET", path));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       this.#fail(error.document);
     }
   }

@@ -1,6 +1,6 @@
 // Numbers, ages and states in the words that the operator reads. Nothing here touches the page.
 
-/** @typedef {import("./types.js").FixationState} FixationState */
+/** @typedef {import("#page").FixationState} FixationState */
 
 export const MISSING = "–";
 const MINUS = "−";

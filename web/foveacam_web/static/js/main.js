@@ -45,7 +45,7 @@ import { Toasts } from "./toasts.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 
-/** @typedef {import("./types.js").Settings} Settings */
+/** @typedef {import("#page").Settings} Settings */
 
 const LEASE_RENEWAL_MS = 5000;
 
@@ -125,7 +125,7 @@ setInterval(() => void commands.renewLease(), LEASE_RENEWAL_MS);
 sync.followAll();
 exposeHooks({ store, views });
 
-/** @param {import("./types.js").TargetDocument} target */
+/** @param {import("#api").TargetDocument} target */
 function choose(target) {
   scene.select(target);
   void fixations.recall(target.fixation_id);

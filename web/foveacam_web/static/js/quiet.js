@@ -1,6 +1,6 @@
 // Reads something from the server once at a time; asked for again meanwhile, once more after.
 
-import { Problem } from "./api.js";
+import { RequestError } from "./api.js";
 
 /** The reads of one page, by name. */
 export class QuietReads {
@@ -23,7 +23,7 @@ export class QuietReads {
         await read();
       } while (this.#busy.has(`${what} again`));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
     } finally {
       this.#busy.delete(what);
       this.#busy.delete(`${what} again`);

@@ -1,7 +1,7 @@
 // The page's one state: who changes it says so, who shows it is told, once a turn however many changes there were.
 
-/** @typedef {import("./types.js").ConsoleState} ConsoleState */
-/** @typedef {import("./types.js").Settings} Settings */
+/** @typedef {import("#page").ConsoleState} ConsoleState */
+/** @typedef {import("#page").Settings} Settings */
 
 const SETTINGS_KEY = "foveacam.settings";
 

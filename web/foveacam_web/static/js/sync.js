@@ -8,13 +8,13 @@ import { QuietReads } from "./quiet.js";
 /**
  * @typedef {import("./store.js").Store} Store
  * @typedef {import("./fixations.js").Fixations} Fixations
- * @typedef {import("./types.js").CloudDocument} CloudDocument
- * @typedef {import("./types.js").LeaseDocument} LeaseDocument
- * @typedef {import("./types.js").RigDocument} RigDocument
- * @typedef {import("./types.js").RigEvent} RigEvent
- * @typedef {import("./types.js").StopDocument} StopDocument
- * @typedef {import("./types.js").TargetDocument} TargetDocument
- * @typedef {{readAll(): Promise<unknown>, hear(event: RigEvent): void}} Reader reads what is its own
+ * @typedef {import("#api").CloudDocument} CloudDocument
+ * @typedef {import("#api").LeaseDocument} LeaseDocument
+ * @typedef {import("#api").RigDocument} RigDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").StopDocument} StopDocument
+ * @typedef {import("#api").TargetDocument} TargetDocument
+ * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void}} Reader reads what is its own
  */
 
 const RIG_EVERY_MS = 2000;
@@ -93,7 +93,7 @@ export class Sync {
 
   #readLog() {
     return this.#reads.read("log", async () => {
-      const events = /** @type {RigEvent[]} */ (await request("GET", "/events/recent?limit=100"));
+      const events = /** @type {EventDocument[]} */ (await request("GET", "/events/recent?limit=100"));
       let log = this.#store.state.log;
       for (const event of events) log = withEvent(log, event);
       this.#store.set({ log });
@@ -103,7 +103,7 @@ export class Sync {
   /**
    * Its event tells all of it, and one of the rig's state follows: were every page to ask, a dozen of them would keep
    * the next order waiting.
-   * @param {RigEvent} event
+   * @param {EventDocument} event
    */
   #hearStop({ data }) {
     const stop = /** @type {StopDocument | undefined} */ (data?.["stop"]);
@@ -113,7 +113,7 @@ export class Sync {
     } else void this.#readStop();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   #hear(event) {
     this.#store.set({ log: withEvent(this.#store.state.log, event) });
     this.#fixations.hear(event);

@@ -3,7 +3,7 @@
 /**
  * @typedef {import("./store.js").Store} Store
  * @typedef {import("./video/views.js").Views} Views
- * @typedef {import("./types.js").ViewName} ViewName
+ * @typedef {import("#page").ViewName} ViewName
  */
 
 /** @param {{store: Store, views: Views}} context */

@@ -5,7 +5,7 @@ import { remedyOf, sentence } from "./format.js";
 import { icon } from "./icons.js";
 
 /**
- * @typedef {import("./types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("#api").Problem} Problem
  * @typedef {{label: string, act: () => unknown}} Action
  * @typedef {{
  *   tone: "info" | "good" | "warn" | "bad", title: string, detail: string, remedy?: string | undefined,
@@ -26,7 +26,7 @@ export class Toasts {
   }
 
   /**
-   * @param {ProblemDocument} problem
+   * @param {Problem} problem
    * @param {Action | null} [action]
    */
   problem(problem, action = null) {

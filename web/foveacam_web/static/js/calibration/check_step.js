@@ -6,9 +6,9 @@ import { badge, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").CheckResult} CheckResult
- * @typedef {import("./documents.js").Picture} Picture
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").CheckDocument} CheckDocument
+ * @typedef {import("#api").PictureDocument} PictureDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -26,8 +26,8 @@ export function makeCheckStep({ store, orders }) {
   const live = h("div", { class: "live-slot" });
   const result = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showResult = changing(result, (/** @type {{check: CheckResult | null, old: boolean}} */ now) => resultOf(now));
-  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The overlay and the map of the field appear with the first check.")]);
+  const showResult = changing(result, (/** @type {{check: CheckDocument | null, old: boolean}} */ now) => resultOf(now));
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The overlay and the map of the field appear with the first check.")]);
   store.on(["session"], ({ session }) => {
     showResult({ check: session?.check ?? null, old: isOld(session) });
     showDiagrams(picturesOf(session, ["overlay", "epipolar"]));
@@ -54,7 +54,7 @@ function isOld(session) {
   return Boolean(session?.check && newest && session.check.calibration_id !== newest);
 }
 
-/** @param {{check: CheckResult | null, old: boolean}} now */
+/** @param {{check: CheckDocument | null, old: boolean}} now */
 function resultOf({ check, old }) {
   if (!check) return [nothing("Not checked yet.")];
   return [

@@ -3,7 +3,7 @@
 import { h, s } from "../dom.js";
 import { number, pixels } from "../format.js";
 
-/** @typedef {import("./documents.js").WideSample} WideSample */
+/** @typedef {import("#api").WideSampleDocument} WideSampleDocument */
 
 const TILTS_DEG = [0, 10, 20, 30];
 const WAYS = 5; // frontal, and each of the four sides nearer
@@ -12,7 +12,7 @@ const ROWS = 9;
 
 /**
  * The picture as a map: a dot for each view, the parts that a board has covered filled.
- * @param {WideSample[]} samples
+ * @param {WideSampleDocument[]} samples
  * @param {{width: number, height: number, cells: number[][] | null}} picture its size, px, and how often each part was covered
  */
 export function drawCoverage(samples, { width, height, cells: counts }) {
@@ -34,7 +34,7 @@ function coveredOf(counts) {
 
 /**
  * How many views there are of each tilt.
- * @param {WideSample[]} samples
+ * @param {WideSampleDocument[]} samples
  * @param {number | null} covered how many of the ways to tilt it were shown
  */
 export function drawTilts(samples, covered) {

@@ -6,9 +6,9 @@ import { badge, numberField, nothing, starter } from "./parts.js";
 import { fresh } from "./pictures.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").DriftCheck} DriftCheck
- * @typedef {import("./documents.js").DriftEye} DriftEye
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").DriftCheckDocument} DriftCheckDocument
+ * @typedef {import("#api").DriftEyeDocument} DriftEyeDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -32,7 +32,7 @@ export function mountDrift(place, { store, orders }) {
     h("div", { class: "fields" }, distance.element), h("p", { class: "actions" }, measure, apply), result);
 }
 
-/** @param {DriftCheck[] | null} checks */
+/** @param {DriftCheckDocument[] | null} checks */
 function resultOf(checks) {
   const last = checks?.[0];
   if (!checks || !last) return [nothing(checks ? "Never checked yet." : "Loading …")];
@@ -48,26 +48,26 @@ function resultOf(checks) {
   ];
 }
 
-/** @param {DriftCheck} check */
+/** @param {DriftCheckDocument} check */
 function outcome({ applied, eyes, new_calibration_id }) {
   if (applied) return h("p", {}, badge("good", "corrected"), " ", new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : "");
   if (eyes.some(({ significant }) => significant)) return h("p", {}, badge("warn", "drifted"), " More than its own error; not corrected yet.");
   return h("p", {}, badge("good", "no drift"), " Nothing beyond its own error.");
 }
 
-/** @param {DriftEye} eye */
+/** @param {DriftEyeDocument} eye */
 function eyeRow({ eye, shift_x_deg, shift_y_deg, rotation_deg, sigma_deg, significant }) {
   return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
     h("td", { text: angle(rotation_deg, 3) }), h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }));
 }
 
-/** @param {DriftCheck[]} checks */
+/** @param {DriftCheckDocument[]} checks */
 function history(checks) {
   return h("details", {}, h("summary", { text: "Earlier checks" }), h("ul", { class: "history" }, checks.map((check) =>
     h("li", {}, h("time", { datetime: check.created_utc, text: when(check) }), h("span", { class: "number", text: check.eyes.map((eye) => `${eye.eye} ${angle(eye.shift_x_deg, 3)} ${angle(eye.shift_y_deg, 3)}`).join("  ") }), check.applied && badge("good", "corrected")))));
 }
 
-/** @param {DriftCheck} check */
+/** @param {DriftCheckDocument} check */
 function when({ created_utc }) {
   return new Date(created_utc).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
 }

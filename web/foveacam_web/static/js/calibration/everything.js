@@ -5,8 +5,8 @@ import { sheet } from "../panels/dialogs.js";
 import { starter, tickField } from "./parts.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").SessionDocument} SessionDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 

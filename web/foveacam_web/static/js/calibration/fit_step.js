@@ -9,9 +9,9 @@ import { choiceField, figures, nothing, panel, starter, tickField } from "./part
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").FitResult} FitResult
- * @typedef {import("./documents.js").Picture} Picture
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").FitDocument} FitDocument
+ * @typedef {import("#api").PictureDocument} PictureDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -27,12 +27,12 @@ export function makeFitStep(context) {
   const mounts = h("div", {});
   const pair = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showModels = changing(models, (/** @type {FitResult | null} */ fit) => [...mirrorTable(fit), ...fieldTable(fit)]);
+  const showModels = changing(models, (/** @type {FitDocument | null} */ fit) => [...mirrorTable(fit), ...fieldTable(fit)]);
   const showPaper = changing(paper, paperTable);
   const showParallax = changing(parallax, parallaxOf);
   const showMounts = changing(mounts, mountsOf);
   const showPair = changing(pair, pairOf);
-  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")]);
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")]);
   store.on(["session"], ({ session }) => {
     showModels(session?.fit ?? null);
     showPaper(session?.fit ?? null);
@@ -66,7 +66,7 @@ function against({ session }) {
   return session.sweeps.some(({ done }) => done > 0) ? null : "First step 2: there is nothing to fit yet.";
 }
 
-/** @param {FitResult | null} fit */
+/** @param {FitDocument | null} fit */
 function parallaxOf(fit) {
   if (!fit?.parallax) return [nothing("The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.")];
   const stations = parts(fit.parallax);
@@ -74,7 +74,7 @@ function parallaxOf(fit) {
   return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
 }
 
-/** @param {FitResult["drift"]} drift */
+/** @param {FitDocument["drift"]} drift */
 function mountsOf(drift) {
   const knocked = knockWords(drift);
   if (!drift) return [nothing("Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.")];
@@ -88,7 +88,7 @@ function report(document) {
   return [...sentences(document).map((text) => h("p", { class: "lead", text: sentence(text) })), figures(facts(document, sentenceNames(document)))];
 }
 
-/** @param {Picture[]} pictures */
+/** @param {PictureDocument[]} pictures */
 function pairOf(pictures) {
   const [before, after] = pictures;
   if (before && after) return [beforeAfter(before, after)];

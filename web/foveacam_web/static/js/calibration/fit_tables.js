@@ -6,8 +6,8 @@ import { facts, sentenceNames, sentences } from "./facts.js";
 import { badge, figures, nothing } from "./parts.js";
 
 /**
- * @typedef {import("./documents.js").FitResult} FitResult
- * @typedef {import("./documents.js").VariantStep} VariantStep
+ * @typedef {import("#api").FitDocument} FitDocument
+ * @typedef {import("#page").VariantStep} VariantStep
  * @typedef {{name: string, order: number | null, eye: string, chosen: boolean, size: number, text: string}} Score `size`: of its error
  */
 
@@ -15,7 +15,7 @@ const EYES = /** @type {const} */ (["left", "right"]);
 
 /**
  * The models of the mirrors: volts to angle.
- * @param {FitResult | null} fit
+ * @param {FitDocument | null} fit
  */
 export function mirrorTable(fit) {
   if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
@@ -25,7 +25,7 @@ export function mirrorTable(fit) {
 
 /**
  * The models of the rectification over the field.
- * @param {FitResult | null} fit
+ * @param {FitDocument | null} fit
  */
 export function fieldTable(fit) {
   if (!fit?.fields?.length) return [];
@@ -80,11 +80,12 @@ function shareOf(size, { least, most }) {
 
 /**
  * The paper's plain model of the same data beside ours, and what each of our additions brings.
- * @param {FitResult | null} fit
+ * @param {FitDocument | null} fit
  */
 export function paperTable(fit) {
   if (!fit?.paper) return [];
-  const { steps = [], ...paper } = fit.paper;
+  const { steps: variant_steps = [], ...paper } = fit.paper;
+  const steps = /** @type {VariantStep[]} */ (variant_steps);
   const ours = fit.models.filter((model) => model.chosen).map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join(", ");
   const rows = facts(paper, sentenceNames(paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value]));
   const trip = fit.volts_roundtrip_max_lsb == null ? [] : [/** @type {[string, string]} */ (["Ours: volts to angle to volts", `${number(fit.volts_roundtrip_max_lsb, 2)} DAC steps`])];

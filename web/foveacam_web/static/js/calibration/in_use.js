@@ -7,7 +7,7 @@ import { figures } from "./parts.js";
 import { verdictOf } from "./verdict.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("#page").ConsoleState} ConsoleState
  * @typedef {import("../store.js").Store} Store
  */
 

@@ -9,7 +9,7 @@ import { isRunning, placeOf } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").Work} Work
+ * @typedef {import("#page").Work} Work
  * @typedef {import("./orders.js").CalibrationOrders} CalibrationOrders
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
@@ -100,7 +100,7 @@ function runningWords(work) {
 
 /**
  * @param {Work} work
- * @param {Pick<import("../types.js").ConsoleState, "session" | "rig">} found
+ * @param {Pick<import("#page").ConsoleState, "session" | "rig">} found
  */
 function endedWords(work, found) {
   const tone = toneOf(work);
@@ -119,7 +119,7 @@ function endedWords(work, found) {
 
 /**
  * What came of calibrating everything: how good it is, and whether it is in use.
- * @param {Pick<import("../types.js").ConsoleState, "session" | "rig">} found
+ * @param {Pick<import("#page").ConsoleState, "session" | "rig">} found
  */
 function resultOf({ session, rig }) {
   const check = session?.check;

@@ -4,7 +4,7 @@ import { pixels } from "../format.js";
 
 /**
  * Nothing where it was not knocked.
- * @param {import("./documents.js").FitResult["drift"]} drift
+ * @param {import("#api").FitDocument["drift"] | undefined} drift
  */
 export function knockWords(drift) {
   const eyes = Object.entries(drift ?? {}).flatMap(([eye, { knocks_px: jumps }]) =>

@@ -5,13 +5,13 @@ import { MISSING, number, pixels, sentence } from "../format.js";
 import { nothing } from "./parts.js";
 
 /**
- * @typedef {import("./documents.js").LensFit} LensFit
- * @typedef {import("./documents.js").WideState} WideState
+ * @typedef {import("#api").WideFitDocument} WideFitDocument
+ * @typedef {import("#api").WideStageDocument} WideStageDocument
  */
 
 const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({ five: "Five coefficients", rational: "Rational" }));
 
-/** @type {[string, (fit: LensFit) => string][]} */
+/** @type {[string, (fit: WideFitDocument) => string][]} */
 const ROWS = [
   ["RMS", ({ rms_px }) => pixels(rms_px)],
   ["Pixel ↔ angle", ({ accuracy_deg }) => (accuracy_deg === null ? MISSING : `± ${number(accuracy_deg, 4)}°`)],
@@ -21,7 +21,7 @@ const ROWS = [
   ["Distortion", ({ distortion }) => distortion.map((each) => number(each, 4)).join("  ")],
 ];
 
-/** @param {WideState | null} wide */
+/** @param {WideStageDocument | null} wide */
 export function lensTable(wide) {
   if (!wide?.fit) return [nothing(sentence(wide?.reason) || "Not fitted yet: that takes views from all over the picture, some of them tilted.")];
   const fits = wide.other_model ? [wide.fit, wide.other_model] : [wide.fit];

@@ -6,11 +6,11 @@ import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").AnnotatedName} AnnotatedName
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Role} Role
+ * @typedef {import("#page").AnnotatedName} AnnotatedName
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Role} Role
  * @typedef {import("../video/views.js").Views} Views
- * @typedef {import("./documents.js").WizardPage} WizardPage
+ * @typedef {import("#page").WizardPage} WizardPage
  */
 
 /** @type {Readonly<Partial<Record<WizardPage, Role[]>>>} */

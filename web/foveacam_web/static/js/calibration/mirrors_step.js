@@ -7,10 +7,10 @@ import { allHold, choiceField, nothing, numberField, panel, starter, tickField }
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
- * @typedef {import("./documents.js").Station} Station
- * @typedef {import("./documents.js").Sweep} Sweep
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").PanTiltDocument} PanTiltDocument
+ * @typedef {import("#api").StationDocument} StationDocument
+ * @typedef {import("#api").SweepDocument} SweepDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -94,7 +94,7 @@ function placesOf({ session, pan_tilt }) {
   });
 }
 
-/** @param {Sweep | undefined} sweep */
+/** @param {SweepDocument | undefined} sweep */
 function refusals(sweep) {
   return (sweep?.poses ?? []).filter(({ left, right }) => left === "refused" || right === "refused").length;
 }

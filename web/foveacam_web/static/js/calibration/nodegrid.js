@@ -4,9 +4,9 @@ import { fill, h, say } from "../dom.js";
 import { angle, sentence } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").NodeState} NodeState
- * @typedef {import("./documents.js").Sweep} Sweep
- * @typedef {import("./documents.js").SweepNode} SweepNode
+ * @typedef {import("#page").NodeState} NodeState
+ * @typedef {import("#api").SweepDocument} SweepDocument
+ * @typedef {import("#api").SweepPoseDocument} SweepPoseDocument
  */
 
 /** @type {Readonly<Record<NodeState, {sign: string, word: string}>>} */
@@ -23,7 +23,7 @@ export class NodeGrid {
   #detail = h("p", { class: "node-detail", role: "status" });
   /** @type {Map<number, HTMLElement>} */
   #cells = new Map();
-  /** @type {SweepNode[]} */
+  /** @type {SweepPoseDocument[]} */
   #poses = [];
   #columns = 1;
   #layout = "";
@@ -37,7 +37,7 @@ export class NodeGrid {
     this.#grid.addEventListener("click", (event) => this.#choose(indexOf(event.target)));
   }
 
-  /** @param {Sweep | null} sweep */
+  /** @param {SweepDocument | null} sweep */
   update(sweep) {
     this.#poses = sweep?.poses ?? [];
     const layout = `${sweep?.station}: ${this.#poses.map(({ index, ax_deg, ay_deg }) => `${index} ${ax_deg} ${ay_deg}`).join()}`;
@@ -75,7 +75,7 @@ export class NodeGrid {
     this.#chosen = -1;
   }
 
-  /** @param {SweepNode} pose */
+  /** @param {SweepPoseDocument} pose */
   #showPose(pose) {
     const cell = this.#cells.get(pose.index);
     if (!cell) return;
@@ -123,7 +123,7 @@ function eye(side) {
   return h("span", { class: `eye ${side}`, "aria-hidden": "true" });
 }
 
-/** @param {SweepNode} pose */
+/** @param {SweepPoseDocument} pose */
 function inWords(pose) {
   const told = (/** @type {string} */ name, /** @type {NodeState} */ state, /** @type {string | null} */ reason) =>
     `${name} ${STATES[state].word}${reason ? ` (${reason})` : ""}`;

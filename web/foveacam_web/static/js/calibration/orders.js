@@ -6,13 +6,13 @@ import { h } from "../dom.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
- * @typedef {import("./documents.js").Comparison} Comparison
- * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
- * @typedef {import("./documents.js").RunStep} RunStep
- * @typedef {import("./documents.js").SessionDocument} SessionDocument
- * @typedef {import("./documents.js").SettleTime} SettleTime
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").CalibrationDocument} CalibrationDocument
+ * @typedef {import("#api").ComparisonDocument} ComparisonDocument
+ * @typedef {import("#api").PanTiltDocument} PanTiltDocument
+ * @typedef {import("#page").RunStep} RunStep
+ * @typedef {import("#api").SessionDocument} SessionDocument
+ * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
  * @typedef {import("./reader.js").CalibrationReader} CalibrationReader
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
@@ -93,7 +93,7 @@ export class CalibrationOrders {
 
   /**
    * Begin a step again that was cancelled or has failed; what it has measured counts.
-   * @param {import("./documents.js").Work} work
+   * @param {import("#page").Work} work
    */
   async goOn({ step, session_id, options }) {
     if (step === "drift") return;
@@ -132,7 +132,7 @@ export class CalibrationOrders {
    * @param {object | undefined} body
    */
   async #settleTime(method, body) {
-    const settle_time = await this.#attempt(() => /** @type {Promise<SettleTime>} */ (
+    const settle_time = await this.#attempt(() => /** @type {Promise<SettleTimeDocument>} */ (
       request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })));
     if (!settle_time) return;
     this.#store.set({ settle_time });
@@ -168,18 +168,18 @@ export class CalibrationOrders {
    */
   compare(a, b) {
     const query = new URLSearchParams({ a, b });
-    return this.#attempt(() => /** @type {Promise<Comparison>} */ (
+    return this.#attempt(() => /** @type {Promise<ComparisonDocument>} */ (
       request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS })));
   }
 
   /**
    * @param {object} document of a calibration file
    * @param {number | null} distance_m of its markers, where the file does not say
-   * @returns {Promise<CalibrationRecord | null>}
+   * @returns {Promise<CalibrationDocument | null>}
    */
   async importRecord(document, distance_m) {
     const query = distance_m === null ? "" : `?distance_m=${distance_m}`;
-    const record = await this.#attempt(() => /** @type {Promise<CalibrationRecord>} */ (
+    const record = await this.#attempt(() => /** @type {Promise<CalibrationDocument>} */ (
       request("POST", `/calibrations/import${query}`, { body: document, patience_ms: SLOW_MS })));
     if (record) await this.#reader.readRecords();
     return record;

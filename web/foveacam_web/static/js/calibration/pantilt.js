@@ -9,9 +9,9 @@ import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
- * @typedef {import("./documents.js").Station} Station
- * @typedef {import("./documents.js").Work} Work
+ * @typedef {import("#api").PanTiltDocument} PanTiltDocument
+ * @typedef {import("#api").StationDocument} StationDocument
+ * @typedef {import("#page").Work} Work
  * @typedef {import("./orders.js").CalibrationOrders} CalibrationOrders
  */
 
@@ -118,7 +118,7 @@ function stationsOf({ pan_tilt, busy }, { orders }) {
     }, "Go"))))];
 }
 
-/** @param {Station} station */
+/** @param {StationDocument} station */
 function turnOf({ pan_deg, tilt_deg }) {
   return Number.isFinite(pan_deg) ? `pan ${angle(pan_deg, 0)}, tilt ${angle(tilt_deg, 0)}` : MISSING;
 }

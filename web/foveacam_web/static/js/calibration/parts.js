@@ -9,7 +9,7 @@ import { isRunning } from "./work.js";
  * @typedef {import("../dom.js").Child} Child
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../icons.js").IconName} IconName
- * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("#page").ConsoleState} ConsoleState
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 

@@ -4,8 +4,8 @@ import { h } from "../dom.js";
 import { nothing } from "./parts.js";
 
 /**
- * @typedef {import("./documents.js").Picture} Picture
- * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("#api").PictureDocument} PictureDocument
+ * @typedef {import("#api").SessionDocument} SessionDocument
  */
 
 const BROAD = 1.5; // as wide as that, several diagrams stand in it and want the whole row
@@ -14,7 +14,7 @@ const BROAD = 1.5; // as wide as that, several diagrams stand in it and want the
  * The session's pictures of these names, in this order; their addresses change when they do.
  * @param {SessionDocument | null} session
  * @param {string[]} names
- * @returns {Picture[]}
+ * @returns {PictureDocument[]}
  */
 export function picturesOf(session, names) {
   if (!session) return [];
@@ -35,7 +35,7 @@ export function fresh(url, stamp) {
 
 /**
  * A diagram with its title; a click opens it at full size.
- * @param {Picture} picture
+ * @param {PictureDocument} picture
  */
 export function figure({ title, url }) {
   const image = h("img", { src: url, alt: title, loading: "lazy", on: {
@@ -49,8 +49,8 @@ export function figure({ title, url }) {
 
 /**
  * Two pictures of the same place, one over the other, with a slider between them.
- * @param {Picture} before
- * @param {Picture} after
+ * @param {PictureDocument} before
+ * @param {PictureDocument} after
  */
 export function beforeAfter(before, after) {
   const slider = h("input", { type: "range", min: 0, max: 100, value: 50, "aria-label": `${before.title} on the left, ${after.title} on the right` });

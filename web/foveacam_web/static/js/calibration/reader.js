@@ -7,16 +7,16 @@ import { isRunning } from "./work.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
- * @typedef {import("./documents.js").DriftCheck} DriftCheck
- * @typedef {import("./documents.js").HealthDocument} HealthDocument
- * @typedef {import("./documents.js").NodeState} NodeState
- * @typedef {import("./documents.js").PanTiltDocument} PanTiltDocument
- * @typedef {import("./documents.js").SessionDocument} SessionDocument
- * @typedef {import("./documents.js").SessionSummary} SessionSummary
- * @typedef {import("./documents.js").SettleTime} SettleTime
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").CalibrationDocument} CalibrationDocument
+ * @typedef {import("#api").DriftCheckDocument} DriftCheckDocument
+ * @typedef {import("#api").HealthDocument} HealthDocument
+ * @typedef {import("#page").NodeState} NodeState
+ * @typedef {import("#api").PanTiltDocument} PanTiltDocument
+ * @typedef {import("#api").SessionDocument} SessionDocument
+ * @typedef {import("#page").SessionSummary} SessionSummary
+ * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
@@ -81,20 +81,20 @@ export class CalibrationReader {
 
   readRecords() {
     return this.#reads.read("records", async () => {
-      this.#store.set({ records: /** @type {CalibrationRecord[]} */ (await request("GET", "/calibrations")) });
+      this.#store.set({ records: /** @type {CalibrationDocument[]} */ (await request("GET", "/calibrations")) });
     });
   }
 
   readDrift() {
     return this.#reads.read("drift", async () => {
-      const checks = /** @type {DriftCheck[]} */ (await request("GET", "/drift_checks"));
+      const checks = /** @type {DriftCheckDocument[]} */ (await request("GET", "/drift_checks"));
       this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
     });
   }
 
   readSettleTime() {
     return this.#reads.read("settle time", async () => {
-      this.#store.set({ settle_time: /** @type {SettleTime} */ (await request("GET", "/settle_time")) });
+      this.#store.set({ settle_time: /** @type {SettleTimeDocument} */ (await request("GET", "/settle_time")) });
     });
   }
 
@@ -147,7 +147,7 @@ export class CalibrationReader {
     });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
     this.#work.hear(event);

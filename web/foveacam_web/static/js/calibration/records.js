@@ -8,9 +8,9 @@ import { makeImporter } from "./importer.js";
 import { badge, figures, nothing } from "./parts.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").CalibrationRecord} CalibrationRecord
- * @typedef {import("./documents.js").Comparison} Comparison
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").CalibrationDocument} CalibrationDocument
+ * @typedef {import("#api").ComparisonDocument} ComparisonDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -44,7 +44,7 @@ export function mountRecords(place, context) {
     compare.disabled = picked.size !== 2;
     say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
   };
-  const show = changing(list, (/** @type {CalibrationRecord[] | null} */ records) => (records ?? []).map((record) => row(record, { ...context, picked, choose })));
+  const show = changing(list, (/** @type {CalibrationDocument[] | null} */ records) => (records ?? []).map((record) => row(record, { ...context, picked, choose })));
   const empty = h("div", {});
   store.on(["records", "rig"], ({ records, rig }) => {
     const in_use = rig?.calibration?.id;
@@ -57,7 +57,7 @@ export function mountRecords(place, context) {
 }
 
 /**
- * @param {CalibrationRecord} record
+ * @param {CalibrationDocument} record
  * @param {WizardContext & {picked: Set<string>, choose: () => void}} context
  */
 function row(record, { orders, picked, choose }) {
@@ -90,8 +90,8 @@ function row(record, { orders, picked, choose }) {
 }
 
 /**
- * @param {Comparison} found
- * @param {CalibrationRecord[]} records
+ * @param {ComparisonDocument} found
+ * @param {CalibrationDocument[]} records
  */
 function comparisonOf(found, records) {
   const name = (/** @type {string} */ id) => records.find((record) => record.id === id)?.label || id.slice(0, 10);

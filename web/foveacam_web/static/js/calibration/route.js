@@ -2,7 +2,7 @@
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").WizardPage} WizardPage
+ * @typedef {import("#page").WizardPage} WizardPage
  */
 
 /** @type {{page: WizardPage, title: string}[]} */

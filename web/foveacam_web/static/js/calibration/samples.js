@@ -7,7 +7,7 @@ import { nothing } from "./parts.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("./documents.js").WideSample} WideSample
+ * @typedef {import("#api").WideSampleDocument} WideSampleDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -21,7 +21,7 @@ export function mountSamples(place, { store, orders }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });
   const empty = h("div", {}, nothing("None yet. Each view that is taken appears here with its error; one that spoils the fit can be removed."));
   fill(place, empty, list);
-  const show = changing(list, (/** @type {{samples: WideSample[], busy: boolean}} */ { samples, busy }) => {
+  const show = changing(list, (/** @type {{samples: WideSampleDocument[], busy: boolean}} */ { samples, busy }) => {
     const limit = MUCH * median(samples.flatMap(({ rms_px }) => (rms_px === null ? [] : [rms_px])));
     return samples.map((sample, index) => card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }));
   });
@@ -33,7 +33,7 @@ export function mountSamples(place, { store, orders }) {
 }
 
 /**
- * @param {WideSample} sample
+ * @param {WideSampleDocument} sample
  * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error stands out
  */
 function card(sample, { index, far, busy, remove }) {

@@ -6,7 +6,7 @@ import { icon } from "../icons.js";
 import { badge, nothing } from "./parts.js";
 
 /**
- * @typedef {import("./documents.js").SessionSummary} SessionSummary
+ * @typedef {import("#page").SessionSummary} SessionSummary
  * @typedef {import("./page.js").WizardContext} WizardContext
  * @typedef {{list: SessionSummary[], open: string | undefined}} Shown
  */

@@ -7,10 +7,10 @@ import { figures, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").Picture} Picture
- * @typedef {import("./documents.js").SettleAxis} SettleAxis
- * @typedef {import("./documents.js").SettleTime} SettleTime
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").PictureDocument} PictureDocument
+ * @typedef {import("#api").SettleAxisDocument} SettleAxisDocument
+ * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -20,7 +20,7 @@ export function makeSettleStep({ store, orders }) {
   const table = h("div", { class: "scroll-x" });
   const diagrams = h("div", { class: "diagrams" });
   const showTable = changing(table, tableOf);
-  const showDiagrams = changing(diagrams, (/** @type {Picture[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("How each axis came to rest is drawn here once it was measured.")]);
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("How each axis came to rest is drawn here once it was measured.")]);
   store.on(["session"], ({ session }) => {
     showTable(session?.settle?.axes ?? []);
     showDiagrams(picturesOf(session, ["settle"]));
@@ -69,7 +69,7 @@ function isOfSession({ session, settle_time }) {
   return Boolean(session && measured) && measured?.session_id === session?.id && measured?.settle_us === session?.settle?.settle_us;
 }
 
-/** @param {{settle_time: SettleTime | null, here: boolean, label: string}} now */
+/** @param {{settle_time: SettleTimeDocument | null, here: boolean, label: string}} now */
 function waitOf({ settle_time, here, label }) {
   if (!settle_time) return [nothing("Not known before the rig is open.")];
   const { settle_us, measured, rig_file_us } = settle_time;
@@ -83,7 +83,7 @@ function milliseconds(settle_us) {
   return `${number(settle_us / 1000, 1)} ms`;
 }
 
-/** @param {SettleAxis[]} axes */
+/** @param {SettleAxisDocument[]} axes */
 function tableOf(axes) {
   if (axes.length === 0) return [nothing("Not measured yet.")];
   const value = (/** @type {number | null} */ number_, /** @type {number} */ decimals, /** @type {string} */ unit) => (number_ === null ? MISSING : `${number(number_, decimals)}${unit}`);

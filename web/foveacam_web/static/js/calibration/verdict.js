@@ -3,8 +3,8 @@
 import { MISSING, number, sentence, span } from "../format.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").HealthDocument} HealthDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").HealthDocument} HealthDocument
  */
 
 const OLD_S = 30 * 86400;

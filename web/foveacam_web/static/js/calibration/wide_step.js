@@ -9,9 +9,9 @@ import { figure, picturesOf } from "./pictures.js";
 import { mountSamples } from "./samples.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").Board} Board
- * @typedef {import("./documents.js").SessionDocument} SessionDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").BoardDocument} BoardDocument
+ * @typedef {import("#api").SessionDocument} SessionDocument
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
@@ -27,7 +27,7 @@ export function makeWideStep(context) {
   const diagrams = h("div", { class: "diagrams" });
   const showCover = changing(cover, coverOf);
   const showLens = changing(lens, lensTable);
-  const showDiagrams = changing(diagrams, (/** @type {import("./documents.js").Picture[]} */ pictures) => pictures.map(figure));
+  const showDiagrams = changing(diagrams, (/** @type {import("#api").PictureDocument[]} */ pictures) => pictures.map(figure));
   mountSamples(samples, context);
   store.on(["session", "rig"], ({ session, rig }) => {
     const camera = rig?.cameras.find(({ role }) => role === "wide");
@@ -85,7 +85,7 @@ function runForm({ store, orders }) {
  * @param {number | null} rows
  * @param {number | null} square_mm
  * @param {number | null} marker_mm
- * @returns {Board | null}
+ * @returns {BoardDocument | null}
  */
 function boardOf(kind, columns, rows, square_mm, marker_mm) {
   if (columns === null || rows === null || square_mm === null) return null;

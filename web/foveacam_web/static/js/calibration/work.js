@@ -1,12 +1,12 @@
 // Follows the procedure that runs, whoever started it: how far it is, how long it still takes, how it ended.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").Work} Work
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#page").Work} Work
  */
 
 const LOOK_MS = 1000; // events are quicker; this brings the time left, and stands in when they do not come
@@ -76,7 +76,7 @@ export class WorkFollower {
     if (!isRunning(this.#store.state.work)) this.#store.set({ work: null });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
     const { work } = this.#store.state;
@@ -127,7 +127,7 @@ export class WorkFollower {
     try {
       this.#take(await request("GET", `/jobs/${work.job_id}`));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug === "offline") this.#watch();
       else this.#set({ ...work, state: "failed", problem: error.document });
     }

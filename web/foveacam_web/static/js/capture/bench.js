@@ -12,9 +12,9 @@ import { makeStarter } from "./starter.js";
 /**
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").EstimateWish} EstimateWish
- * @typedef {import("./documents.js").ViewSize} ViewSize
- * @typedef {import("./documents.js").WholeDraft} WholeDraft
+ * @typedef {import("#api").EstimateRequest} EstimateRequest
+ * @typedef {import("#page").ViewSize} ViewSize
+ * @typedef {import("#page").WholeDraft} WholeDraft
  */
 
 /** One plan from its first letter to its start. */
@@ -73,7 +73,7 @@ export class Bench {
     return troubles.length > 0 ? null : plan;
   }
 
-  /** @returns {EstimateWish | null} null: the plan is not whole */
+  /** @returns {EstimateRequest | null} null: the plan is not whole */
   #wish() {
     const draft = this.#editor.read();
     const unseen = draft.field === "overlap" && this.#view === null; // the first estimate tells the size of a view

@@ -1,8 +1,8 @@
 // Which field a refusal is about, and what of the server's words is read there. Nothing here touches the page.
 
 /**
- * @typedef {import("./documents.js").Trouble} Trouble
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
+ * @typedef {import("#page").Trouble} Trouble
+ * @typedef {import("#api").Problem} Problem
  */
 
 /** @type {[RegExp, string][]} the first that fits tells the place */
@@ -27,7 +27,7 @@ const OF_A_KIND = /^(a|an|one|text|true) /;
 
 /**
  * What a refused request is refused for, each with its place on the page.
- * @param {ProblemDocument} problem
+ * @param {Problem} problem
  * @param {"grid" | "set_points"} source where the points come from
  * @returns {Trouble[]}
  */

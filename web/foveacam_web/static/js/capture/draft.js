@@ -1,7 +1,7 @@
 // What this browser keeps of the plan that is edited, so that a reload or a crash of the page loses nothing.
 
 /**
- * @typedef {import("./documents.js").WholeDraft} WholeDraft
+ * @typedef {import("#page").WholeDraft} WholeDraft
  * @typedef {{read: () => WholeDraft, put: (draft: WholeDraft) => void}} Fields
  */
 

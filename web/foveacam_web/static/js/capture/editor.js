@@ -8,8 +8,8 @@ import { makePoints } from "./points.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").Draft} Draft
- * @typedef {import("./documents.js").GridDocument} GridDocument
+ * @typedef {import("#page").PlanDraft} PlanDraft
+ * @typedef {import("#api").GridPoints} GridPoints
  * @typedef {import("./parts.js").Troubles} Troubles
  */
 
@@ -17,7 +17,7 @@ import { makePoints } from "./points.js";
  * @param {{store: Store, troubles: Troubles, changed: () => void}} context
  */
 export function makeEditor({ store, troubles, changed }) {
-  /** @type {() => Draft} */
+  /** @type {() => PlanDraft} */
   const read = () => Object.assign({}, ...parts.map((part) => part.read()));
   const parts = [makePoints(troubles, gridText(store, read), () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
   const titles = ["Points", "Distance", "At every point", "Rail"];
@@ -27,7 +27,7 @@ export function makeEditor({ store, troubles, changed }) {
   };
   const element = h("div", { class: "plan-editor", on: { input: said, change: said } },
     parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)));
-  const put = (/** @type {Draft} */ draft) => {
+  const put = (/** @type {PlanDraft} */ draft) => {
     for (const part of parts) part.put(draft);
     for (const part of parts) part.show();
   };
@@ -37,11 +37,11 @@ export function makeEditor({ store, troubles, changed }) {
 /**
  * The grid as it stands in the language of set points; null while nobody knows how far the eyes reach.
  * @param {Store} store
- * @param {() => Draft} read
+ * @param {() => PlanDraft} read
  * @returns {() => string | null}
  */
 function gridText(store, read) {
-  /** By the last estimate of a grid. @type {Pick<GridDocument, "half_width_deg" | "half_height_deg"> | null} */
+  /** By the last estimate of a grid. @type {Pick<GridPoints, "half_width_deg" | "half_height_deg"> | null} */
   let reach = null;
   store.on(["estimate"], ({ estimate: { document } }) => {
     const grid = document?.plan.points;
@@ -57,7 +57,7 @@ function gridText(store, read) {
 
 /** @param {Troubles} troubles */
 function makeDistance(troubles) {
-  const mode = segments("Where the eyes meet", /** @type {[Draft["mode"], string][]} */ ([["scene", "Measured"], ["given", "Given"], ["parallel", "Parallel"]]));
+  const mode = segments("Where the eyes meet", /** @type {[PlanDraft["mode"], string][]} */ ([["scene", "Measured"], ["given", "Given"], ["parallel", "Parallel"]]));
   const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
   const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "seen last" });
   const each = tickField("Verge anew at every point", false);

@@ -1,12 +1,12 @@
 // Asks what a plan takes while it is edited: a moment after the last key, one at a time, and only the newest answer counts.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
- * @typedef {import("./documents.js").EstimateWish} EstimateWish
- * @typedef {import("./documents.js").PlanEstimate} PlanEstimate
+ * @typedef {import("#page").Estimate} Estimate
+ * @typedef {import("#api").EstimateRequest} EstimateRequest
+ * @typedef {import("#page").Answered<Estimate>} Answered
  */
 
 const REST_MS = 250; // between the last key and the question
@@ -15,9 +15,9 @@ const PATIENCE_MS = 60_000; // ten thousand points take a while
 /** The estimates of one page. */
 export class Estimator {
   #store;
-  /** @type {EstimateWish | null} */
+  /** @type {EstimateRequest | null} */
   #wanted = null;
-  /** @type {EstimateWish | null} */
+  /** @type {EstimateRequest | null} */
   #due = null;
   #asking = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -30,7 +30,7 @@ export class Estimator {
 
   /**
    * Say what shall be estimated; null: nothing, as the plan is not whole.
-   * @param {EstimateWish | null} wish
+   * @param {EstimateRequest | null} wish
    */
   want(wish) {
     if (JSON.stringify(wish) === JSON.stringify(this.#wanted)) return;
@@ -45,7 +45,7 @@ export class Estimator {
     if (this.#wanted) this.#soon(this.#wanted);
   }
 
-  /** @param {EstimateWish} wish */
+  /** @param {EstimateRequest} wish */
   #soon(wish) {
     this.#tell({ ...this.#store.state.estimate, stale: true });
     clearTimeout(this.#timer);
@@ -66,22 +66,22 @@ export class Estimator {
     this.#asking = false;
   }
 
-  /** @param {PlanEstimate} estimate */
+  /** @param {Answered} estimate */
   #tell(estimate) {
     this.#store.set({ estimate });
   }
 }
 
 /**
- * @param {EstimateWish} body
- * @returns {Promise<Omit<PlanEstimate, "stale">>}
+ * @param {EstimateRequest} body
+ * @returns {Promise<Omit<Answered, "stale">>}
  */
 async function answerTo(body) {
   try {
-    const document = /** @type {EstimateDocument} */ (await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS }));
+    const document = /** @type {Estimate} */ (await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS }));
     return { document, problem: null };
   } catch (error) {
-    if (!(error instanceof Problem)) throw error;
+    if (!(error instanceof RequestError)) throw error;
     return { document: null, problem: error.document };
   }
 }

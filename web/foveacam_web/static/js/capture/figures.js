@@ -9,8 +9,8 @@ import { percent, sizeText } from "./words.js";
 /**
  * @typedef {import("../dom.js").Child} Child
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
- * @typedef {import("./documents.js").PlanEstimate} PlanEstimate
+ * @typedef {import("#page").Estimate} Estimate
+ * @typedef {import("#page").Answered<Estimate>} Answered
  */
 
 const RESERVE_BYTES = 64 * 2 ** 20; // what the server sets aside
@@ -20,7 +20,7 @@ const RESERVE_BYTES = 64 * 2 ** 20; // what the server sets aside
  * @param {Store} store
  */
 export function mountFigures(place, store) {
-  const show = changing(place, (/** @type {EstimateDocument | null} */ document) => (document ? figuresOf(document) : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")]));
+  const show = changing(place, (/** @type {Estimate | null} */ document) => (document ? figuresOf(document) : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")]));
   store.on(["estimate"], ({ estimate }) => {
     place.classList.toggle("stale", estimate.stale);
     place.setAttribute("aria-busy", String(estimate.stale));
@@ -30,15 +30,15 @@ export function mountFigures(place, store) {
 
 /**
  * The plan without its points: only how many there are is shown here.
- * @param {EstimateDocument["plan"]} plan
- * @returns {EstimateDocument["plan"]}
+ * @param {Estimate["plan"]} plan
+ * @returns {Estimate["plan"]}
  */
 function shortened(plan) {
   return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
 }
 
 /**
- * @param {EstimateDocument} estimate
+ * @param {Estimate} estimate
  * @returns {Child[]}
  */
 function figuresOf(estimate) {
@@ -49,7 +49,7 @@ function figuresOf(estimate) {
   ];
 }
 
-/** @param {EstimateDocument} estimate */
+/** @param {Estimate} estimate */
 function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
   const parts = reverge_s + rail_s + hand_moves === 0 ? ["at least, by settling, exposing and reading out"] : [`at least: ${span(limit_s)} settling, exposing and reading out`];
   if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
@@ -59,7 +59,7 @@ function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
 }
 
 /**
- * @param {EstimateDocument} estimate
+ * @param {Estimate} estimate
  * @returns {[string, Child][]}
  */
 function pointRows({ points, shots, plan, distance_assumed }) {
@@ -73,7 +73,7 @@ function pointRows({ points, shots, plan, distance_assumed }) {
 }
 
 /**
- * @param {EstimateDocument} estimate
+ * @param {Estimate} estimate
  * @returns {[string, Child][]}
  */
 function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
@@ -87,7 +87,7 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
 }
 
 /**
- * @param {EstimateDocument} estimate
+ * @param {Estimate} estimate
  * @returns {[string, Child][]}
  */
 function fieldRows({ plan: { points }, coverage }) {

@@ -1,14 +1,14 @@
 // What the operator can order of captures. What a start is refused for is handed back, to be read where it was asked.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./documents.js").CaptureDocument} CaptureDocument
- * @typedef {import("./documents.js").CaptureWish} CaptureWish
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").CaptureRequest} CaptureRequest
  * @typedef {import("./reader.js").CaptureReader} CaptureReader
  */
 
@@ -26,8 +26,8 @@ export class CaptureOrders {
   }
 
   /**
-   * @param {CaptureWish} wish
-   * @returns {Promise<ProblemDocument | null>} why not
+   * @param {CaptureRequest} wish
+   * @returns {Promise<Problem | null>} why not
    */
   async start(wish) {
     try {
@@ -35,7 +35,7 @@ export class CaptureOrders {
       this.#reader.follow(job.id, { name: wish.name });
       return null;
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
       return error.document;
     }
@@ -78,7 +78,7 @@ export class CaptureOrders {
     else await this.#reader.readAll();
   }
 
-  /** @param {Problem} error */
+  /** @param {RequestError} error */
   #hasAWayOut({ slug, message }) {
     const { lease, lease_token } = this.#store.state;
     return slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder));

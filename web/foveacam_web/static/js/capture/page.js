@@ -13,7 +13,7 @@ import { mountRuns } from "./runs.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Role} Role
+ * @typedef {import("#page").Role} Role
  * @typedef {import("../video/views.js").Views} Views
  * @typedef {{
  *   store: Store, views: Views, commands: import("../commands.js").Commands,

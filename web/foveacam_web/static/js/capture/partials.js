@@ -9,7 +9,7 @@ import { sizeText } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
  */
 

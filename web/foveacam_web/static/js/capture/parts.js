@@ -4,7 +4,7 @@ import { fill, h, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
-/** @typedef {import("./documents.js").Trouble} Trouble */
+/** @typedef {import("#page").Trouble} Trouble */
 
 /** Where refusals are told: beside the field that they are about. */
 export class Troubles {

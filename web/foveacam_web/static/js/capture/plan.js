@@ -3,13 +3,13 @@
 import { directionOf } from "../video/angles.js";
 
 /**
- * @typedef {import("./documents.js").Draft} Draft
- * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
- * @typedef {import("./documents.js").GridDocument} GridDocument
- * @typedef {import("./documents.js").PlanWish} PlanWish
- * @typedef {import("./documents.js").Trouble} Trouble
- * @typedef {import("./documents.js").ViewSize} ViewSize
- * @typedef {import("../types.js").Intrinsics} Intrinsics
+ * @typedef {import("#page").PlanDraft} PlanDraft
+ * @typedef {import("#page").Estimate} Estimate
+ * @typedef {Required<import("#api").GridPoints>} GridPoints
+ * @typedef {import("#page").PlanRequest} PlanRequest
+ * @typedef {import("#page").Trouble} Trouble
+ * @typedef {import("#page").ViewSize} ViewSize
+ * @typedef {import("#api").WideLensDocument} WideLensDocument
  */
 
 /** Sec. 5.1: five places along the x axis, each with a full scan. */
@@ -17,9 +17,9 @@ export const PAPER_RAIL_MM = Object.freeze([-300, -100, 0, 100, 300]);
 
 /**
  * The plan of a draft; with troubles it is not whole, and is not sent.
- * @param {Draft} draft
+ * @param {PlanDraft} draft
  * @param {ViewSize | null} view of one fovea, once it is known
- * @returns {{plan: PlanWish, troubles: Trouble[]}}
+ * @returns {{plan: PlanRequest, troubles: Trouble[]}}
  */
 export function planOf(draft, view) {
   /** @type {Trouble[]} */
@@ -34,10 +34,10 @@ export function planOf(draft, view) {
 }
 
 /**
- * @param {Draft} draft
+ * @param {PlanDraft} draft
  * @param {ViewSize | null} view
  * @param {Trouble[]} troubles
- * @returns {GridDocument}
+ * @returns {GridPoints}
  */
 function gridOf(draft, view, troubles) {
   const { columns, rows, centre_ax_deg, centre_ay_deg, order } = draft;
@@ -50,10 +50,10 @@ function gridOf(draft, view, troubles) {
 }
 
 /**
- * @param {Draft} draft
+ * @param {PlanDraft} draft
  * @param {ViewSize | null} view
  * @param {Trouble[]} troubles
- * @returns {Pick<GridDocument, "half_width_deg" | "half_height_deg">}
+ * @returns {Pick<GridPoints, "half_width_deg" | "half_height_deg">}
  */
 function extentOf({ field, across, down, columns, rows }, view, troubles) {
   if (field === "all") return { half_width_deg: null, half_height_deg: null };
@@ -80,8 +80,8 @@ function halfOf(count, step_deg) {
 
 /**
  * How large a fovea's view is, by the middle one of those that were estimated.
- * @param {EstimateDocument} estimate
- * @param {Intrinsics} lens
+ * @param {Estimate} estimate
+ * @param {WideLensDocument} lens
  * @returns {ViewSize | null}
  */
 export function viewSize({ coverage: { footprints } }, lens) {
@@ -95,7 +95,7 @@ export function viewSize({ coverage: { footprints } }, lens) {
 
 /**
  * A grid in the language of set points: its corners and what lies between them.
- * @param {GridDocument} grid filled in
+ * @param {GridPoints} grid filled in
  */
 export function asSetPoints({ columns, rows, centre_ax_deg, centre_ay_deg, half_width_deg, half_height_deg, order }) {
   const [x, y] = [half_width_deg ?? 0, half_height_deg ?? 0];
@@ -114,7 +114,7 @@ function plain(value) {
 
 /**
  * Column and row of the points of a grid, in the order in which they are taken.
- * @param {GridDocument} grid
+ * @param {GridPoints} grid
  * @param {number} number
  */
 export function placeOf({ columns, order }, number) {

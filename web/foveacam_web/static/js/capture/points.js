@@ -5,11 +5,11 @@ import { h, say } from "../dom.js";
 import { asked, named, segments } from "./parts.js";
 
 /**
- * @typedef {import("./documents.js").Draft} Draft
+ * @typedef {import("#page").PlanDraft} PlanDraft
  * @typedef {import("./parts.js").Troubles} Troubles
  */
 
-/** @type {Record<Draft["field"], {across: string, down: string, unit: string, usual: [number, number], note: string}>} */
+/** @type {Record<PlanDraft["field"], {across: string, down: string, unit: string, usual: [number, number], note: string}>} */
 const EXTENTS = {
   all: { across: "", down: "", unit: "", usual: [0, 0], note: "From corner to corner what both eyes reach at the distance where they meet, in steps of 0.1°." },
   extent: { across: "To each side", down: "Up and down", unit: "°", usual: [5, 4], note: "From the centre to the outermost points." },
@@ -32,7 +32,7 @@ const LANGUAGE = [
  * @param {() => void} changed
  */
 export function makePoints(troubles, asText, changed) {
-  const source = segments("Where the points come from", /** @type {[Draft["source"], string][]} */ ([["grid", "Grid of angles"], ["set_points", "Set points"]]));
+  const source = segments("Where the points come from", /** @type {[PlanDraft["source"], string][]} */ ([["grid", "Grid of angles"], ["set_points", "Set points"]]));
   const [grid, text] = [makeGrid(troubles), makeText(troubles, asText, changed)];
   const show = () => {
     for (const [name, part] of /** @type {const} */ ([["grid", grid.element], ["set_points", text.element]])) {
@@ -46,7 +46,7 @@ export function makePoints(troubles, asText, changed) {
   return {
     element: h("div", { class: "stack" }, source.element, grid.element, text.element), show,
     read: () => ({ ...own.read(), ...grid.read() }),
-    put: (/** @type {Draft} */ draft) => {
+    put: (/** @type {PlanDraft} */ draft) => {
       own.put(draft);
       grid.put(draft);
     },
@@ -63,7 +63,7 @@ function makeGrid(troubles) {
   const note = h("p", { class: "why" });
   let shown = "all";
   const show = () => {
-    const chosen = /** @type {Draft["field"]} */ (field.value());
+    const chosen = /** @type {PlanDraft["field"]} */ (field.value());
     const { across: sideways, down: downwards, unit, usual, note: words } = EXTENTS[chosen];
     [across, down].forEach(({ element, input }, index) => {
       element.hidden = chosen === "all";
@@ -79,7 +79,7 @@ function makeGrid(troubles) {
     asked([field.element, h("div", { class: "fields" }, across.element, down.element)], note, troubles.place("field")),
     asked([x.element, y.element], troubles.place("centre")));
   const fields = named({ columns, rows, order, centre_ax_deg: x, centre_ay_deg: y, field, across, down });
-  return { element, show, read: fields.read, put: (/** @type {Draft} */ draft) => {
+  return { element, show, read: fields.read, put: (/** @type {PlanDraft} */ draft) => {
     fields.put(draft);
     shown = draft.field; // its numbers came along
   } };

@@ -8,10 +8,10 @@ import { percent } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").Point} Point
  * @typedef {import("../video/pane.js").Pane} Pane
- * @typedef {import("./documents.js").Corners} Corners
- * @typedef {import("./documents.js").EstimateDocument} EstimateDocument
+ * @typedef {import("#page").Corners} Corners
+ * @typedef {import("#page").Estimate} Estimate
  */
 
 const MANY = 1500; // more outlines than this are only noise
@@ -23,7 +23,7 @@ export class PlanPrints {
   #pane;
   #canvas = h("canvas", { class: "plan-prints", tabindex: 0, role: "application" });
   #tip = h("p", { class: "plan-tip", role: "status", hidden: true });
-  /** @type {EstimateDocument | null} */
+  /** @type {Estimate | null} */
   #estimate = null;
   /** @type {number | null} */
   #chosen = null;
@@ -182,13 +182,13 @@ function distance(a, b) {
   return Math.hypot(a.x - b.x, a.y - b.y);
 }
 
-/** @param {EstimateDocument} estimate */
+/** @param {Estimate} estimate */
 function summary({ coverage }) {
   return `Footprints of ${count(coverage.footprints.length)} points: ${percent(coverage.seen_either)} of the field is seen, ${percent(coverage.seen_both)} by both eyes. Arrow keys go from point to point.`;
 }
 
 /**
- * @param {EstimateDocument} estimate
+ * @param {Estimate} estimate
  * @param {number} index
  */
 function wordsOf({ plan: { points, verging } }, index) {

@@ -1,15 +1,15 @@
 // Follows the capture that runs, whoever began it, on every page; lists captures while their page is open.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").CaptureDocument} CaptureDocument
- * @typedef {import("./documents.js").CaptureProgress} CaptureProgress
- * @typedef {import("./documents.js").Capturing} Capturing
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").CaptureProgress} CaptureProgress
+ * @typedef {import("#page").Capturing} Capturing
  */
 
 const LOOK_MS = 1000; // events are quicker; this stands in when they do not come
@@ -68,7 +68,7 @@ export class CaptureReader {
     if (!isCapturing(this.#store.state.capturing)) this.#store.set({ capturing: null });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
     if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data)); // any: a report of the server, as its document says
@@ -119,7 +119,7 @@ export class CaptureReader {
       if (found && !job) this.#take({ capture_id: found.id, name: found.name, state: found.state, progress: found.progress, why: found.why });
       this.#watch();
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug === "not-found") this.#store.set({ capturing: null }); // another data directory: nobody knows the job
       else this.#watch();
     }
@@ -172,6 +172,6 @@ export class CaptureReader {
  * @returns {CaptureDocument[]}
  */
 function nothingThere(error) {
-  if (error instanceof Problem && error.slug === "not-found") return [];
+  if (error instanceof RequestError && error.slug === "not-found") return [];
   throw error;
 }

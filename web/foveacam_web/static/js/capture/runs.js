@@ -10,8 +10,8 @@ import { endWords, farWords, stateWords } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").Capturing} Capturing
- * @typedef {import("./documents.js").CaptureEnd} CaptureEnd
+ * @typedef {import("#page").Capturing} Capturing
+ * @typedef {import("#page").CaptureEnd} CaptureEnd
  * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
  * @typedef {import("./reader.js").CaptureReader} CaptureReader
  */

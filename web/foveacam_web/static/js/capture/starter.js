@@ -10,13 +10,13 @@ import { asked, textField } from "./parts.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./documents.js").CaptureWish} CaptureWish
- * @typedef {import("./documents.js").CodecName} CodecName
- * @typedef {import("./documents.js").Draft} Draft
- * @typedef {import("./documents.js").DraftWords} DraftWords
- * @typedef {import("./documents.js").PlanWish} PlanWish
- * @typedef {import("./documents.js").Trouble} Trouble
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").CaptureRequest} CaptureRequest
+ * @typedef {import("#page").CodecName} CodecName
+ * @typedef {import("#page").PlanDraft} PlanDraft
+ * @typedef {import("#page").DraftWords} DraftWords
+ * @typedef {import("#page").PlanRequest} PlanRequest
+ * @typedef {import("#page").Trouble} Trouble
  * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
  * @typedef {import("./parts.js").Troubles} Troubles
  */
@@ -24,7 +24,7 @@ import { asked, textField } from "./parts.js";
 const OF_POINTS = new Set(["text", "size", "field", "centre"]); // a grid's, or a text's, and not in sight with the other
 
 /**
- * @param {{store: Store, orders: CaptureOrders, troubles: Troubles, plan: () => PlanWish | null, source: () => Draft["source"], changed: () => void}} context
+ * @param {{store: Store, orders: CaptureOrders, troubles: Troubles, plan: () => PlanRequest | null, source: () => PlanDraft["source"], changed: () => void}} context
  *   `plan`: null while it is not whole
  */
 export function makeStarter({ store, orders, troubles, plan, source, changed }) {
@@ -32,7 +32,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   const above = h("div", { class: "above" });
   const tellAbove = changing(above, (/** @type {string[]} */ refusals) => refusals.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
   const start = h("button", { type: "button", class: "plain primary start", on: { click: () => void begin() } }, icon("pictures"), "Start the capture");
-  /** What the last start was refused for, until something changes. @type {ProblemDocument | null} */
+  /** What the last start was refused for, until something changes. @type {Problem | null} */
   let refused = null;
   let sending = false;
   const element = h("div", { class: "stack", on: { input: edited, change: edited } }, fields.element, above, h("p", { class: "actions" }, start));
@@ -58,7 +58,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
    */
   function tell(own) {
     const { problem, stale } = store.state.estimate;
-    const of = (/** @type {ProblemDocument | null} */ document) => (document ? blamed(document, source()) : []);
+    const of = (/** @type {Problem | null} */ document) => (document ? blamed(document, source()) : []);
     const estimated = of(problem).filter(({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"));
     tellAbove(troubles.tell(distinct([...own, ...of(refused), ...estimated])));
     start.disabled = sending || own.length > 0 || problem?.status === 422;
@@ -80,7 +80,7 @@ function makeFields(troubles) {
   const read = () => ({ name: name.value() === given ? "" : name.value(), label: label.value(), licence: licence.value(), codec: /** @type {CodecName} */ (codec.value()) });
   return {
     element,
-    /** @param {PlanWish} plan @returns {CaptureWish} */
+    /** @param {PlanRequest} plan @returns {CaptureRequest} */
     wish: (plan) => ({ ...read(), name: name.value(), plan }),
     read,
     /** @param {DraftWords} words */

@@ -11,8 +11,8 @@ import { makeStillShown } from "./still_shown.js";
 /**
  * @typedef {import("../commands.js").Commands} Commands
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./still_documents.js").StillPress} StillPress
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#page").StillPress} StillPress
  * @typedef {import("./still_reader.js").StillReader} StillReader
  */
 
@@ -24,7 +24,7 @@ export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
   const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
   const tell = changing(told, toldOf);
-  /** What the last press was refused for, until the next. @type {ProblemDocument | null} */
+  /** What the last press was refused for, until the next. @type {Problem | null} */
   let refused = null;
   let sending = false;
   const take = async () => {
@@ -53,7 +53,7 @@ export function stillPanel({ store, commands, reader }) {
   return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
 }
 
-/** @param {{press: StillPress | null, problem: ProblemDocument | null}} now */
+/** @param {{press: StillPress | null, problem: Problem | null}} now */
 function toldOf({ press, problem }) {
   if (press && !press.over) {
     const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";

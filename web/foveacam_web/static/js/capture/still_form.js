@@ -6,15 +6,15 @@ import { asked, segments, textField } from "./parts.js";
 import { CAMERAS } from "./still_words.js";
 
 /**
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("./still_documents.js").StillWish} StillWish
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").StillRequest} StillRequest
  */
 
 const MOST_FRAMES = 64;
 const USUAL_FRAMES = 5;
 const ROLES = /** @type {Role[]} */ (["wide", "left", "right"]);
 
-/** @returns {{element: HTMLElement, read: () => StillWish | null}} `read`: null, and the field is shown, when one cannot be used */
+/** @returns {{element: HTMLElement, read: () => StillRequest | null}} `read`: null, and the field is shown, when one cannot be used */
 export function makeStillForm() {
   const frames = numberField("Frames", { value: USUAL_FRAMES, min: 1, max: MOST_FRAMES });
   const keep = segments("Kept of a stack", [["mean", "Mean, 16 bits"], ["all", "Every frame"]]);

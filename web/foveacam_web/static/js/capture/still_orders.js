@@ -1,16 +1,16 @@
 // What the operator can order of stills: take, keep, discard, restore, describe, check.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { galleryAddress } from "../gallery/route.js";
 import { Trash } from "../gallery/trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./still_documents.js").StillChecked} StillChecked
- * @typedef {import("./still_documents.js").StillDocument} StillDocument
- * @typedef {import("./still_documents.js").StillWish} StillWish
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").StillCheck} StillCheck
+ * @typedef {import("#api").StillDocument} StillDocument
+ * @typedef {import("#api").StillRequest} StillRequest
  * @typedef {Pick<StillDocument, "id" | "name">} Named
  */
 
@@ -37,14 +37,14 @@ export class StillOrders {
   }
 
   /**
-   * @param {StillWish} wish
-   * @returns {Promise<JobDocument | ProblemDocument>} a problem has a `status`
+   * @param {StillRequest} wish
+   * @returns {Promise<JobDocument | Problem>} a problem has a `status`
    */
   async take(wish) {
     try {
       return /** @type {JobDocument} */ (await request("POST", "/stills", { body: wish, headers: this.#commands.leaseHeader() }));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
       return error.document;
     }
@@ -79,6 +79,6 @@ export class StillOrders {
 
   /** @param {string} id */
   check(id) {
-    return this.#commands.attempt(() => /** @type {Promise<StillChecked>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })));
+    return this.#commands.attempt(() => /** @type {Promise<StillCheck>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })));
   }
 }

@@ -1,13 +1,13 @@
 // Follows the press under way, and the stills that wait to be kept or discarded.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./still_documents.js").StillDocument} StillDocument
- * @typedef {import("./still_documents.js").StillPress} StillPress
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").StillDocument} StillDocument
+ * @typedef {import("#page").StillPress} StillPress
  */
 
 const LOOK_MS = 500; // events are quicker; this stands in when they do not come
@@ -53,7 +53,7 @@ export class StillReader {
     this.changed();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (kind.startsWith("still.")) void this.readHeld();
     if (kind !== "job.updated") return;
@@ -77,7 +77,7 @@ export class StillReader {
     try {
       this.#take(/** @type {JobDocument} */ (await request("GET", `/jobs/${press.job_id}`)));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug === "not-found") this.press = null; // another data directory: nobody knows the job
       else this.#watch();
       this.changed();

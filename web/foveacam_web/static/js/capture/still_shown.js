@@ -8,7 +8,7 @@ import { cameraWords, CAMERAS, missingWords } from "./still_words.js";
 import { textField } from "./parts.js";
 
 /**
- * @typedef {import("./still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").StillDocument} StillDocument
  * @typedef {import("./still_orders.js").StillOrders} StillOrders
  * @typedef {{still: StillDocument, waiting: number} | null} Shown
  */

@@ -3,8 +3,8 @@
 import { angle, count, millis, number, sentence } from "../format.js";
 
 /**
- * @typedef {import("./still_documents.js").StillCamera} StillCamera
- * @typedef {import("./still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").StillCamera} StillCamera
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 export const CAMERAS = Object.freeze(/** @type {const} */ ({ wide: "Wide", left: "Left eye", right: "Right eye" }));

@@ -3,8 +3,8 @@
 import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").CaptureEnd} CaptureEnd
- * @typedef {import("./documents.js").Capturing} Capturing
+ * @typedef {import("#page").CaptureEnd} CaptureEnd
+ * @typedef {import("#page").Capturing} Capturing
  */
 
 /**

@@ -9,7 +9,7 @@ import { makeEditable } from "./editable.js";
 /**
  * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
  * @typedef {import("./dataset_reader.js").DatasetReader} DatasetReader
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
 const LICENCES = ["all rights reserved", "CC BY 4.0", "CC BY-SA 4.0", "CC0 1.0"];
@@ -29,7 +29,7 @@ export function makeAbout(orders, reader) {
   const licence = makeEditable("Licence", { save: saver("licence"), usual: LICENCES });
   const facts = h("div", {});
   const showFacts = changing(facts, factsOf);
-  return { element: h("div", { class: "stack" }, label.element, licence.element, facts), show: (/** @type {DatasetDocument} */ dataset) => {
+  return { element: h("div", { class: "stack" }, label.element, licence.element, facts), show: (/** @type {CaptureDocument} */ dataset) => {
     label.show(dataset.label);
     licence.show(dataset.licence);
     for (const { element } of [label, licence]) element.hidden = dataset.state === "damaged" || dataset.state === "starting";
@@ -37,7 +37,7 @@ export function makeAbout(orders, reader) {
   } };
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 function factsOf(dataset) {
   const { scans, frames } = dataset.points;
   return [figures(/** @type {[string, string][]} */ ([

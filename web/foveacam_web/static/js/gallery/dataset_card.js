@@ -11,8 +11,8 @@ import { galleryAddress } from "./route.js";
 
 /**
  * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {{element: HTMLElement, show: (dataset: DatasetDocument) => void}} Card
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {{element: HTMLElement, show: (dataset: CaptureDocument) => void}} Card
  */
 
 const WIDTH_PX = 320;
@@ -29,7 +29,7 @@ export function makeCard(orders) {
   const showCover = coverOf(cover);
   const showName = changing(name, nameOf);
   const showWords = changing(words, wordsOf);
-  const showTools = changing(tools, (/** @type {DatasetDocument} */ dataset) => toolsOf(dataset, orders));
+  const showTools = changing(tools, (/** @type {CaptureDocument} */ dataset) => toolsOf(dataset, orders));
   const showProgress = changing(progress, progressOf);
   const element = h("li", { class: "card" }, cover, name, words, progress, tools);
   return { element, show: (dataset) => {
@@ -47,7 +47,7 @@ export function makeCard(orders) {
 function coverOf(place) {
   const drawn = makeDrawn({ lazy: true, width: WIDTH_PX, height: HEIGHT_PX });
   const blank = h("p", { class: "blank" });
-  return (/** @type {DatasetDocument} */ dataset) => {
+  return (/** @type {CaptureDocument} */ dataset) => {
     const why = dataset.removed ? "In the trash" : dataset.state === "damaged" ? "No picture: it cannot be read" : dataset.points.taken === 0 ? "Nothing taken yet" : "";
     if (why === "") drawn.show(fresh(`${dataset.url}/thumbnail.jpg`, String(dataset.points.taken)), "");
     say(blank, why);
@@ -56,13 +56,13 @@ function coverOf(place) {
   };
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 function nameOf({ id, name, removed }) {
   if (removed) return [h("span", { text: name, title: name })];
   return [h("a", { href: galleryAddress("datasets", id), title: name, text: name, data: { keep: "name" } })];
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 function wordsOf(dataset) {
   const { text, tone } = stateWords(dataset);
   const ended = !isLive(dataset) && dataset.why !== "";
@@ -75,7 +75,7 @@ function wordsOf(dataset) {
 }
 
 /**
- * @param {DatasetDocument} dataset
+ * @param {CaptureDocument} dataset
  * @param {DatasetOrders} orders
  */
 function toolsOf(dataset, orders) {
@@ -87,7 +87,7 @@ function toolsOf(dataset, orders) {
   }, icon("trash"))];
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 function progressOf(dataset) {
   if (!isLive(dataset)) return [];
   const { progress } = dataset;

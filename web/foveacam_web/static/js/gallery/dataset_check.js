@@ -7,15 +7,15 @@ import { sizeWords } from "./dataset_words.js";
 
 /**
  * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("./documents.js").CaptureChecked} CaptureChecked
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("#api").CaptureChecked} CaptureChecked
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
 const MOST = 20;
 
 /** @param {DatasetOrders} orders */
 export function makeCheck(orders) {
-  /** @type {DatasetDocument | null} */
+  /** @type {CaptureDocument | null} */
   let now = null;
   const [found, told] = [h("div", { class: "stack", role: "status" }), h("span", { class: "why" })];
   const act = async () => {
@@ -30,7 +30,7 @@ export function makeCheck(orders) {
   };
   const button = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("check"), "Check every file");
   const element = h("div", { class: "stack" }, h("p", { class: "actions" }, button, told), found);
-  return { element, show: (/** @type {DatasetDocument} */ dataset) => {
+  return { element, show: (/** @type {CaptureDocument} */ dataset) => {
     now = dataset;
   } };
 }

@@ -10,8 +10,8 @@ import { galleryAddress } from "./route.js";
 
 /**
  * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {Pick<DatasetDocument, "id" | "name" | "state" | "resumable" | "url"> & {begun: boolean}} Deed what the buttons go by
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {Pick<CaptureDocument, "id" | "name" | "state" | "resumable" | "url"> & {begun: boolean}} Deed what the buttons go by
  */
 
 /** @param {DatasetOrders} orders */
@@ -20,7 +20,7 @@ export function makeHead(orders) {
   const showName = changing(name, nameOf);
   const showActions = changing(actions, (/** @type {Deed} */ dataset) => actionsOf(dataset, orders));
   const showFar = changing(far, farOf);
-  return { element: h("header", { class: "dataset-head" }, name, actions, far), show: (/** @type {DatasetDocument} */ dataset) => {
+  return { element: h("header", { class: "dataset-head" }, name, actions, far), show: (/** @type {CaptureDocument} */ dataset) => {
     showName({ name: dataset.name, word: stateWords(dataset) });
     const { id, name: named, state, resumable, url, points } = dataset; // alone: no click is lost when something else changes
     showActions({ id, name: named, state, resumable, url, begun: points.taken > 0 });
@@ -56,7 +56,7 @@ function actionsOf(dataset, orders) {
   ];
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 function farOf(dataset) {
   if (!isLive(dataset)) return dataset.why === "" ? [] : [h("p", { class: dataset.state === "damaged" ? "strip bad" : "strip warn" }, icon("warn"), sentence(dataset.why))];
   const { progress } = dataset;

@@ -5,8 +5,8 @@ import { Trash } from "./trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("./documents.js").CaptureChecked} CaptureChecked
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("#api").CaptureChecked} CaptureChecked
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
 const CHECK_MS = 1_800_000; // some seconds a gigabyte, from a slow disk
@@ -33,10 +33,10 @@ export class DatasetOrders {
   /**
    * @param {string} id
    * @param {{label?: string, licence?: string}} change
-   * @returns {Promise<DatasetDocument | null>} null when it was refused
+   * @returns {Promise<CaptureDocument | null>} null when it was refused
    */
   describe(id, change) {
-    return this.#commands.attempt(() => /** @type {Promise<DatasetDocument>} */ (request("PATCH", capturePath(id), { body: change })));
+    return this.#commands.attempt(() => /** @type {Promise<CaptureDocument>} */ (request("PATCH", capturePath(id), { body: change })));
   }
 
   /**

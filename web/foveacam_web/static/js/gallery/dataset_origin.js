@@ -7,7 +7,7 @@ import { conditionRows, planWords } from "./dataset_words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
 /** @param {Record<string, unknown> | null} plan */
@@ -41,7 +41,7 @@ export function makeCalibration(store, signal) {
   let id = /** @type {string | null} */ (null);
   const update = () => show({ id, in_use: store.state.rig?.calibration?.id ?? null });
   store.on(["rig"], update, signal);
-  return { element, show: (/** @type {DatasetDocument} */ dataset) => {
+  return { element, show: (/** @type {CaptureDocument} */ dataset) => {
     id = dataset.calibration_id;
     update();
   } };

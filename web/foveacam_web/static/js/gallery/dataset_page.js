@@ -17,10 +17,10 @@ import { galleryAddress } from "./route.js";
 import { makeSnippet } from "./snippet.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {import("./documents.js").PointsDocument} PointsDocument
- * @typedef {{element: HTMLElement, show: (dataset: DatasetDocument) => void}} Part
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").PointsDocument} PointsDocument
+ * @typedef {{element: HTMLElement, show: (dataset: CaptureDocument) => void}} Part
  */
 
 /**
@@ -62,7 +62,7 @@ function makePage(orders, reader, { store, signal }, reference) {
   const readable = [panel("In Python", python.element), panel("Plan", plan), panel("Conditions", conditions), panel("Calibration", calibration.element)];
   const element = h("article", { class: "dataset-page" }, head.element,
     h("div", { class: "dataset-body" }, pictures.element, h("div", { class: "column" }, panel("About", about.element), panel("Check", check.element), readable)));
-  return { element, show: (/** @type {DatasetDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
+  return { element, show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
     for (const part of [head, about, check, python, calibration]) part.show(dataset);
     showPlan(dataset.plan);
     showConditions(dataset.conditions);
@@ -81,7 +81,7 @@ function makePictures(signal, reference) {
   const none = h("div", { class: "stack" });
   const showNone = changing(none, (/** @type {string} */ words) => (words === "" ? [] : [nothing(words)]));
   const panels = [panel("Contact sheet", sheet.element), panel("Coverage", h("figure", { class: "cover-map" }, coverage.element, h("figcaption", { text: "The wide view at the middle of the plan, and what each fovea saw: left red, right cyan." })))];
-  return { element: h("div", { class: "column" }, none, panels, reference), show: (/** @type {DatasetDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
+  return { element: h("div", { class: "column" }, none, panels, reference), show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
     const empty = points === null || points.points.length === 0;
     showNone(!empty ? "" : dataset.state === "damaged" ? "Its pictures are not shown, as it cannot be read. Its files were left alone." : "Nothing was taken yet.");
     for (const each of panels) each.hidden = empty;

@@ -3,7 +3,7 @@
 
 import { openMosaic } from "./mosaic.js";
 
-/** @typedef {import("./context.js").GalleryTab} GalleryTab */
+/** @typedef {import("./tabs.js").GalleryTab} GalleryTab */
 
 /** @type {readonly GalleryTab[]} */
 export const DATASET_PARTS = Object.freeze([

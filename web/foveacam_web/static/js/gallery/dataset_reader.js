@@ -1,14 +1,14 @@
 // Keeps one dataset and its points equal to the server's while its page is open.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 import { capturePath } from "./dataset_orders.js";
 import { withProgress } from "./datasets_reader.js";
 
 /**
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {import("./documents.js").PointsDocument} PointsDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").PointsDocument} PointsDocument
  */
 
 const GROWING_MS = 10_000; // while it runs its pictures are drawn again so often: drawing costs the rig's computer time
@@ -19,7 +19,7 @@ export class DatasetReader {
   #changed;
   #reads = new QuietReads();
   #due_ms = 0;
-  /** @type {DatasetDocument | null} */
+  /** @type {CaptureDocument | null} */
   dataset = null;
   /** @type {PointsDocument | null} */
   points = null;
@@ -39,25 +39,25 @@ export class DatasetReader {
     this.#due_ms = performance.now() + GROWING_MS;
     return this.#reads.read("dataset", async () => {
       try {
-        const dataset = /** @type {DatasetDocument} */ (await request("GET", capturePath(this.#id)));
+        const dataset = /** @type {CaptureDocument} */ (await request("GET", capturePath(this.#id)));
         const readable = dataset.state !== "damaged" && dataset.points.planned > 0;
         const points = readable ? /** @type {PointsDocument} */ (await request("GET", capturePath(this.#id, "/points"))) : null;
         Object.assign(this, { dataset, points, missing: "" });
       } catch (error) {
-        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        if (!(error instanceof RequestError) || error.document.status !== 404) throw error;
         Object.assign(this, { dataset: null, points: null, missing: error.message });
       }
       this.#changed();
     });
   }
 
-  /** @param {DatasetDocument} dataset as an order has answered */
+  /** @param {CaptureDocument} dataset as an order has answered */
   adopt(dataset) {
     this.dataset = dataset;
     this.#changed();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (data?.["capture_id"] !== this.#id) return;
     if (kind !== "capture.progress") return void (kind.startsWith("capture.") && this.readAll());

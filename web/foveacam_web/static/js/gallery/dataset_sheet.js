@@ -8,9 +8,9 @@ import { makeDrawn } from "./drawn.js";
 import { makePointView } from "./point_view.js";
 
 /**
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {import("./documents.js").PointDocument} PointDocument
- * @typedef {import("./documents.js").PointsDocument} PointsDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").PointDocument} PointDocument
+ * @typedef {import("#api").PointsDocument} PointsDocument
  */
 
 /** @type {Readonly<Record<string, [number, number]>>} rows and columns that a key goes */
@@ -24,7 +24,7 @@ export function makeSheet(signal) {
   const frame = h("div", { class: "contact" }, drawn.element, cells);
   const view = makePointView((index) => choose(index));
   signal.addEventListener("abort", () => view.dialog.remove());
-  /** @type {{dataset: DatasetDocument, points: PointsDocument} | null} */
+  /** @type {{dataset: CaptureDocument, points: PointsDocument} | null} */
   let now = null;
   const choose = (/** @type {number} */ index) => {
     const cell = cells.querySelector(`[data-keep="${index}"]`);
@@ -52,7 +52,7 @@ export function makeSheet(signal) {
   });
   const showCells = changing(cells, cellsOf);
   const showSkipped = changing(skipped, skippedOf);
-  return { element: h("div", { class: "stack" }, h("div", { class: "scroll-x" }, frame), skipped), show: (/** @type {DatasetDocument} */ dataset, /** @type {PointsDocument} */ points) => {
+  return { element: h("div", { class: "stack" }, h("div", { class: "scroll-x" }, frame), skipped), show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument} */ points) => {
     now = { dataset, points };
     frame.style.setProperty("--columns", String(points.columns));
     frame.style.setProperty("--rows", String(points.rows));

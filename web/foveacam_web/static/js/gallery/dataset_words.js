@@ -3,12 +3,12 @@
 import { angle, count, MISSING, number, sentence, span } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {import("./documents.js").PointDocument} PointDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {import("#api").PointDocument} PointDocument
  * @typedef {Record<string, unknown>} Json
  */
 
-/** @type {Readonly<Record<DatasetDocument["state"], {text: string, tone: string}>>} */
+/** @type {Readonly<Record<CaptureDocument["state"], {text: string, tone: string}>>} */
 const STATES = Object.freeze({
   starting: { text: "Starting", tone: "plain mine" },
   running: { text: "Running", tone: "plain mine" },
@@ -23,17 +23,17 @@ const PHASES = Object.freeze({ survey: "measuring how far the scene is", rail: "
 
 const CAMERAS = Object.freeze(/** @type {[string, string][]} */ ([["wide", "Wide camera"], ["left", "Left fovea"], ["right", "Right fovea"]]));
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 export function stateWords({ state }) {
   return STATES[state] ?? { text: state, tone: "plain" };
 }
 
-/** @param {Pick<DatasetDocument, "state">} dataset */
+/** @param {Pick<CaptureDocument, "state">} dataset */
 export function isLive({ state }) {
   return state === "starting" || state === "running" || state === "paused";
 }
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 export function pointsWords({ points, state }) {
   if (state === "damaged" || points.planned === 0) return "";
   const taken = points.taken === points.planned ? `${count(points.taken)} points` : `${count(points.taken)} of ${count(points.planned)} points`;
@@ -42,7 +42,7 @@ export function pointsWords({ points, state }) {
 
 /**
  * How far a capture that runs is.
- * @param {DatasetDocument} dataset
+ * @param {CaptureDocument} dataset
  */
 export function progressWords({ progress, why }) {
   if (why) return sentence(why);

@@ -5,8 +5,8 @@ import { openDataset } from "./dataset_page.js";
 import { openList } from "./datasets_list.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./documents.js").GalleryPlace} GalleryPlace
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#page").GalleryPlace} GalleryPlace
  */
 
 /**

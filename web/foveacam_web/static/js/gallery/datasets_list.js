@@ -10,8 +10,8 @@ import { readDatasets } from "./datasets_reader.js";
 import { cardsIn, makeSearch, makeTrashDoor } from "./list_parts.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
 /** @param {GalleryContext} context */
@@ -21,7 +21,7 @@ export function openList({ commands, follow, signal }) {
   const orders = new DatasetOrders({ commands, changed: () => reader.readAll() });
   const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
   const list = h("ul", { class: "cards" });
-  const showCards = cardsIn(list, { key: (/** @type {DatasetDocument} */ { removed, id, folder }) => `${removed} ${id} ${folder}`, make: () => makeCard(orders) });
+  const showCards = cardsIn(list, { key: (/** @type {CaptureDocument} */ { removed, id, folder }) => `${removed} ${id} ${folder}`, make: () => makeCard(orders) });
   const showEmpty = changing(empty, (/** @type {string} */ words) => (words === "" ? [] : emptyOf(words)));
   const search = makeSearch({ id: "dataset-search", placeholder: "Name, label, id or state", search: (text) => void reader.search(text), signal });
   const trash = makeTrashDoor({
@@ -42,7 +42,7 @@ export function openList({ commands, follow, signal }) {
   return h("div", { class: "datasets" }, h("div", { class: "gallery-bar" }, search, found, trash.element), empty, list);
 }
 
-/** @param {DatasetDocument[]} shown */
+/** @param {CaptureDocument[]} shown */
 function summary(shown) {
   const bytes = shown.reduce((sum, { size_bytes }) => sum + size_bytes, 0);
   return [`${count(shown.length)} ${shown.length === 1 ? "dataset" : "datasets"}`, bytes > 0 && sizeWords(bytes)].filter(Boolean).join(", ");

@@ -3,22 +3,22 @@
 import { KeptReader } from "./kept_reader.js";
 
 /**
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").DatasetDocument} DatasetDocument
- * @typedef {DatasetDocument["progress"] & {capture_id: string, state: DatasetDocument["state"], wish: string}} ProgressNews
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @typedef {CaptureDocument["progress"] & {capture_id: string, state: CaptureDocument["state"], wish: string}} ProgressNews
  */
 
 /**
  * @param {() => void} changed
- * @returns {KeptReader<DatasetDocument>}
+ * @returns {KeptReader<CaptureDocument>}
  */
 export function readDatasets(changed) {
   return new KeptReader({ resource: "/captures", changed, hear });
 }
 
 /**
- * @param {KeptReader<DatasetDocument>} reader
- * @param {RigEvent} event
+ * @param {KeptReader<CaptureDocument>} reader
+ * @param {EventDocument} event
  */
 function hear(reader, { kind, data }) {
   if (kind === "capture.progress") progressed(reader, /** @type {any} */ (data)); // any: a report of the server, as its document says
@@ -26,7 +26,7 @@ function hear(reader, { kind, data }) {
 }
 
 /**
- * @param {KeptReader<DatasetDocument>} reader
+ * @param {KeptReader<CaptureDocument>} reader
  * @param {ProgressNews} news
  */
 function progressed(reader, news) {
@@ -36,9 +36,9 @@ function progressed(reader, news) {
 }
 
 /**
- * @param {DatasetDocument} dataset
+ * @param {CaptureDocument} dataset
  * @param {ProgressNews} news
- * @returns {DatasetDocument}
+ * @returns {CaptureDocument}
  */
 export function withProgress(dataset, { capture_id: _, state, wish, ...progress }) {
   return { ...dataset, state, why: wish, progress };

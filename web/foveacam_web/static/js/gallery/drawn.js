@@ -1,6 +1,6 @@
 // A picture that the server draws; when it cannot, its reason stands there instead.
 
-import { file, Problem } from "../api.js";
+import { file, RequestError } from "../api.js";
 import { h, say } from "../dom.js";
 import { sentence } from "../format.js";
 
@@ -47,7 +47,7 @@ async function whyNot(url) {
     await file(url.slice(ROOT.length));
     return "This picture could not be shown.";
   } catch (error) {
-    if (error instanceof Problem) return sentence(error.message);
+    if (error instanceof RequestError) return sentence(error.message);
     throw error;
   }
 }

@@ -3,7 +3,7 @@
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
-/** @typedef {import("../types.js").RigEvent} RigEvent */
+/** @typedef {import("#api").EventDocument} EventDocument */
 
 /**
  * Reads for one list.
@@ -25,7 +25,7 @@ export class KeptReader {
   searched = "";
 
   /**
-   * @param {{resource: string, changed: () => void, hear: (reader: KeptReader<T>, event: RigEvent) => void}} context
+   * @param {{resource: string, changed: () => void, hear: (reader: KeptReader<T>, event: EventDocument) => void}} context
    *   `resource`: its path below /api/v1; `hear`: what an event is to it
    */
   constructor({ resource, changed, hear }) {
@@ -85,7 +85,7 @@ export class KeptReader {
     return request("GET", `${this.#resource}?${query}`);
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     this.#hear(this, event);
   }

@@ -5,7 +5,7 @@ import { capturePath } from "./dataset_orders.js";
 
 /**
  * The orders of one page.
- * @template {import("./made_documents.js").MakingDocument} T
+ * @template {import("#page").MakingDocument} T
  * @template W what may be asked for
  */
 export class MadeOrders {

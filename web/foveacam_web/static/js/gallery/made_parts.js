@@ -7,12 +7,12 @@ import { icon } from "../icons.js";
 import { leftOf } from "./mosaic_words.js";
 
 /**
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./made_documents.js").MakingProgress} MakingProgress
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").JobProgress} JobProgress
  */
 
 /**
- * @param {ProblemDocument} problem
+ * @param {Problem} problem
  * @param {{forget: () => void}} reader
  * @param {string} noun
  */
@@ -22,7 +22,7 @@ export function troubleOf(problem, reader, noun) {
 }
 
 /**
- * @param {ProblemDocument} problem
+ * @param {Problem} problem
  * @param {string} noun
  */
 export function refusalOf({ detail }, noun) {
@@ -30,7 +30,7 @@ export function refusalOf({ detail }, noun) {
 }
 
 /**
- * @param {MakingProgress | null} progress
+ * @param {JobProgress | null} progress
  * @param {{cancel: () => unknown}} orders
  * @param {string} noun
  */

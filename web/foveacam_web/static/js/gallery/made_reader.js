@@ -1,14 +1,14 @@
 // Keeps a dataset's mosaic or reference equal to the server's while its page is open; follows the job that makes it.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 import { capturePath } from "./dataset_orders.js";
 
 /**
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./made_documents.js").MakingDocument} MakingDocument
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#page").MakingDocument} MakingDocument
  */
 
 /**
@@ -22,7 +22,7 @@ export class MadeReader {
   #reads = new QuietReads();
   /** @type {T | null} */
   document = null;
-  /** Why the last making ended without one. @type {ProblemDocument | null} */
+  /** Why the last making ended without one. @type {Problem | null} */
   trouble = null;
   /** Why there is no such dataset: the server's words. */
   missing = "";
@@ -46,7 +46,7 @@ export class MadeReader {
         if (ended !== null) await this.#readEnd(ended);
         Object.assign(this, { document, missing: "" });
       } catch (error) {
-        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        if (!(error instanceof RequestError) || error.document.status !== 404) throw error;
         Object.assign(this, { document: null, missing: error.message });
       }
       this.#changed();
@@ -65,7 +65,7 @@ export class MadeReader {
     this.#changed();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     const [of, what] = kind.split(".");
     if (data?.["capture_id"] === this.#id && (of === this.#kind || (of === "capture" && what !== "progress"))) return void this.readAll();

@@ -13,10 +13,10 @@ import { MosaicViewer } from "./mosaic_viewer.js";
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./documents.js").GalleryPlace} GalleryPlace
- * @typedef {import("./mosaic_documents.js").MadeMosaic} MadeMosaic
- * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#page").GalleryPlace} GalleryPlace
+ * @typedef {import("#api").MadeMosaic} MadeMosaic
+ * @typedef {import("#api").MosaicDocument} MosaicDocument
  */
 
 /**

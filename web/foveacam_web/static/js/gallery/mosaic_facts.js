@@ -8,8 +8,8 @@ import { sizeWords } from "./dataset_words.js";
 import { percent, size } from "./mosaic_words.js";
 
 /**
- * @typedef {import("./mosaic_documents.js").MadeMosaic} MadeMosaic
- * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
+ * @typedef {import("#api").MadeMosaic} MadeMosaic
+ * @typedef {import("#api").MosaicDocument} MosaicDocument
  * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
  */
 

@@ -1,7 +1,7 @@
 // How hands move a mosaic: drag, wheel, pinch, double click, keys. What is meant goes to whoever draws.
 
 /**
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").Point} Point
  * @typedef {{
  *   pan: (dx: number, dy: number) => void, zoom: (at: Point, factor: number) => void, fit: () => void, whole: () => void,
  *   point: (at: Point | null) => void, box: () => {width: number, height: number}

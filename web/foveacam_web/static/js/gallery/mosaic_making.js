@@ -8,12 +8,12 @@ import { progressOf, refusalOf, troubleOf } from "./made_parts.js";
 import { size } from "./mosaic_words.js";
 
 /**
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
- * @typedef {import("./mosaic_documents.js").MosaicNeeds} MosaicNeeds
- * @typedef {import("./mosaic_documents.js").MosaicWish} MosaicWish
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#api").MosaicDocument} MosaicDocument
+ * @typedef {import("#api").MosaicNeedsDocument} MosaicNeedsDocument
+ * @typedef {import("#api").MosaicRequest} MosaicRequest
  * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
- * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeeds | null, scans: number[], brackets: number[], eye: MosaicWish["eye"]}} Offer
+ * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeedsDocument | null, scans: number[], brackets: number[], eye: "left" | "right"}} Offer
  */
 
 /**
@@ -22,10 +22,10 @@ import { size } from "./mosaic_words.js";
  */
 export function makeMaking(orders, reader) {
   const [trouble, refusal, offer, progress] = [h("div"), h("div"), h("div"), h("div")];
-  const showTrouble = changing(trouble, (/** @type {ProblemDocument | null} */ problem) => (problem ? troubleOf(problem, reader, "mosaic") : []));
-  const showRefusal = changing(refusal, (/** @type {ProblemDocument | null} */ problem) => (problem ? refusalOf(problem, "mosaic") : []));
+  const showTrouble = changing(trouble, (/** @type {Problem | null} */ problem) => (problem ? troubleOf(problem, reader, "mosaic") : []));
+  const showRefusal = changing(refusal, (/** @type {Problem | null} */ problem) => (problem ? refusalOf(problem, "mosaic") : []));
   const showOffer = changing(offer, (/** @type {Offer | null} */ now) => (now ? offerOf(now, orders) : []));
-  const showProgress = changing(progress, (/** @type {{progress: import("./made_documents.js").MakingProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders, "mosaic") : []));
+  const showProgress = changing(progress, (/** @type {{progress: import("#api").JobProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders, "mosaic") : []));
   const element = h("div", { class: "making" }, trouble, refusal, offer, progress);
   return { element, show: (/** @type {MosaicDocument} */ { state, made, outdated, needs, refusal: why, progress: now, scans, brackets }) => {
     const building = state === "building";
@@ -48,7 +48,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, orders) {
   const scan = choiceField("Scan", scans.map((each) => [String(each), String(each + 1)]));
   const bracket = choiceField("Exposure", brackets.map((each) => [String(each), String(each + 1)]));
   eyes.input.value = eye;
-  const wish = () => ({ eye: /** @type {MosaicWish["eye"]} */ (eyes.value()), scan: Number(scan.value()), bracket: Number(bracket.value()) });
+  const wish = () => ({ eye: /** @type {MosaicRequest["eye"]} */ (eyes.value()), scan: Number(scan.value()), bracket: Number(bracket.value()) });
   const words = anew ? "The dataset has grown since this mosaic was made. It stays until a new one is whole."
     : begun ? "A mosaic was begun. Making it goes on where it ended."
     : "All foveae of the dataset are laid into one picture at their own resolution, with the depth of all pairs. The rig stays free meanwhile.";
@@ -59,7 +59,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, orders) {
       begun && h("button", { type: "button", class: "plain", on: { click: () => void orders.remove() } }, icon("trash"), "Throw it away")))];
 }
 
-/** @param {MosaicNeeds} needs */
+/** @param {MosaicNeedsDocument} needs */
 function needsOf({ views, width, height, needed_bytes, free_bytes }) {
   return h("p", { class: "number", text: `${views} foveae · ${size(width, height)} · up to ${sizeWords(needed_bytes)} on the disk (${sizeWords(free_bytes)} free)` });
 }

@@ -5,15 +5,15 @@ import { addressOf } from "../calibration/route.js";
 import { MadeOrders } from "./made_orders.js";
 
 /**
- * @typedef {import("./mosaic_documents.js").MosaicDocument} MosaicDocument
- * @typedef {import("./mosaic_documents.js").MosaicWish} MosaicWish
+ * @typedef {import("#api").MosaicDocument} MosaicDocument
+ * @typedef {import("#api").MosaicRequest} MosaicRequest
  */
 
 const MESH_MS = 60_000; // some ten megabytes are packed for every viewer
 
 /**
  * The orders of one page.
- * @extends {MadeOrders<MosaicDocument, MosaicWish>}
+ * @extends {MadeOrders<MosaicDocument, MosaicRequest>}
  */
 export class MosaicOrders extends MadeOrders {
   /**

@@ -2,7 +2,7 @@
 // some are kept. A layer's pixel may be several of the picture's (`cell`).
 
 /**
- * @typedef {import("./mosaic_documents.js").MosaicLayer} MosaicLayer
+ * @typedef {import("#api").MosaicLayer} MosaicLayer
  * @typedef {{image: CanvasImageSource, width: number, height: number}} Tile
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
  * @typedef {{level: number, x: number, y: number}} Address

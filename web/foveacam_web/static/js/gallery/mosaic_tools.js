@@ -6,8 +6,8 @@ import { icon } from "../icons.js";
 import { gradient, ticksOf } from "./mosaic_depth.js";
 
 /**
- * @typedef {import("./mosaic_documents.js").MadeMosaic} MadeMosaic
- * @typedef {import("./mosaic_documents.js").MosaicMix} MosaicMix
+ * @typedef {import("#api").MadeMosaic} MadeMosaic
+ * @typedef {import("#page").MosaicMix} MosaicMix
  * @typedef {import("./mosaic_viewer.js").MosaicViewer} MosaicViewer
  * @typedef {import("./mosaic_viewer.js").Reading} Reading
  */

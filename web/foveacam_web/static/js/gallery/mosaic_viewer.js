@@ -7,10 +7,10 @@ import { listenToHands } from "./mosaic_gestures.js";
 import { TileLayer } from "./mosaic_tiles.js";
 
 /**
- * @typedef {import("../types.js").Point} Point
- * @typedef {import("./mosaic_documents.js").MadeMosaic} MadeMosaic
- * @typedef {import("./mosaic_documents.js").MosaicLayer} MosaicLayer
- * @typedef {import("./mosaic_documents.js").MosaicMix} MosaicMix
+ * @typedef {import("#page").Point} Point
+ * @typedef {import("#api").MadeMosaic} MadeMosaic
+ * @typedef {import("#api").MosaicLayer} MosaicLayer
+ * @typedef {import("#page").MosaicMix} MosaicMix
  * @typedef {import("./mosaic_tiles.js").Box} Box
  * @typedef {{pixel: Point, ax_deg: number, ay_deg: number, z_m: number | null} | null} Reading `z_m`: null where unknown
  */

@@ -8,7 +8,7 @@ import { makePanes } from "./player_panes.js";
 import { clockWords } from "./recording_words.js";
 
 /**
- * @typedef {import("./recording_documents.js").TimelineDocument} TimelineDocument
+ * @typedef {import("#api").TimelineDocument} TimelineDocument
  * @typedef {{store: import("../store.js").Store, signal: AbortSignal, moved: (at_s: number) => void, depth: () => void}} PlayerContext
  */
 

@@ -1,8 +1,8 @@
 // Where in a recording the player stands, and how it moves on. Nothing here touches the page.
 
 /**
- * @typedef {import("./recording_documents.js").TimelineDocument} TimelineDocument
- * @typedef {import("./recording_documents.js").TimelineStream} TimelineStream
+ * @typedef {import("#api").TimelineDocument} TimelineDocument
+ * @typedef {import("#api").TimelineStream} TimelineStream
  */
 
 export const SPEEDS = Object.freeze([0.25, 0.5, 1, 2, 4]);

@@ -1,6 +1,6 @@
 // Depth of the shown moment, computed anew by the server when somebody asks for it.
 
-import { Problem } from "../api.js";
+import { RequestError } from "../api.js";
 import { changing, h, say } from "../dom.js";
 import { distanceText, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -8,8 +8,8 @@ import { makeDrawn } from "./drawn.js";
 import { clockWords } from "./recording_words.js";
 
 /**
- * @typedef {import("./recording_documents.js").RecordedDepth} RecordedDepth
- * @typedef {{waiting: boolean, refused: string, found: RecordedDepth | null}} Now
+ * @typedef {import("#api").RecordedDepthDocument} RecordedDepthDocument
+ * @typedef {{waiting: boolean, refused: string, found: RecordedDepthDocument | null}} Now
  */
 
 const FAR_APART_MS = 5;
@@ -31,7 +31,7 @@ export function makeDepth(id, { orders, at }) {
     show({ waiting: true, refused: "", found: null });
     const answer = await orders.depth(id, at_s);
     button.disabled = false;
-    const refused = answer instanceof Problem;
+    const refused = answer instanceof RequestError;
     show({ waiting: false, refused: refused ? answer.message : "", found: refused ? null : answer });
     drawn.element.hidden = refused;
     if (!refused) drawn.show(answer.picture_url, `Depth at ${clockWords(answer.t_s)}`);

@@ -6,8 +6,8 @@ import { count } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("./recording_documents.js").FilmShow} FilmShow
- * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {import("#page").FilmShow} FilmShow
+ * @typedef {import("#api").RecordingDocument} RecordingDocument
  */
 
 /** @type {readonly [FilmShow, string][]} */

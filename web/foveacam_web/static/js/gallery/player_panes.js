@@ -1,16 +1,16 @@
 // The player's pictures: wide with the outlines of both foveae, left, right, or both as an anaglyph. Each pane loads one
 // picture at a time and then the newest that was wanted, so that a slow line drops frames and is never late.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { fill, h, s, say } from "../dom.js";
 import { angle, number } from "../format.js";
 import { frameAt } from "./player_clock.js";
 import { CAMERAS, recordingPath } from "./recording_words.js";
 
 /**
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("./recording_documents.js").MomentDocument} MomentDocument
- * @typedef {import("./recording_documents.js").TimelineDocument} TimelineDocument
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").MomentDocument} MomentDocument
+ * @typedef {import("#api").TimelineDocument} TimelineDocument
  * @typedef {{at_s: number, playing: boolean, anaglyph: boolean}} Wanted
  */
 
@@ -88,7 +88,7 @@ export function makePanes(id, timeline) {
     try {
       tell(await request("GET", recordingPath(id, `/frames?t_s=${at_s}`)));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
     }
   });
   const tell = (/** @type {MomentDocument} */ moment) => {
@@ -98,7 +98,7 @@ export function makePanes(id, timeline) {
   const element = h("div", { class: "player-panes" }, panes.get("wide")?.element, h("div", { class: "player-eyes" }, EYES.map((role) => panes.get(role)?.element ?? null), both?.element ?? null));
   return { element, anaglyphs: both !== null, show: (/** @type {Wanted} */ { at_s, playing, anaglyph }) => {
     const indexes = [...panes].map(([role, pane]) => {
-      const index = frameAt(/** @type {import("./recording_documents.js").TimelineStream} */ (streams.get(role)), at_s);
+      const index = frameAt(/** @type {import("#api").TimelineStream} */ (streams.get(role)), at_s);
       const hidden = anaglyph && role !== "wide";
       pane.element.hidden = hidden;
       if (!hidden) void pane.newest.want(`${root}/frames/${role}/${index}.jpg${playing ? "?scale=2" : ""}`);
@@ -124,7 +124,7 @@ function momentOf(t_s, index) {
 /**
  * The moment for which poses are asked: that of the foveae, for they move.
  * @param {(Role | number)[][]} indexes
- * @param {Map<Role, import("./recording_documents.js").TimelineStream>} streams
+ * @param {Map<Role, import("#api").TimelineStream>} streams
  * @param {number} at_s
  */
 function momentOfAll(indexes, streams, at_s) {

@@ -8,7 +8,7 @@ import { pointWords } from "./dataset_words.js";
 import { makeDrawn } from "./drawn.js";
 
 /**
- * @typedef {import("./documents.js").PointDocument} PointDocument
+ * @typedef {import("#api").PointDocument} PointDocument
  * @typedef {{url: string, stamp: string, points: PointDocument[], planned: number, scans: number}} Shown `stamp`: what the pictures' addresses change with
  */
 

@@ -1,7 +1,7 @@
 // Hands the server's events and each reconnection to what the gallery shows now.
 
 /**
- * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("#api").EventDocument} EventDocument
  * @typedef {import("../sync.js").Reader} Reader
  */
 
@@ -25,7 +25,7 @@ export class GalleryReader {
     return Promise.all([...this.#readers].map((reader) => reader.readAll()));
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     for (const reader of this.#readers) reader.hear(event);
   }

@@ -1,15 +1,15 @@
 // What the operator can order of recordings: remove and restore, describe, measure depth anew, make a film.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { recordingPath } from "./recording_words.js";
 import { Trash } from "./trash.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("./recording_documents.js").FilmDocument} FilmDocument
- * @typedef {import("./recording_documents.js").FilmShow} FilmShow
- * @typedef {import("./recording_documents.js").RecordedDepth} RecordedDepth
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").FilmDocument} FilmDocument
+ * @typedef {import("#page").FilmShow} FilmShow
+ * @typedef {import("#api").RecordedDepthDocument} RecordedDepthDocument
  */
 
 const LOOK_MS = 400;
@@ -42,13 +42,13 @@ export class RecordingOrders {
    * The depth of a moment, or why there is none.
    * @param {string} id
    * @param {number} t_s
-   * @returns {Promise<RecordedDepth | Problem>}
+   * @returns {Promise<RecordedDepthDocument | RequestError>}
    */
   async depth(id, t_s) {
     try {
       return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}&backend=live`), { patience_ms: DEPTH_MS });
     } catch (error) {
-      if (error instanceof Problem) return error;
+      if (error instanceof RequestError) return error;
       throw error;
     }
   }
@@ -69,7 +69,7 @@ export class RecordingOrders {
         job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job.id}`));
         told(job.progress?.done ?? 0, job.progress?.total ?? 0);
       }
-      if (job.problem) throw new Problem(job.problem);
+      if (job.problem) throw new RequestError(job.problem);
       return job.result_url;
     });
   }

@@ -1,6 +1,6 @@
 // One recording: how it stands, its player, what it holds, and what can be done with it.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { badge, figures, nothing, panel } from "../calibration/parts.js";
 import { changing, fill, h } from "../dom.js";
 import { count, sentence } from "../format.js";
@@ -16,9 +16,9 @@ import { CAMERAS, clockWords, isBeingMade, lossWords, rateWords, recordingPath, 
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
- * @typedef {import("./recording_documents.js").TimelineDocument} TimelineDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").RecordingDocument} RecordingDocument
+ * @typedef {import("#api").TimelineDocument} TimelineDocument
  */
 
 const COLUMNS = [
@@ -38,7 +38,7 @@ export function openRecording(id, context) {
     try {
       show(await request("GET", recordingPath(id)));
     } catch (error) {
-      if (!(error instanceof Problem) || error.slug !== "not-found") throw error;
+      if (!(error instanceof RequestError) || error.slug !== "not-found") throw error;
       fill(place, nothing(sentence(error.message)), h("p", { class: "lead" }, "It may be in the trash. ", h("a", { href: galleryAddress("recordings"), text: "To the recordings" }), "."));
     }
   });
@@ -99,7 +99,7 @@ function makeStage(id, orders, { store, signal }) {
       fill(element, player.element);
       fill(beside, panel("Depth", depth.element), panel("Film", makeFilm(recording, { orders, signal })));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       fill(element, nothing(sentence(error.message)));
     }
   };

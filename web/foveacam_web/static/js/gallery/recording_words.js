@@ -4,9 +4,9 @@ import { count, number, sentence, span } from "../format.js";
 import { sizeWords } from "./dataset_words.js";
 
 /**
- * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
- * @typedef {import("./recording_documents.js").RecordedStream} RecordedStream
- * @typedef {import("../types.js").Role} Role
+ * @typedef {import("#api").RecordingDocument} RecordingDocument
+ * @typedef {import("#api").RecordedStreamDocument} RecordedStreamDocument
+ * @typedef {import("#page").Role} Role
  */
 
 /** @type {Readonly<Record<RecordingDocument["state"], {text: string, tone: string}>>} */
@@ -77,7 +77,7 @@ export function boundWords({ left_s, room_s, room_bytes }) {
 
 /**
  * Why frames of a camera are not on the file; empty when none is missing.
- * @param {RecordedStream} stream
+ * @param {RecordedStreamDocument} stream
  */
 export function lossWords({ losses }) {
   return sentence(Object.entries(losses).filter(([, lost]) => lost > 0).map(([reason, lost]) => `${count(lost)}: ${LOSSES[reason] ?? reason}`).join("; "));
@@ -107,7 +107,7 @@ export function momentName(when) {
   return `${day} ${[when.getHours(), when.getMinutes(), when.getSeconds()].map(two).join("-")}`;
 }
 
-/** @param {RecordedStream} stream */
+/** @param {RecordedStreamDocument} stream */
 export function sizeOf({ width, height, pixel_format }) {
   return width === null || height === null ? "" : `${width} × ${height} ${pixel_format ?? ""}`.trim();
 }

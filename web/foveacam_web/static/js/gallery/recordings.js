@@ -5,8 +5,8 @@ import { openRecording } from "./recording_page.js";
 import { openRecordingList } from "./recordings_list.js";
 
 /**
- * @param {import("./documents.js").GalleryPlace} at
- * @param {import("./context.js").GalleryContext} context
+ * @param {import("#page").GalleryPlace} at
+ * @param {import("./tabs.js").GalleryContext} context
  * @returns {HTMLElement}
  */
 export function openRecordings(at, context) {

@@ -13,8 +13,8 @@ import { boundWords, clockWords, isBeingMade, stateWords, tallyWords } from "./r
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./recording_documents.js").RecordingDocument} RecordingDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").RecordingDocument} RecordingDocument
  * @typedef {{element: HTMLElement, show: (recording: RecordingDocument) => void}} Card
  */
 

@@ -11,13 +11,13 @@ import { MadeReader } from "./made_reader.js";
 import { referenceWords, wholeMm } from "./reference_words.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("./made_documents.js").MakingProgress} MakingProgress
- * @typedef {import("./reference_documents.js").MadeReference} MadeReference
- * @typedef {import("./reference_documents.js").ReferenceDocument} ReferenceDocument
- * @typedef {import("./reference_documents.js").ReferenceStop} ReferenceStop
- * @typedef {import("./reference_documents.js").ReferenceWish} ReferenceWish
- * @typedef {MadeOrders<ReferenceDocument, ReferenceWish>} ReferenceOrders
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").JobProgress} JobProgress
+ * @typedef {import("#api").MadeReference} MadeReference
+ * @typedef {import("#api").ReferenceDocument} ReferenceDocument
+ * @typedef {import("#api").ReferenceStop} ReferenceStop
+ * @typedef {import("#api").ReferenceRequest} ReferenceRequest
+ * @typedef {MadeOrders<ReferenceDocument, ReferenceRequest>} ReferenceOrders
  * @typedef {{made: MadeReference, outdated: boolean, idle: boolean}} Result
  * @typedef {{anew: boolean, stops: ReferenceStop[], brackets: number[]}} Offer
  */
@@ -33,9 +33,9 @@ export function makeReference(id, context) {
   /** @type {ReferenceOrders} */
   const orders = new MadeOrders(id, "reference", { commands: context.commands, reader });
   const [trouble, refusal, progress, result, offer] = [h("div"), h("div"), h("div"), h("div", { class: "stack" }), h("div", { class: "stack" })];
-  const showTrouble = changing(trouble, (/** @type {import("../types.js").ProblemDocument | null} */ why) => (why ? troubleOf(why, reader, "reference") : []));
-  const showRefusal = changing(refusal, (/** @type {import("../types.js").ProblemDocument | null} */ why) => (why ? refusalOf(why, "reference") : []));
-  const showProgress = changing(progress, (/** @type {{progress: MakingProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders, "reference") : []));
+  const showTrouble = changing(trouble, (/** @type {import("#api").Problem | null} */ why) => (why ? troubleOf(why, reader, "reference") : []));
+  const showRefusal = changing(refusal, (/** @type {import("#api").Problem | null} */ why) => (why ? refusalOf(why, "reference") : []));
+  const showProgress = changing(progress, (/** @type {{progress: JobProgress | null} | null} */ now) => (now ? progressOf(now.progress, orders, "reference") : []));
   const showResult = changing(result, (/** @type {Result | null} */ now) => (now ? resultOf(now, orders) : []));
   const showOffer = changing(offer, (/** @type {Offer | null} */ now) => (now ? offerOf(now, orders) : []));
   const parts = [trouble, refusal, progress, result, offer];

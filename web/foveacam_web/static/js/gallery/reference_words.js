@@ -2,7 +2,7 @@
 
 import { count, number } from "../format.js";
 
-/** @typedef {import("./reference_documents.js").MadeReference} MadeReference */
+/** @typedef {import("#api").MadeReference} MadeReference */
 
 /** @param {number} length_m */
 export function wholeMm(length_m) {

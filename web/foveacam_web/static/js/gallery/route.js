@@ -2,7 +2,7 @@
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").GalleryPlace} GalleryPlace
+ * @typedef {import("#page").GalleryPlace} GalleryPlace
  */
 
 export const GALLERY_ADDRESS = "#/gallery";

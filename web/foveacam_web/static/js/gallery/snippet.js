@@ -3,9 +3,9 @@
 import { changing, h, say } from "../dom.js";
 import { icon } from "../icons.js";
 
-/** @typedef {import("./documents.js").DatasetDocument} DatasetDocument */
+/** @typedef {import("#api").CaptureDocument} CaptureDocument */
 
-/** @param {DatasetDocument} dataset */
+/** @param {CaptureDocument} dataset */
 export function snippet({ folder, points, calibration_id }) {
   const calibrated = calibration_id !== null;
   return [
@@ -25,7 +25,7 @@ export function makeSnippet() {
     const copy = h("button", { type: "button", class: "plain", data: { keep: "copy" }, on: { click: () => void copyOf(code, told) } }, icon("file"), "Copy");
     return [code, h("p", { class: "actions" }, copy, told)];
   });
-  return { element, show: (/** @type {DatasetDocument} */ dataset) => show(snippet(dataset)) };
+  return { element, show: (/** @type {CaptureDocument} */ dataset) => show(snippet(dataset)) };
 }
 
 /**

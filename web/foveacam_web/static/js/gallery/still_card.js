@@ -10,7 +10,7 @@ import { galleryAddress } from "./route.js";
 
 /**
  * @typedef {import("../capture/still_orders.js").StillOrders} StillOrders
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /**

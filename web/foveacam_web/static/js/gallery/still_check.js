@@ -6,8 +6,8 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../capture/still_orders.js").StillOrders} StillOrders
- * @typedef {import("../capture/still_documents.js").StillChecked} StillChecked
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").StillCheck} StillCheck
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /** @param {StillOrders} orders */
@@ -29,7 +29,7 @@ export function makeStillCheck(orders) {
   } };
 }
 
-/** @param {StillChecked} checked */
+/** @param {StillCheck} checked */
 function resultOf({ sound, faults }) {
   if (sound) return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
   return [h("p", { class: "state bad" }, icon("warn"), "Not all is as it was written:"), h("ul", { class: "sentences" }, faults.map((text) => h("li", { text: sentence(text) })))];

@@ -15,9 +15,9 @@ import { OneStillReader } from "./still_reader.js";
 import { makeStillCheck } from "./still_check.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("../capture/still_documents.js").StillCamera} StillCamera
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").StillCamera} StillCamera
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /**

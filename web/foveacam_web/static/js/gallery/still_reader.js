@@ -1,12 +1,12 @@
 // Keeps one still equal to the server's while its page is open.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { stillPath } from "../capture/still_orders.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /** Reads for one still. */
@@ -33,7 +33,7 @@ export class OneStillReader {
       try {
         this.adopt(/** @type {StillDocument} */ (await request("GET", stillPath(this.#id))));
       } catch (error) {
-        if (!(error instanceof Problem) || error.document.status !== 404) throw error;
+        if (!(error instanceof RequestError) || error.document.status !== 404) throw error;
         Object.assign(this, { still: null, missing: error.message });
         this.#changed();
       }
@@ -46,7 +46,7 @@ export class OneStillReader {
     this.#changed();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (kind.startsWith("still.") && data?.["still_id"] === this.#id) void this.readAll();
   }

@@ -4,8 +4,8 @@ import { openStill } from "./still_page.js";
 import { openStillsList } from "./stills_list.js";
 
 /**
- * @param {import("./documents.js").GalleryPlace} at
- * @param {import("./context.js").GalleryContext} context
+ * @param {import("#page").GalleryPlace} at
+ * @param {import("./tabs.js").GalleryContext} context
  * @returns {HTMLElement}
  */
 export function openStills(at, context) {

@@ -11,8 +11,8 @@ import { stillCard } from "./still_card.js";
 import { StillsReader } from "./stills_reader.js";
 
 /**
- * @typedef {import("./context.js").GalleryContext} GalleryContext
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("./tabs.js").GalleryContext} GalleryContext
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /** @param {GalleryContext} context */

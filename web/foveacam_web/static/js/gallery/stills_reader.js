@@ -4,8 +4,8 @@ import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("../capture/still_documents.js").StillDocument} StillDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").StillDocument} StillDocument
  */
 
 /** Reads for one list. */
@@ -43,7 +43,7 @@ export class StillsReader {
     return this.readAll();
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind }) {
     if (kind.startsWith("still.")) void this.readAll();
   }

@@ -12,7 +12,20 @@ import { openDatasets } from "./datasets.js";
 import { openRecordings } from "./recordings.js";
 import { openStills } from "./stills.js";
 
-/** @typedef {import("./context.js").GalleryTab} GalleryTab */
+/**
+ * What the gallery hands to a page that it opens; `signal`: aborted when the operator leaves the page.
+ * @typedef {{
+ *   store: import("../store.js").Store,
+ *   commands: import("../commands.js").Commands,
+ *   signal: AbortSignal,
+ *   follow: (reader: import("../sync.js").Reader) => void,
+ * }} GalleryContext
+ * @typedef {{
+ *   name: string,
+ *   title: string,
+ *   open: (at: import("#page").GalleryPlace, context: GalleryContext) => HTMLElement,
+ * }} GalleryTab
+ */
 
 /** @type {readonly GalleryTab[]} */
 export const TABS = Object.freeze([

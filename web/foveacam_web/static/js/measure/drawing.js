@@ -5,12 +5,12 @@ import { shownOf } from "./orders.js";
 import { valueText } from "./words.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Point} Point
  * @typedef {import("../video/viewport.js").Viewport} Viewport
- * @typedef {import("./documents.js").Draft} Draft
- * @typedef {import("./documents.js").MeasuredView} MeasuredView
- * @typedef {import("./documents.js").MeasurementDocument} MeasurementDocument
+ * @typedef {import("#page").MeasureDraft} MeasureDraft
+ * @typedef {import("#page").MeasuredView} MeasuredView
+ * @typedef {import("#api").MeasurementDocument} MeasurementDocument
  */
 
 const SAME_GAZE_V = 0.1;
@@ -34,7 +34,7 @@ export function visibleIn(state, view) {
 }
 
 /**
- * @param {import("../types.js").MirrorsDocument | null | undefined} mirrors
+ * @param {import("#api").MirrorsDocument | null | undefined} mirrors
  * @param {MeasurementDocument["gaze"]} gaze
  */
 function standsAt(mirrors, gaze) {
@@ -62,7 +62,7 @@ export function drawMeasurement(measured, view, viewport, { selected, box }) {
 }
 
 /**
- * @param {Draft} draft
+ * @param {MeasureDraft} draft
  * @param {Viewport} viewport
  */
 export function drawDraft({ kind, from, to }, viewport) {

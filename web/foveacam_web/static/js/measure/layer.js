@@ -4,11 +4,11 @@ import { fill, h, s } from "../dom.js";
 import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Point} Point
  * @typedef {import("../video/pane.js").Pane} Pane
- * @typedef {import("./documents.js").MeasuredView} MeasuredView
- * @typedef {import("./documents.js").MeasureKind} MeasureKind
+ * @typedef {import("#page").MeasuredView} MeasuredView
+ * @typedef {import("#page").MeasureKind} MeasureKind
  * @typedef {{kind(): MeasureKind | null, start(): Point | null, click(at: Point): void, drag(from: Point, to: Point): void}} Meaning
  */
 

@@ -1,14 +1,14 @@
 // What the page asks of the server about measurements: make, read, rename, delete with a way back.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("./documents.js").MeasureKind} MeasureKind
- * @typedef {import("./documents.js").MeasurementDocument} MeasurementDocument
- * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("#page").MeasureKind} MeasureKind
+ * @typedef {import("#api").MeasurementDocument} MeasurementDocument
+ * @typedef {import("#api").PlaceRequest} PlaceRequest
  */
 
 const UNDO_MS = 6000;
@@ -35,7 +35,7 @@ export class MeasureOrders {
     });
   }
 
-  /** @param {import("../types.js").RigEvent} event */
+  /** @param {import("#api").EventDocument} event */
   hear(event) {
     if (event.kind.startsWith("measurement.")) void this.readAll();
   }
@@ -43,7 +43,7 @@ export class MeasureOrders {
   /**
    * Measure; the answer is selected. A refusal is shown, and null comes back.
    * @param {MeasureKind} kind
-   * @param {Place[]} points
+   * @param {PlaceRequest[]} points
    * @returns {Promise<MeasurementDocument | null>}
    */
   async measure(kind, points) {
@@ -87,7 +87,7 @@ export class MeasureOrders {
       await request("DELETE", `/measurements/${id}`, { keepalive: true });
       this.#store.set({ measurements: (this.#store.state.measurements ?? []).filter((kept) => kept.id !== id) });
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.slug !== "not-found") await this.#commands.attempt(() => Promise.reject(error)); // else another page has deleted it
     }
     this.#unhide(id);
@@ -101,7 +101,7 @@ export class MeasureOrders {
 
 /**
  * The measurements that the page shows, newest first.
- * @param {import("../types.js").ConsoleState} state
+ * @param {import("#page").ConsoleState} state
  */
 export function shownOf({ measurements, hidden_measurements }) {
   return (measurements ?? []).filter(({ id }) => !hidden_measurements.includes(id));

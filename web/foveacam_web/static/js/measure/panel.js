@@ -8,7 +8,7 @@ import { factsOf, KINDS, valueText } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").MeasurementDocument} MeasurementDocument
+ * @typedef {import("#api").MeasurementDocument} MeasurementDocument
  * @typedef {import("./orders.js").MeasureOrders} MeasureOrders
  * @typedef {{element: HTMLLIElement, label: HTMLInputElement, value: HTMLElement, more: HTMLElement, pick: HTMLButtonElement, measured: MeasurementDocument, told: string}} Row
  */

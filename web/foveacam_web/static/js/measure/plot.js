@@ -3,7 +3,7 @@
 import { s } from "../dom.js";
 import { number } from "../format.js";
 
-/** @typedef {import("./documents.js").MeasuredProfile} MeasuredProfile */
+/** @typedef {import("#api").ProfileDocument} ProfileDocument */
 /** @typedef {{along_m: number, z_m: number, z_sigma_m: number}} Known */
 
 const WIDTH = 320;
@@ -12,7 +12,7 @@ const PAD = { left: 52, right: 10, top: 8, bottom: 32 };
 const TICKS = 4;
 const LEAST_SHARE = 1e-4; // of the depth: a flat profile must not become a picture of noise
 
-/** @param {MeasuredProfile} profile */
+/** @param {ProfileDocument} profile */
 export function profilePlot(profile) {
   const runs = runsOf(profile);
   const known = runs.flat();
@@ -38,7 +38,7 @@ export function profilePlot(profile) {
 
 /**
  * The stretches of samples without a gap.
- * @param {MeasuredProfile} profile
+ * @param {ProfileDocument} profile
  */
 function runsOf({ samples }) {
   /** @type {Known[][]} */

@@ -7,11 +7,11 @@ import { KINDS } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").Point} Point
  * @typedef {import("../video/views.js").Views} Views
- * @typedef {import("./documents.js").MeasureKind} MeasureKind
- * @typedef {import("./documents.js").MeasuredView} MeasuredView
- * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("#page").MeasureKind} MeasureKind
+ * @typedef {import("#page").MeasuredView} MeasuredView
+ * @typedef {import("#api").PlaceRequest} PlaceRequest
  * @typedef {import("./orders.js").MeasureOrders} MeasureOrders
  */
 
@@ -63,7 +63,7 @@ export class MeasureTool {
     this.#set({ ...measuring, kind, start: null });
   }
 
-  /** @param {import("./documents.js").Measuring | null} measuring */
+  /** @param {import("#page").Measuring | null} measuring */
   #set(measuring) {
     document.body.classList.toggle("measuring", measuring !== null);
     this.#store.set({ measuring });
@@ -104,7 +104,7 @@ export class MeasureTool {
     const element = h("div", { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true }, h("span", { class: "kinds" }, kinds), done, hint);
     return {
       element,
-      show: (/** @type {import("./documents.js").Measuring | null} */ measuring) => {
+      show: (/** @type {import("#page").Measuring | null} */ measuring) => {
         element.hidden = measuring === null;
         if (!measuring) return;
         ORDER.forEach((kind, index) => kinds[index]?.setAttribute("aria-pressed", String(kind === measuring.kind)));
@@ -139,7 +139,7 @@ export class MeasureTool {
 
   /**
    * @param {MeasureKind} kind
-   * @param {Place[]} points
+   * @param {PlaceRequest[]} points
    */
   async #measure(kind, points) {
     const { measuring } = this.#store.state;
@@ -175,7 +175,7 @@ export class MeasureTool {
 }
 
 /**
- * @param {import("./documents.js").Measuring | null} measuring
+ * @param {import("#page").Measuring | null} measuring
  * @param {MeasuredView} view
  */
 function startIn(measuring, view) {
@@ -186,7 +186,7 @@ function startIn(measuring, view) {
 /**
  * @param {MeasuredView} view
  * @param {Point} at
- * @returns {Place}
+ * @returns {PlaceRequest}
  */
 function placeOf(view, { x, y }) {
   return { view, x_px: Math.round(x * 1000) / 1000, y_px: Math.round(y * 1000) / 1000 };

@@ -3,8 +3,8 @@
 import { MISSING, angle, distanceText, number } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").MeasureKind} MeasureKind
- * @typedef {import("./documents.js").MeasurementDocument} MeasurementDocument
+ * @typedef {import("#page").MeasureKind} MeasureKind
+ * @typedef {import("#api").MeasurementDocument} MeasurementDocument
  */
 
 /** @type {Readonly<Record<MeasureKind, {title: string, hint: string}>>} */
@@ -48,7 +48,7 @@ export function factsOf(measured) {
 }
 
 /**
- * @param {import("./documents.js").MeasuredPlane} plane
+ * @param {import("#api").PlaneDocument} plane
  * @returns {[string, string][]}
  */
 function ofPlane(plane) {

@@ -6,7 +6,7 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").FixationDocument} FixationDocument
+ * @typedef {import("#api").FixationDocument} FixationDocument
  */
 
 /**

@@ -7,7 +7,7 @@ import { changeSettings } from "../store.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").Settings} Settings
+ * @typedef {import("#page").Settings} Settings
  */
 
 /** @type {[string, [string, string][]][]} */

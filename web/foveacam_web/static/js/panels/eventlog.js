@@ -6,7 +6,7 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").RigEvent} RigEvent
+ * @typedef {import("#api").EventDocument} EventDocument
  */
 
 const MOST = 200;
@@ -36,21 +36,21 @@ export function mountEventLog(place, store) {
 
 /**
  * Add an event to the log that the page keeps.
- * @param {RigEvent[]} log
- * @param {RigEvent} event
- * @returns {RigEvent[]}
+ * @param {EventDocument[]} log
+ * @param {EventDocument} event
+ * @returns {EventDocument[]}
  */
 export function withEvent(log, event) {
-  if (NOISE.has(event.kind) || event.level === "debug" || log.some(({ id }) => id === event.id)) return log;
+  if (NOISE.has(event.kind) || log.some(({ id }) => id === event.id)) return log;
   return [...log.slice(1 - MOST), event];
 }
 
 /**
  * Neighbours that say the same become one line with a number.
- * @param {RigEvent[]} log
+ * @param {EventDocument[]} log
  */
 function folded(log) {
-  /** @type {{event: RigEvent, times: number}[]} */
+  /** @type {{event: EventDocument, times: number}[]} */
   const lines = [];
   for (const event of log) {
     const last = lines.at(-1);
@@ -62,7 +62,7 @@ function folded(log) {
   return lines;
 }
 
-/** @param {{event: RigEvent, times: number}} entry */
+/** @param {{event: EventDocument, times: number}} entry */
 function line({ event, times }) {
   const bad = event.level === "error" || event.level === "warning";
   return h("li", { class: event.level }, h("time", { datetime: event.t_utc, text: clockTime(event.t_utc) }),

@@ -10,9 +10,9 @@ import { drawSteps } from "./stepplot.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").CurrentFixation} CurrentFixation
- * @typedef {import("../types.js").FixationDocument} FixationDocument
- * @typedef {import("../types.js").FixationRequest} FixationRequest
+ * @typedef {import("#page").CurrentFixation} CurrentFixation
+ * @typedef {import("#api").FixationDocument} FixationDocument
+ * @typedef {import("#api").FixationRequest} FixationRequest
  */
 
 const RUNNING = Object.freeze(/** @type {Record<string, string>} */ ({
@@ -180,8 +180,9 @@ function title(tone, text, meaning = "") {
 /** @param {FixationRequest | null} request */
 function asked(request) {
   if (!request) return "";
-  if ("pixel" in request) return `pixel ${number(request.pixel.x_px, 1)}, ${number(request.pixel.y_px, 1)}`;
-  if ("direction" in request) return `direction ${angle(request.direction.ax_deg)} ${angle(request.direction.ay_deg)}`;
+  if (request.pixel) return `pixel ${number(request.pixel.x_px, 1)}, ${number(request.pixel.y_px, 1)}`;
+  if (request.direction) return `direction ${angle(request.direction.ax_deg)} ${angle(request.direction.ay_deg)}`;
+  if (!request.rectangle) return "";
   const { x_px, y_px, width_px, height_px } = request.rectangle;
   return `${number(width_px, 0)} × ${number(height_px, 0)} px at ${number(x_px, 0)}, ${number(y_px, 0)}`;
 }

@@ -8,10 +8,10 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").RigDocument} RigDocument
- * @typedef {import("../types.js").CameraDocument} CameraDocument
- * @typedef {import("../types.js").MirrorsDocument} MirrorsDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").RigDocument} RigDocument
+ * @typedef {import("#api").CameraDocument} CameraDocument
+ * @typedef {import("#api").MirrorsDocument} MirrorsDocument
  */
 
 /**
@@ -83,7 +83,7 @@ function mirrorRows(mirrors, { overlay }) {
   const left = gaze?.left ?? mirrors.left;
   const right = gaze?.right ?? mirrors.right;
   const verge = left?.ax_deg != null && right?.ax_deg != null ? angle(left.ax_deg - right.ax_deg, 3) : MISSING;
-  const eye = (/** @type {typeof left} */ looks, /** @type {import("../types.js").EyePose | null} */ pose) =>
+  const eye = (/** @type {typeof left} */ looks, /** @type {import("#api").EyeDocument | null} */ pose) =>
     `${angle(looks?.ax_deg)} ${angle(looks?.ay_deg)}  (${number(pose?.x_v, 2)} V, ${number(pose?.y_v, 2)} V)`;
   return [
     ["Controller", h("span", {}, h("span", { class: `lamp ${lamp}` }), word)],

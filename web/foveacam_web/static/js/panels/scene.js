@@ -6,8 +6,8 @@ import { icon } from "../icons.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../keys.js").Keyboard} Keyboard
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").TargetDocument} TargetDocument
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").TargetDocument} TargetDocument
  */
 
 const CLOSEST_M = 0.2;

@@ -3,7 +3,7 @@
 import { fill, h, s } from "../dom.js";
 import { angle, millis, number } from "../format.js";
 
-/** @typedef {import("../types.js").VergeStep} VergeStep */
+/** @typedef {import("#api").StepDocument} StepDocument */
 
 const WIDTH = 340;
 const HEIGHT = 128;
@@ -15,7 +15,7 @@ const FEWEST_STEPS = 6;
 /**
  * Draw the steps.
  * @param {HTMLElement} place
- * @param {VergeStep[]} steps
+ * @param {StepDocument[]} steps
  */
 export function drawSteps(place, steps) {
   if (steps.length === 0) {
@@ -59,7 +59,7 @@ function grid({ low, high }, y) {
 }
 
 /**
- * @param {VergeStep[]} steps
+ * @param {StepDocument[]} steps
  * @param {(index: number) => number} x
  * @param {number} last
  */
@@ -70,9 +70,9 @@ function ticks(steps, x, last) {
 }
 
 /**
- * @param {VergeStep[]} steps
+ * @param {StepDocument[]} steps
  * @param {string} kind
- * @param {(step: VergeStep) => number | null} of
+ * @param {(step: StepDocument) => number | null} of
  * @param {(index: number) => number} x
  * @param {(px: number) => number} y
  */
@@ -95,7 +95,7 @@ function legend() {
     h("span", { class: "unit", text: "|left − right|, fovea px" }));
 }
 
-/** @param {VergeStep[]} steps */
+/** @param {StepDocument[]} steps */
 function table(steps) {
   const head = ["", "Phase", "Left ax, ay", "Right ax, ay", "Δx px", "Δy px", "Score", "Compute"];
   const rows = steps.map((step) => h("tr", {}, [
@@ -108,7 +108,7 @@ function table(steps) {
       h("table", {}, h("thead", {}, h("tr", {}, head.map((text) => h("th", { scope: "col", text })))), h("tbody", {}, rows))));
 }
 
-/** @param {VergeStep[]} steps */
+/** @param {StepDocument[]} steps */
 function inWords(steps) {
   const last = steps.at(-1);
   const end = last?.residual_x_px === null || last === undefined ? "not matched" : `${number(last.residual_x_px, 2)} px`;

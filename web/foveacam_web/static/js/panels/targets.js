@@ -8,7 +8,7 @@ import { icon } from "../icons.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").TargetDocument} TargetDocument
+ * @typedef {import("#api").TargetDocument} TargetDocument
  * @typedef {{element: HTMLLIElement, label: HTMLInputElement, distance: HTMLElement, basis: HTMLElement, pick: HTMLButtonElement, target: TargetDocument}} Row
  * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
  */

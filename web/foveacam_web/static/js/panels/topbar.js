@@ -14,7 +14,7 @@ import { icon } from "../icons.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").ConsoleState} ConsoleState
+ * @typedef {import("#page").ConsoleState} ConsoleState
  */
 
 const STATES = Object.freeze(/** @type {Record<string, {text: string, tone: string}>} */ ({
@@ -91,7 +91,7 @@ function showCapture(badge, { capturing }) {
   badge.title = sentence([capturing.name, capturing.why || stateWords(capturing), farWords(capturing)].filter(Boolean).join(", "));
 }
 
-/** @param {import("../calibration/documents.js").Work} work */
+/** @param {import("#page").Work} work */
 function runningWords(work) {
   const { step, done, total, note } = work;
   const name = step === "drift" ? "Checking drift" : "Calibrating";

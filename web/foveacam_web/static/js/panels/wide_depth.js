@@ -1,15 +1,15 @@
 // What is known of the depth of the whole wide view, and the button that looks around: in the head of the 3D pane.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { fill, h } from "../dom.js";
 import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("../types.js").WideDepthDocument} WideDepthDocument
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").WideDepthDocument} WideDepthDocument
  */
 
 const KIND = "wide_depth_survey";
@@ -44,14 +44,14 @@ export class WideDepth {
         const id = this.#known.survey_job_id;
         this.#job = id ? /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`)) : null;
       } catch (error) {
-        if (!(error instanceof Problem)) throw error;
+        if (!(error instanceof RequestError)) throw error;
         this.#known = this.#job = null; // not calibrated: there is nothing to tell
       }
       this.#draw();
     });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (kind === "wide_depth.changed") this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
     else if (kind === "job.updated" && data?.["kind"] === KIND) this.#follow(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));

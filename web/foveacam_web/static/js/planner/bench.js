@@ -1,6 +1,6 @@
 // The plan that is worked on: what was set, which map, where the targets are; and the server's newest answers about it.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { blamed, unfilled } from "./blame.js";
 import { keepMap, keepPlan, keptMap, keptPlan } from "./kept.js";
 import { Newest } from "./newest.js";
@@ -8,13 +8,13 @@ import { tellPlan, toldPlan } from "./route.js";
 import { NAMES, readPlan, written } from "./settings.js";
 
 /**
- * @typedef {import("./documents.js").GivenMap} GivenMap
- * @typedef {import("./documents.js").MapDocument} MapDocument
- * @typedef {import("./documents.js").MapWish} MapWish
- * @typedef {import("./documents.js").Place} Place
- * @typedef {import("./documents.js").PlanSettings} PlanSettings
- * @typedef {import("./documents.js").RegionsDocument} RegionsDocument
- * @typedef {import("./documents.js").StandoffDocument} StandoffDocument
+ * @typedef {import("#page").GivenMap} GivenMap
+ * @typedef {import("#api").MapDocument} MapDocument
+ * @typedef {import("#page").MapSettings} MapSettings
+ * @typedef {import("#page").MapPoint} MapPoint
+ * @typedef {import("#page").PlanSettings} PlanSettings
+ * @typedef {import("#api").RegionsDocument} RegionsDocument
+ * @typedef {import("#api").StandoffDocument} StandoffDocument
  * @typedef {import("./source.js").Given} Given
  */
 
@@ -68,9 +68,9 @@ export class Bench {
     return this.#mine?.name ?? "";
   }
 
-  /** @returns {Place[]} */
+  /** @returns {MapPoint[]} */
   get targets_m() {
-    return this.plan.targets_m ?? /** @type {Place[]} */ (this.map?.targets_m ?? []);
+    return this.plan.targets_m ?? /** @type {MapPoint[]} */ (this.map?.targets_m ?? []);
   }
 
   get #own() {
@@ -115,14 +115,14 @@ export class Bench {
     this.#again();
   }
 
-  /** @param {Partial<MapWish>} part */
+  /** @param {Partial<MapSettings>} part */
   setMap(part) {
     this.plan.map = { ...this.plan.map, ...part };
     this.plan.targets_m = null;
     this.#again();
   }
 
-  /** @param {Place[] | null} targets_m null: the map's own */
+  /** @param {MapPoint[] | null} targets_m null: the map's own */
   setTargets(targets_m) {
     this.plan.targets_m = targets_m;
     this.#again();
@@ -147,7 +147,7 @@ export class Bench {
       this.setMap({ kind });
       return null;
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       return error.message;
     }
   }

@@ -3,9 +3,9 @@
 import { NAMES, NUMBERS } from "./settings.js";
 
 /**
- * @typedef {import("../capture/documents.js").Trouble} Trouble
- * @typedef {import("../types.js").ProblemDocument} ProblemDocument
- * @typedef {import("./documents.js").PlanSettings} PlanSettings
+ * @typedef {import("#page").Trouble} Trouble
+ * @typedef {import("#api").Problem} Problem
+ * @typedef {import("#page").PlanSettings} PlanSettings
  */
 
 /** @type {[RegExp, string][]} the first that fits tells the place */
@@ -25,7 +25,7 @@ const ASKED = /^[\w.]+ is (.+); needed is (.+)$/s;
 
 /**
  * What a refused request is refused for, each with its place on the page.
- * @param {ProblemDocument | null} problem
+ * @param {Problem | null} problem
  * @returns {Trouble[]}
  */
 export function blamed(problem) {

@@ -5,7 +5,7 @@ import { plainly } from "../rig/scale.js";
 import { ticksTo } from "./geometry.js";
 import { chance, length } from "./words.js";
 
-/** @typedef {import("./documents.js").StandoffDocument} StandoffDocument */
+/** @typedef {import("#api").StandoffDocument} StandoffDocument */
 
 const WIDTH = 420;
 const HEIGHT = 240;

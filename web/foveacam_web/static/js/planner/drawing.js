@@ -7,14 +7,14 @@ import { featuresOf, niceLength, outlinesOf, Sheet } from "./geometry.js";
 import { area } from "./words.js";
 
 /**
- * @typedef {import("./documents.js").MapDocument} MapDocument
- * @typedef {import("./documents.js").Outlines} Outlines
- * @typedef {import("./documents.js").Place} Place
- * @typedef {import("./documents.js").RegionsDocument} RegionsDocument
- * @typedef {import("./documents.js").RingDocument} RingDocument
+ * @typedef {import("#api").MapDocument} MapDocument
+ * @typedef {import("#page").Outlines} Outlines
+ * @typedef {import("#page").MapPoint} MapPoint
+ * @typedef {import("#api").RegionsDocument} RegionsDocument
+ * @typedef {import("#api").RingDocument} RingDocument
  * @typedef {import("./geometry.js").Box} Box
  * @typedef {{
- *   map: MapDocument, picture: string | null, targets_m: Place[], ring: RingDocument | null, regions: RegionsDocument | null,
+ *   map: MapDocument, picture: string | null, targets_m: MapPoint[], ring: RingDocument | null, regions: RegionsDocument | null,
  *   stale: boolean, whole: boolean
  * }} Scene `whole`: the rings are seen whole, not the map alone
  * @typedef {{width: number, plan: number, height: number, sheet: Sheet}} Layout `plan`: height of the part to scale
@@ -118,7 +118,7 @@ function rings({ targets_m, ring }, sheet) {
 
 /**
  * @param {Sheet} sheet
- * @param {Place} place
+ * @param {MapPoint} place
  * @param {number} index
  */
 function marker(sheet, place, index) {
@@ -130,8 +130,8 @@ function marker(sheet, place, index) {
 /**
  * Lines of sight from a place to the targets that are seen from it.
  * @param {Sheet} sheet
- * @param {Place} from
- * @param {{place: Place, target: number}[]} seen
+ * @param {MapPoint} from
+ * @param {{place: MapPoint, target: number}[]} seen
  */
 export function sightLines(sheet, from, seen) {
   const { x, y } = sheet.toDrawing(from);

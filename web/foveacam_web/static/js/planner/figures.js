@@ -9,12 +9,12 @@ import { area, chance, length } from "./words.js";
 
 /**
  * @template T
- * @typedef {import("./documents.js").Answered<T>} Answered
+ * @typedef {import("#page").Answered<T>} Answered
  */
-/** @typedef {import("./documents.js").MapDocument} MapDocument */
-/** @typedef {import("./documents.js").RegionsDocument} RegionsDocument */
-/** @typedef {import("./documents.js").RingDocument} RingDocument */
-/** @typedef {import("./documents.js").StandoffDocument} StandoffDocument */
+/** @typedef {import("#api").MapDocument} MapDocument */
+/** @typedef {import("#api").RegionsDocument} RegionsDocument */
+/** @typedef {import("#api").RingDocument} RingDocument */
+/** @typedef {import("#api").StandoffDocument} StandoffDocument */
 
 /** The ring and the chances. */
 export function makeChances() {

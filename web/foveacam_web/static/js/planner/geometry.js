@@ -1,11 +1,11 @@
 // Places on a plan and on its drawing: y is up on the ground and down on the page. Nothing here touches the page.
 
 /**
- * @typedef {import("./documents.js").Feature} Feature
- * @typedef {import("./documents.js").Geojson} Geojson
- * @typedef {import("./documents.js").Geometry} Geometry
- * @typedef {import("./documents.js").Outlines} Outlines
- * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("#page").Feature} Feature
+ * @typedef {import("#page").Geojson} Geojson
+ * @typedef {import("#page").Geometry} Geometry
+ * @typedef {import("#page").Outlines} Outlines
+ * @typedef {import("#page").MapPoint} MapPoint
  * @typedef {{x0: number, y0: number, x1: number, y1: number}} Box
  */
 
@@ -24,14 +24,14 @@ export class Sheet {
     this.top = (height - up * this.scale) / 2 + box.y1 * this.scale;
   }
 
-  /** @param {Place} place */
+  /** @param {MapPoint} place */
   toDrawing([x, y]) {
     return { x: this.left + x * this.scale, y: this.top - y * this.scale };
   }
 
   /**
    * @param {{x: number, y: number}} at
-   * @returns {Place}
+   * @returns {MapPoint}
    */
   toGround({ x, y }) {
     return [(x - this.left) / this.scale, (this.top - y) / this.scale];
@@ -64,18 +64,19 @@ export function outlinesOf(geometry) {
 
 /**
  * The features of one kind.
- * @param {Geojson | null | undefined} document
+ * @param {Record<string, unknown> | null | undefined} geojson
  * @param {string} kind
  * @returns {Feature[]}
  */
-export function featuresOf(document, kind) {
-  return (document?.features ?? []).filter(({ properties }) => properties?.["kind"] === kind);
+export function featuresOf(geojson, kind) {
+  const { features = [] } = /** @type {Partial<Geojson>} */ (geojson ?? {});
+  return features.filter(({ properties }) => properties?.["kind"] === kind);
 }
 
 /**
  * Whether a surface holds a place: an odd number of outlines goes around it.
  * @param {Outlines} outlines
- * @param {Place} place
+ * @param {MapPoint} place
  */
 export function holds(outlines, [x, y]) {
   let inside = false;

@@ -1,6 +1,6 @@
 // What this browser keeps of the planner: the last plan, and a map of one's own, which no address could hold.
 
-/** @typedef {import("./documents.js").GivenMap} GivenMap */
+/** @typedef {import("#page").GivenMap} GivenMap */
 
 const PLAN_KEY = "foveacam.planner";
 const MAP_KEY = "foveacam.planner.map";

@@ -1,10 +1,10 @@
 // Asks the server while something is changed: one question at a time, and of those that come meanwhile only the newest.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 
 /**
  * @template T
- * @typedef {import("./documents.js").Answered<T>} Answered
+ * @typedef {import("#page").Answered<T>} Answered
  */
 
 const PATIENCE_MS = 60_000;
@@ -81,7 +81,7 @@ export class Newest {
     try {
       return { document: /** @type {T} */ (await request("POST", this.#path, { body, patience_ms: PATIENCE_MS })), problem: null };
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       return { document: this.#answer.document, problem: error.document };
     }
   }

@@ -16,7 +16,7 @@ import { PlanView } from "./view.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("#page").MapPoint} MapPoint
  */
 
 /**
@@ -77,12 +77,12 @@ function ringOf({ standoff, regions }) {
 function targetOrders(bench) {
   const middle = () => {
     const [x0 = 0, y0 = 0, x1 = 0, y1 = 0] = bench.map?.bounds_m ?? [];
-    return /** @type {Place} */ ([(x0 + x1) / 2, (y0 + y1) / 2]);
+    return /** @type {MapPoint} */ ([(x0 + x1) / 2, (y0 + y1) / 2]);
   };
-  const add = (/** @type {Place} */ place = middle()) => bench.setTargets([...bench.targets_m, place]);
+  const add = (/** @type {MapPoint} */ place = middle()) => bench.setTargets([...bench.targets_m, place]);
   return {
     add,
-    move: (/** @type {number} */ index, /** @type {Place} */ place) => bench.setTargets(bench.targets_m.map((each, other) => (other === index ? place : each))),
+    move: (/** @type {number} */ index, /** @type {MapPoint} */ place) => bench.setTargets(bench.targets_m.map((each, other) => (other === index ? place : each))),
     remove: (/** @type {number} */ index) => bench.setTargets(bench.targets_m.filter((_, other) => other !== index)),
     reset: () => bench.setTargets(null),
   };

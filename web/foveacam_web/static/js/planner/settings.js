@@ -3,20 +3,20 @@
 
 /**
  * @typedef {import("../rig/scale.js").ScaleKind} ScaleKind
- * @typedef {import("./documents.js").Bound} Bound
- * @typedef {import("./documents.js").MapKind} MapKind
- * @typedef {import("./documents.js").MapWish} MapWish
- * @typedef {import("./documents.js").NumberName} NumberName
- * @typedef {import("./documents.js").Place} Place
- * @typedef {import("./documents.js").PlanSettings} PlanSettings
+ * @typedef {import("#page").RingBound} RingBound
+ * @typedef {import("#page").MapKind} MapKind
+ * @typedef {import("#page").MapSettings} MapSettings
+ * @typedef {import("#page").PlannerNumber} PlannerNumber
+ * @typedef {import("#page").MapPoint} MapPoint
+ * @typedef {import("#page").PlanSettings} PlanSettings
  * @typedef {{
  *   label: string, unit: string, low: number, high: number, kind: ScaleKind, value: number,
  *   presets?: {text: string, value: number}[]
  * }} NumberSetting `low`, `high`: the slider's ends; more can be typed in
- * @typedef {{settings: PlanSettings, map: MapWish, targets_m: Place[] | null}} Plan `targets_m`: null: the map's own
+ * @typedef {{settings: PlanSettings, map: MapSettings, targets_m: MapPoint[] | null}} Plan `targets_m`: null: the map's own
  */
 
-/** @type {Readonly<Record<NumberName, NumberSetting>>} */
+/** @type {Readonly<Record<PlannerNumber, NumberSetting>>} */
 export const NUMBERS = Object.freeze({
   feature_mm: { label: "Feature size S", unit: "mm", low: 1, high: 1000, kind: "log", value: 20 },
   px_per_deg: {
@@ -32,22 +32,22 @@ export const NUMBERS = Object.freeze({
   agent_radius_m: { label: "Agent radius", unit: "m", low: 0, high: 3, kind: "linear", value: 0.3 },
 });
 
-/** @type {readonly NumberName[]} */
-export const NAMES = Object.freeze(/** @type {NumberName[]} */ (Object.keys(NUMBERS)));
+/** @type {readonly PlannerNumber[]} */
+export const NAMES = Object.freeze(/** @type {PlannerNumber[]} */ (Object.keys(NUMBERS)));
 
-/** @type {readonly [Bound, string][]} */
-export const BOUNDS = Object.freeze(/** @type {[Bound, string][]} */ ([
+/** @type {readonly [RingBound, string][]} */
+export const BOUNDS = Object.freeze(/** @type {[RingBound, string][]} */ ([
   ["inflated", "added"], ["plain", "left out"], ["as_printed", "subtracted"],
 ]));
 
-/** @type {Readonly<MapWish>} */
+/** @type {Readonly<MapSettings>} */
 const FIRST_MAP = Object.freeze({ kind: "random", seed: 1, size_m: 60, obstacles: 40, targets: 5 });
 /** @type {readonly MapKind[]} */
 const KINDS = ["random", "open", "geojson", "picture"];
 
 /** @returns {Plan} */
 function firstPlan() {
-  const numbers = /** @type {Record<NumberName, number>} */ (Object.fromEntries(NAMES.map((name) => [name, NUMBERS[name].value])));
+  const numbers = /** @type {Record<PlannerNumber, number>} */ (Object.fromEntries(NAMES.map((name) => [name, NUMBERS[name].value])));
   return { settings: { ...numbers, bound: "inflated", own_domain: true }, map: { ...FIRST_MAP }, targets_m: null };
 }
 
@@ -92,10 +92,10 @@ export function readPlan(text) {
 
 /**
  * @param {string | null} text
- * @returns {Place[] | null}
+ * @returns {MapPoint[] | null}
  */
 function placesOf(text) {
   if (text === null) return null;
   const places = text.split(";").filter(Boolean).map((place) => place.split(",").map(Number));
-  return places.every((place) => place.length === 2 && place.every(Number.isFinite)) ? /** @type {Place[]} */ (places) : null;
+  return places.every((place) => place.length === 2 && place.every(Number.isFinite)) ? /** @type {MapPoint[]} */ (places) : null;
 }

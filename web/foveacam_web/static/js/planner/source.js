@@ -8,11 +8,11 @@ import { icon } from "../icons.js";
 import { makePictureSheet, pictureOf } from "./picture.js";
 
 /**
- * @typedef {import("./documents.js").MapKind} MapKind
- * @typedef {import("./documents.js").MapWish} MapWish
+ * @typedef {import("#page").MapKind} MapKind
+ * @typedef {import("#page").MapSettings} MapSettings
  * @typedef {{body: object, name: string, picture: string | null, kind: MapKind}} Given what a user gives as a map
  * @typedef {{
- *   place: HTMLElement, changed: (part: Partial<MapWish>) => void, give: (given: Given) => Promise<string | null>
+ *   place: HTMLElement, changed: (part: Partial<MapSettings>) => void, give: (given: Given) => Promise<string | null>
  * }} Options `give`: why the server does not take it, null when it does
  */
 
@@ -27,7 +27,7 @@ export function makeSource({ place, changed, give }) {
   const size = numberField("Side", { min: 1, step: "any", unit: "m" });
   const obstacles = numberField("Obstacles", { min: 0, step: 1 });
   const targets = numberField("Targets", { min: 1, step: 1 });
-  /** @type {[keyof MapWish, import("../calibration/parts.js").NumberField][]} */
+  /** @type {[keyof MapSettings, import("../calibration/parts.js").NumberField][]} */
   const numbers = [["seed", seed], ["size_m", size], ["obstacles", obstacles], ["targets", targets]];
   for (const [name, field] of numbers) field.input.addEventListener("input", () => changed({ [name]: field.input.valueAsNumber }));
   const another = h("button", { type: "button", class: "plain", on: { click: () => changed({ seed: Math.floor(Math.random() * LAST_SEED) }) } }, icon("again"), "Another");
@@ -36,7 +36,7 @@ export function makeSource({ place, changed, give }) {
   const drawn = h("div", { class: "fields" }, seed.element, another, size.element, obstacles.element, targets.element);
   const element = h("div", { class: "stack asked-for" }, kinds.element, drawn, files.geojson, files.picture, name, place);
   kinds.element.addEventListener("change", () => changed({ kind: kinds.value() }));
-  return { element, show: (/** @type {MapWish} */ wish, /** @type {string} */ given) => {
+  return { element, show: (/** @type {MapSettings} */ wish, /** @type {string} */ given) => {
     for (const [which, field] of numbers) {
       const value = wish[which];
       if (document.activeElement !== field.input && field.input.valueAsNumber !== value) field.input.value = String(value);

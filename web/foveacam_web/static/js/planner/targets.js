@@ -5,8 +5,8 @@ import { icon } from "../icons.js";
 import { HUES } from "./drawing.js";
 
 /**
- * @typedef {import("./documents.js").Place} Place
- * @typedef {{move: (index: number, place: Place) => void, remove: (index: number) => void, add: () => void, reset: () => void}} Orders
+ * @typedef {import("#page").MapPoint} MapPoint
+ * @typedef {{move: (index: number, place: MapPoint) => void, remove: (index: number) => void, add: () => void, reset: () => void}} Orders
  */
 
 /** @param {Orders} orders */
@@ -27,12 +27,12 @@ export function makeTargets(orders) {
   const row = (/** @type {number} */ index) => {
     const typed = () => {
       const place = inputs.map((input) => input.valueAsNumber);
-      if (place.every(Number.isFinite)) orders.move(index, /** @type {Place} */ (place));
+      if (place.every(Number.isFinite)) orders.move(index, /** @type {MapPoint} */ (place));
     };
     const inputs = ["x", "y"].map((axis) => h("input", { type: "number", step: "any", inputmode: "decimal", "aria-label": `${axis} of target ${index}, m`, on: { input: typed } }));
     return { inputs };
   };
-  return { element, show: (/** @type {Place[]} */ targets_m, /** @type {boolean} */ own) => {
+  return { element, show: (/** @type {MapPoint[]} */ targets_m, /** @type {boolean} */ own) => {
     if (rows.length !== targets_m.length) rebuild(targets_m.length);
     targets_m.forEach((place, index) => rows[index]?.inputs.forEach((input, axis) => {
       const value = Number((place[axis] ?? 0).toFixed(2));

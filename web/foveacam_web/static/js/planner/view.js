@@ -7,10 +7,10 @@ import { featuresOf, holds, outlinesOf } from "./geometry.js";
 import { sightWords } from "./words.js";
 
 /**
- * @typedef {import("./documents.js").Place} Place
+ * @typedef {import("#page").MapPoint} MapPoint
  * @typedef {import("./drawing.js").Layout} Layout
  * @typedef {import("./drawing.js").Scene} Scene
- * @typedef {{add: (place: Place) => void, move: (index: number, place: Place) => void, remove: (index: number) => void}} Hands
+ * @typedef {{add: (place: MapPoint) => void, move: (index: number, place: MapPoint) => void, remove: (index: number) => void}} Hands
  */
 
 const GRIP_PX = 16;
@@ -32,7 +32,7 @@ export class PlanView {
   #scene = null;
   /** @type {Layout | null} */
   #layout = null;
-  #outlines = /** @type {import("./documents.js").Outlines[]} */ ([]);
+  #outlines = /** @type {import("#page").Outlines[]} */ ([]);
   /** Where is asked about, in the drawing. @type {{x: number, y: number} | null} */
   #probe = null;
   /** @type {{index: number | null, from: {x: number, y: number}, moved: boolean} | null} */
@@ -150,7 +150,7 @@ export class PlanView {
   /**
    * The place of the ground, kept within the map; null: the drawing shows no ground there.
    * @param {{x: number, y: number}} at
-   * @returns {Place | null}
+   * @returns {MapPoint | null}
    */
   #ground(at) {
     if (!this.#scene || !this.#layout) return null;

@@ -2,7 +2,7 @@
 
 import { count, number } from "../format.js";
 
-/** @typedef {import("./documents.js").Place} Place */
+/** @typedef {import("#page").MapPoint} MapPoint */
 
 /**
  * @param {number} value_m2
@@ -25,7 +25,7 @@ export function chance(share) {
 }
 
 /**
- * @param {Place} place
+ * @param {MapPoint} place
  * @param {number[]} seen
  * @param {number} all
  */

@@ -1,15 +1,15 @@
 // Follows the recording that is being made, whoever began it, and gives the orders of its button.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_words.js";
 import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("../gallery/recording_documents.js").RecordingDocument} RecordingDocument
- * @typedef {import("../gallery/recording_documents.js").RecordingRequest} RecordingRequest
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").RecordingDocument} RecordingDocument
+ * @typedef {import("#api").RecordingRequest} RecordingRequest
  */
 
 const EVERY_MS = 1000;
@@ -37,7 +37,7 @@ export class LiveRecording {
     });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (!kind.startsWith("recording.")) return;
     if (kind === "recording.ended" && data?.["why"]) {
@@ -73,7 +73,7 @@ export class LiveRecording {
       try {
         found = /** @type {RecordingDocument} */ (await request("GET", recordingPath(id)));
       } catch (error) {
-        if (!(error instanceof Problem) || error.slug !== "not-found") throw error;
+        if (!(error instanceof RequestError) || error.slug !== "not-found") throw error;
       }
       const { recording } = this.#store.state;
       if (recording?.id !== id || (recording.state === "ending" && found?.state === "recording")) return;

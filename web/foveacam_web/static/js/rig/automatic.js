@@ -4,9 +4,9 @@ import { changing, h, say } from "../dom.js";
 import { sentence } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").CameraDocument} CameraDocument
- * @typedef {import("./documents.js").CameraPatch} CameraPatch
- * @typedef {import("./documents.js").ExposureAuto} ExposureAuto
+ * @typedef {import("#api").CameraDocument} CameraDocument
+ * @typedef {import("#api").CameraPatch} CameraPatch
+ * @typedef {import("#page").ExposureAuto} ExposureAuto
  * @typedef {(patch: CameraPatch) => Promise<{refusal: string | null}>} Ask
  * @typedef {{
  *   element: HTMLElement, below: HTMLElement,

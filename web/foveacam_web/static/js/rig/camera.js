@@ -10,23 +10,23 @@ import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, 
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("./documents.js").CameraDocument} CameraDocument
- * @typedef {import("./documents.js").CameraPatch} CameraPatch
- * @typedef {import("./documents.js").NumberName} NumberName
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").CameraDocument} CameraDocument
+ * @typedef {import("#api").CameraPatch} CameraPatch
+ * @typedef {import("#page").CameraNumber} CameraNumber
  * @typedef {import("./orders.js").RigOrders} RigOrders
  * @typedef {{store: Store, orders: RigOrders}} Context
  */
 
-/** @type {Readonly<Record<NumberName, {kind?: "log", presets?: number[]}>>} */
+/** @type {Readonly<Record<CameraNumber, {kind?: "log", presets?: number[]}>>} */
 const LOOKS = Object.freeze({
   exposure_ms: { kind: "log", presets: [8.33, 10, 16.67, 20] },
   gain_db: {},
   black_level: {},
   frame_rate_hz: { presets: [50, 60, 100, 120] },
 });
-/** @type {NumberName[]} */
+/** @type {CameraNumber[]} */
 const NUMBERS = ["exposure_ms", "gain_db", "black_level", "frame_rate_hz"];
 
 /**
@@ -116,7 +116,7 @@ function makeControls(role, { store, orders }) {
   };
   const format = makeFormat(ask);
   const of = CAMERAS[role].toLowerCase();
-  /** @type {Partial<Record<NumberName, import("./automatic.js").Automatic>>} */
+  /** @type {Partial<Record<CameraNumber, import("./automatic.js").Automatic>>} */
   const automatic = { exposure_ms: exposureMode(of, (patch) => ask(patch, true)), frame_rate_hz: ownRate(of, (patch) => ask(patch, false)) };
   const dials = new Map(NUMBERS.map((name) => [name, new Dial({
     ...SETTINGS[name], ...LOOKS[name], of, beside: automatic[name]?.element, below: automatic[name]?.below,
@@ -156,7 +156,7 @@ function makeFormat(ask) {
   let sending = false;
   const send = async (/** @type {string} */ value) => {
     sending = true;
-    const { refusal } = await ask({ pixel_format: value }, true);
+    const { refusal } = await ask({ pixel_format: /** @type {CameraPatch["pixel_format"]} */ (value) }, true);
     sending = false;
     say(refused, refusal ? sentence(refusal) : "");
   };

@@ -8,10 +8,10 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").MirrorsDocument} MirrorsDocument
- * @typedef {import("./documents.js").ControllerLink} ControllerLink
- * @typedef {import("./documents.js").StreamOfController} StreamOfController
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").MirrorsDocument} MirrorsDocument
+ * @typedef {import("#api").ControllerLinkDocument} ControllerLinkDocument
+ * @typedef {import("#api").PositionStreamDocument} PositionStreamDocument
  * @typedef {import("./orders.js").RigOrders} RigOrders
  */
 
@@ -23,7 +23,7 @@ export function mountController(place, { store, orders }) {
   const [state, line] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
   fill(place, state, switches(store, orders), line);
   const showState = changing(state, stateOf);
-  const showLine = changing(line, (/** @type {ControllerLink | null} */ link) => (link ? lineOf(link) : []));
+  const showLine = changing(line, (/** @type {ControllerLinkDocument | null} */ link) => (link ? lineOf(link) : []));
   store.on(["rig", "rig_page"], ({ rig, rig_page }) => {
     if (!rig_page) return;
     showState(rig?.mirrors ? { mirrors: { ...rig.mirrors, link: null }, remedy: rig.problems.find(({ device }) => /mirror|controller/.test(device))?.remedy ?? "" } : null);
@@ -48,7 +48,7 @@ function stateOf(now) {
   ];
 }
 
-/** @param {import("./documents.js").DeviceInfo} info */
+/** @param {import("#api").DeviceInfoDocument} info */
 function nameOf({ vendor, model }) {
   return model.startsWith(vendor) ? model : `${vendor} ${model}`;
 }
@@ -66,7 +66,7 @@ function switches(store, orders) {
     h("p", { class: "aside-note", text: "Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or newer." }));
 }
 
-/** @param {ControllerLink} link */
+/** @param {ControllerLinkDocument} link */
 function lineOf(link) {
   const drift = link.clock_drift_ppm === null ? "not measured yet" : `${number(link.clock_drift_ppm, 2)} ppm`;
   return [
@@ -101,7 +101,7 @@ function offset(offset_ms) {
   return Math.abs(offset_ms) < 10_000 ? `${number(offset_ms, 3)} ms` : `${number(offset_ms / 1000, 3)} s (${span(Math.abs(offset_ms) / 1000)})`;
 }
 
-/** @param {StreamOfController[]} found */
+/** @param {PositionStreamDocument[]} found */
 function streams(found) {
   if (found.length === 0) return [];
   const volts = (/** @type {number} */ x, /** @type {number} */ y) => (Number.isFinite(x) ? `${number(x, 2)}, ${number(y, 2)} V` : MISSING);

@@ -5,7 +5,7 @@ import { sentence } from "../format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
 
 /**
- * @typedef {import("./documents.js").Span} Span
+ * @typedef {import("#api").SpanDocument} SpanDocument
  * @typedef {{taken: number | null, refusal: string | null}} Outcome
  * @typedef {{
  *   name: string, unit: string, of: string, kind?: import("./scale.js").ScaleKind, presets?: number[], note?: string,
@@ -27,7 +27,7 @@ export class Dial {
   #taken = h("p", { class: "taken", role: "status" });
   #refused = h("p", { class: "refused", role: "alert" });
   #spanned = "";
-  /** @type {Span} */
+  /** @type {SpanDocument} */
   #span = { low: 0, high: 0 };
   #value = NaN;
   #editing = false;
@@ -51,7 +51,7 @@ export class Dial {
   }
 
   /**
-   * @param {Span | undefined} span what the camera accepts
+   * @param {SpanDocument | undefined} span what the camera accepts
    * @param {number | undefined} value what it has
    * @param {boolean} open whether it takes anything now
    * @param {boolean} [itself] whether the camera sets it itself: it is shown, and cannot be set by hand

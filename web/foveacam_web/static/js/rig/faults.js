@@ -5,9 +5,9 @@ import { icon } from "../icons.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("./documents.js").Knock} Knock
- * @typedef {import("./documents.js").RigFaults} RigFaults
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").MountKnock} MountKnock
+ * @typedef {import("#api").SimulatedFaults} SimulatedFaults
  * @typedef {import("./orders.js").RigOrders} RigOrders
  * @typedef {{name: string, list: "unplugged" | "frozen" | "no_trigger" | "no_strobe" | "dead_axes", axis?: "x" | "y", roles: Role[]}} Row
  */
@@ -25,7 +25,7 @@ const ROWS = Object.freeze([
   { name: "Mirror x axis dead", list: "dead_axes", axis: "x", roles: EYES },
   { name: "Mirror y axis dead", list: "dead_axes", axis: "y", roles: EYES },
 ]);
-/** @type {readonly {name: string, key: keyof Knock}[]} */
+/** @type {readonly {name: string, key: keyof MountKnock}[]} */
 const SHIFTS = Object.freeze([
   { name: "Knocked right, °", key: "shift_x_deg" }, { name: "Knocked down, °", key: "shift_y_deg" }, { name: "Rolled, °", key: "rotation_deg" },
 ]);
@@ -39,12 +39,12 @@ const ROLLED_DEG = 0.1;
  */
 export function mountFaults(place, { store, orders }) {
   const table = h("div", { class: "scroll-x" });
-  const put = (/** @type {Partial<RigFaults>} */ part) => store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
+  const put = (/** @type {Partial<SimulatedFaults>} */ part) => store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
   const knock = h("button", { type: "button", class: "plain", on: { click: () => put({ knocked_left: carried(), knocked_right: carried() }) } }, "Knock both mounts");
   const mend = h("button", { type: "button", class: "plain", on: { click: () => void orders.mend() } }, icon("again"), "Mend everything");
   fill(place, h("p", { class: "lead", text: "This rig is simulated: break something, and see what the product makes of it." }), table, h("p", { class: "actions" }, knock, mend),
     h("p", { class: "aside-note", text: "A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds what it was; the angle between the eyes only where it knows a distance." }));
-  const show = changing(table, (/** @type {RigFaults} */ faults) => [tableOf(faults, put)]);
+  const show = changing(table, (/** @type {SimulatedFaults} */ faults) => [tableOf(faults, put)]);
   store.on(["faults", "rig", "rig_page"], ({ faults, rig, rig_page }) => {
     const whole = place.closest(".panel");
     if (whole instanceof HTMLElement) whole.hidden = !rig?.simulated || !faults;
@@ -60,8 +60,8 @@ function carried() {
 }
 
 /**
- * @param {RigFaults} faults
- * @param {(part: Partial<RigFaults>) => unknown} put
+ * @param {SimulatedFaults} faults
+ * @param {(part: Partial<SimulatedFaults>) => unknown} put
  */
 function tableOf(faults, put) {
   return h("table", { class: "compare faults" },
@@ -71,8 +71,8 @@ function tableOf(faults, put) {
 
 /**
  * @param {Row} row
- * @param {RigFaults} faults
- * @param {(part: Partial<RigFaults>) => unknown} put
+ * @param {SimulatedFaults} faults
+ * @param {(part: Partial<SimulatedFaults>) => unknown} put
  */
 function tickRow({ name, list, axis, roles }, faults, put) {
   const broken = /** @type {string[]} */ (faults[list]);
@@ -91,9 +91,9 @@ function tickRow({ name, list, axis, roles }, faults, put) {
 }
 
 /**
- * @param {{name: string, key: keyof Knock}} shift
- * @param {RigFaults} faults
- * @param {(part: Partial<RigFaults>) => unknown} put
+ * @param {{name: string, key: keyof MountKnock}} shift
+ * @param {SimulatedFaults} faults
+ * @param {(part: Partial<SimulatedFaults>) => unknown} put
  */
 function shiftRow({ name, key }, faults, put) {
   const cell = (/** @type {"left" | "right"} */ eye) => {

@@ -1,19 +1,19 @@
 // What the operator can order of the rig's devices. A camera's refusal is handed back, to be read where it was asked.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").JobDocument} JobDocument
- * @typedef {import("../types.js").MirrorsDocument} MirrorsDocument
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("./documents.js").CameraPatch} CameraPatch
- * @typedef {import("./documents.js").CamerasChanged} CamerasChanged
- * @typedef {import("./documents.js").RailDocument} RailDocument
- * @typedef {import("./documents.js").RigFaults} RigFaults
+ * @typedef {import("#api").JobDocument} JobDocument
+ * @typedef {import("#api").MirrorsDocument} MirrorsDocument
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").CameraPatch} CameraPatch
+ * @typedef {import("#api").CamerasChangedDocument} CamerasChangedDocument
+ * @typedef {import("#api").RailDocument} RailDocument
+ * @typedef {import("#api").SimulatedFaults} SimulatedFaults
  * @typedef {import("./reader.js").RigReader} RigReader
- * @typedef {{changed: CamerasChanged | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
+ * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */
 
 const CAMERA_MS = 30_000; // a camera that is stopped, set and started again
@@ -73,18 +73,18 @@ export class RigOrders {
    */
   async #camera(method, path, body) {
     try {
-      const changed = /** @type {CamerasChanged} */ (await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS }));
+      const changed = /** @type {CamerasChangedDocument} */ (await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS }));
       this.#adopt(changed);
       return { changed, refusal: null };
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
       void this.#reader.readRig();
       return { changed: null, refusal: error.message };
     }
   }
 
-  /** @param {CamerasChanged} changed */
+  /** @param {CamerasChangedDocument} changed */
   #adopt({ cameras, divergence }) {
     const { rig } = this.#store.state;
     if (!rig) return;
@@ -104,7 +104,7 @@ export class RigOrders {
       job = (await this.#lookAt(job.id)) ?? job;
     }
     this.#store.set({ running_test: null });
-    if (job.problem) this.#commands.say({ tone: "bad", title: "The trigger test failed", detail: job.problem.detail ?? "", remedy: job.problem.remedy });
+    if (job.problem) this.#commands.say({ tone: "bad", title: "The trigger test failed", detail: job.problem.detail ?? "", remedy: job.problem.remedy ?? undefined });
     await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
   }
 
@@ -113,7 +113,7 @@ export class RigOrders {
     try {
       return /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
+      if (!(error instanceof RequestError)) throw error;
       if (error.document.status === 404) return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
       return null; // the server is away: the banner says so, and the job is looked for again
     }
@@ -155,7 +155,7 @@ export class RigOrders {
 
   /**
    * Break this in the simulated rig, and mend everything else.
-   * @param {RigFaults} faults
+   * @param {SimulatedFaults} faults
    */
   breakIt(faults) {
     return this.#faults("PUT", faults);
@@ -167,10 +167,10 @@ export class RigOrders {
 
   /**
    * @param {"PUT" | "DELETE"} method
-   * @param {RigFaults | undefined} body
+   * @param {SimulatedFaults | undefined} body
    */
   async #faults(method, body) {
-    const faults = await this.#commands.attempt(() => /** @type {Promise<RigFaults>} */ (
+    const faults = await this.#commands.attempt(() => /** @type {Promise<SimulatedFaults>} */ (
       request(method, "/simulation/faults", { body, headers: this.#commands.leaseHeader() })));
     if (faults) this.#store.set({ faults });
     else await this.#reader.readFaults(); // a tick that was not taken goes back

@@ -15,7 +15,7 @@ import { mountTrigger } from "./trigger.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Role} Role
+ * @typedef {import("#page").Role} Role
  * @typedef {import("../video/views.js").Views} Views
  * @typedef {{
  *   store: Store, views: Views, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders

@@ -7,8 +7,8 @@ import { settable, SETTINGS, settingText } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").CameraPatch} CameraPatch
- * @typedef {import("./documents.js").Difference} Difference
+ * @typedef {import("#api").CameraPatch} CameraPatch
+ * @typedef {import("#api").DifferenceDocument} DifferenceDocument
  * @typedef {import("./orders.js").RigOrders} RigOrders
  */
 
@@ -27,7 +27,7 @@ export function mountPair(place, { store, orders }) {
     refusal = answer.refusal ? `The ${OTHER[eye]} camera does not take the ${eye} one's settings: ${answer.refusal}` : "";
     store.set({ rig: store.state.rig });
   };
-  const show = changing(place, (/** @type {{differences: Difference[], trigger: Difference | null, refusal: string}} */ now) => [...question(now, use), ...triggers(now.trigger)]);
+  const show = changing(place, (/** @type {{differences: DifferenceDocument[], trigger: DifferenceDocument | null, refusal: string}} */ now) => [...question(now, use), ...triggers(now.trigger)]);
   store.on(["rig", "rig_page"], (state) => {
     if (!state.rig_page) return;
     const differences = settable(state.rig);
@@ -39,7 +39,7 @@ export function mountPair(place, { store, orders }) {
 }
 
 /**
- * @param {{differences: Difference[], refusal: string}} now
+ * @param {{differences: DifferenceDocument[], refusal: string}} now
  * @param {(eye: "left" | "right") => Promise<void>} use
  */
 function question({ differences, refusal }, use) {
@@ -57,7 +57,7 @@ function question({ differences, refusal }, use) {
     h("div", { class: "actions" }, button("left"), button("right")))];
 }
 
-/** @param {Difference | null} trigger */
+/** @param {DifferenceDocument | null} trigger */
 function triggers(trigger) {
   if (!trigger) return [];
   return [h("p", { class: "state warn" }, icon("warn"), "Only one fovea waits for the trigger"),

@@ -9,7 +9,7 @@ import { zeroOf } from "./zero.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("./documents.js").RailDocument} RailDocument
+ * @typedef {import("#api").RailDocument} RailDocument
  * @typedef {import("./orders.js").RigOrders} RigOrders
  */
 

@@ -5,10 +5,10 @@ import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").RigEvent} RigEvent
- * @typedef {import("./documents.js").RailDocument} RailDocument
- * @typedef {import("./documents.js").RigFaults} RigFaults
- * @typedef {import("./documents.js").TriggerTest} TriggerTest
+ * @typedef {import("#api").EventDocument} EventDocument
+ * @typedef {import("#api").RailDocument} RailDocument
+ * @typedef {import("#api").SimulatedFaults} SimulatedFaults
+ * @typedef {import("#api").TriggerTestDocument} TriggerTestDocument
  */
 
 const READ_BACK_MS = 1000;
@@ -45,7 +45,7 @@ export class RigReader {
 
   readTest() {
     return this.#reads.read("trigger test", async () => {
-      this.#store.set({ trigger_test: /** @type {TriggerTest} */ (await request("GET", "/cameras/self_tests/newest")) });
+      this.#store.set({ trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")) });
     });
   }
 
@@ -53,7 +53,7 @@ export class RigReader {
   async readFaults() {
     if (!this.#store.state.rig?.simulated) return;
     await this.#reads.read("faults", async () => {
-      this.#store.set({ faults: /** @type {RigFaults} */ (await request("GET", "/simulation/faults")) });
+      this.#store.set({ faults: /** @type {SimulatedFaults} */ (await request("GET", "/simulation/faults")) });
     });
   }
 
@@ -69,7 +69,7 @@ export class RigReader {
     });
   }
 
-  /** @param {RigEvent} event */
+  /** @param {EventDocument} event */
   hear(event) {
     if (!this.#store.state.rig_page) return;
     if (event.kind === "camera.self_test") void this.readTest();

@@ -3,7 +3,7 @@
 import { number } from "../format.js";
 
 /**
- * @typedef {import("./documents.js").Span} Span
+ * @typedef {import("#api").SpanDocument} SpanDocument
  * @typedef {"linear" | "log"} ScaleKind
  */
 
@@ -12,7 +12,7 @@ export const WAY = 1000;
 const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
 
 /**
- * @param {Span} span
+ * @param {SpanDocument} span
  * @param {ScaleKind} kind
  * @param {number} value
  * @returns {number} where it is, 0 … 1
@@ -24,7 +24,7 @@ export function shareOf({ low, high }, kind, value) {
 }
 
 /**
- * @param {Span} span
+ * @param {SpanDocument} span
  * @param {ScaleKind} kind
  * @param {number} share 0 … 1
  * @returns {number} the value there, with as many digits as make sense
@@ -38,7 +38,7 @@ export function valueAt({ low, high }, kind, share) {
 
 /**
  * The decades inside a span.
- * @param {Span} span
+ * @param {SpanDocument} span
  */
 export function decades({ low, high }) {
   return DECADES.filter((decade) => decade >= low && decade <= high);
@@ -54,7 +54,7 @@ export function plainly(value) {
 
 /**
  * A span as it is read.
- * @param {Span} span
+ * @param {SpanDocument} span
  * @param {string} unit
  */
 export function spanText({ low, high }, unit) {

@@ -7,11 +7,11 @@ import { takesOrders, VERDICTS } from "./words.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("./documents.js").EyeTest} EyeTest
- * @typedef {import("./documents.js").RunningTest} RunningTest
- * @typedef {import("./documents.js").TriggerDocument} TriggerDocument
- * @typedef {import("./documents.js").TriggerTest} TriggerTest
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#api").EyeTestDocument} EyeTestDocument
+ * @typedef {import("#page").RunningTest} RunningTest
+ * @typedef {import("#api").TriggerDocument} TriggerDocument
+ * @typedef {import("#api").TriggerTestDocument} TriggerTestDocument
  * @typedef {import("./orders.js").RigOrders} RigOrders
  */
 
@@ -66,7 +66,7 @@ function progress({ note, done, total }, orders) {
     h("button", { type: "button", class: "plain", data: { keep: "cancel-test" }, text: "Cancel", on: { click: () => void orders.cancelTest() } }))];
 }
 
-/** @param {TriggerTest | null} found */
+/** @param {TriggerTestDocument | null} found */
 function verdictsOf(found) {
   if (!found) return [nothing("Not read yet.")];
   return [
@@ -75,7 +75,7 @@ function verdictsOf(found) {
   ];
 }
 
-/** @param {EyeTest} found */
+/** @param {EyeTestDocument} found */
 function eyeRow({ eye, verdict, detail, software_ms, hardware_ms }) {
   const { text, tone, meaning } = VERDICTS[verdict] ?? { text: verdict, tone: "plain", meaning: "" };
   const times = [software_ms !== null && `command to frame ${millis(software_ms)}`, hardware_ms !== null && `pulse to frame ${millis(hardware_ms)}`].filter(Boolean).join(", ");

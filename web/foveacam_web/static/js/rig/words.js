@@ -4,13 +4,14 @@ import { sentence, span } from "../format.js";
 import { plainly } from "./scale.js";
 
 /**
- * @typedef {import("../types.js").Role} Role
- * @typedef {import("../types.js").RigDocument} RigDocument
- * @typedef {import("./documents.js").CameraDocument} CameraDocument
- * @typedef {import("./documents.js").CameraLink} CameraLink
- * @typedef {import("./documents.js").CameraPhase} CameraPhase
- * @typedef {import("./documents.js").SettingName} SettingName
- * @typedef {import("./documents.js").Verdict} Verdict
+ * @typedef {import("#page").CameraNumber} CameraNumber
+ * @typedef {import("#page").Role} Role
+ * @typedef {import("#api").RigDocument} RigDocument
+ * @typedef {import("#api").CameraDocument} CameraDocument
+ * @typedef {import("#api").CameraLinkDocument} CameraLinkDocument
+ * @typedef {import("#page").CameraPhase} CameraPhase
+ * @typedef {import("#page").SettingName} SettingName
+ * @typedef {import("#api").EyeTestDocument["verdict"]} Verdict
  */
 
 /** @type {Readonly<Record<Role, string>>} */
@@ -27,7 +28,7 @@ const PHASES = Object.freeze({
   backoff: { text: "Lost, trying again", tone: "bad", usual: "It is opened again by itself; nothing needs to be restarted." },
 });
 
-/** @type {Readonly<Record<SettingName, {name: string, unit: string}>>} */
+/** @type {Readonly<Record<SettingName | CameraNumber, {name: string, unit: string}>>} */
 export const SETTINGS = Object.freeze({
   exposure_ms: { name: "Exposure", unit: "ms" },
   exposure_auto: { name: "Automatic exposure", unit: "" },
@@ -50,17 +51,17 @@ export const VERDICTS = Object.freeze({
 
 /** @param {CameraDocument | undefined} camera */
 export function linkOf(camera) {
-  return camera?.link ?? /** @type {CameraLink} */ ({ phase: camera?.connected ? "streaming" : "closed", reason: "", since_s: null, epoch: 0 });
+  return camera?.link ?? /** @type {CameraLinkDocument} */ ({ phase: camera?.connected ? "streaming" : "closed", reason: "", since_s: null, epoch: 0 });
 }
 
-/** @param {CameraLink} link */
+/** @param {CameraLinkDocument} link */
 export function phaseWords({ phase }) {
   return PHASES[phase] ?? { text: phase, tone: "", usual: "" };
 }
 
 /**
  * Since when a link is as it is, and why.
- * @param {CameraLink} link
+ * @param {CameraLinkDocument} link
  * @returns {{since: string, reason: string}}
  */
 export function linkWords(link) {

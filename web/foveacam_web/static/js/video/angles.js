@@ -1,16 +1,16 @@
 // Wide pixels <-> directions, by the calibrated wide lens. Pixels: the centre of the first one is (0, 0).
 
-/** @typedef {import("../types.js").Intrinsics} Intrinsics */
-/** @typedef {import("../types.js").Direction} Direction */
-/** @typedef {import("../types.js").Point} Point */
-/** @typedef {import("../types.js").Steering} Steering */
+/** @typedef {import("#api").WideLensDocument} WideLensDocument */
+/** @typedef {import("#api").Direction} Direction */
+/** @typedef {import("#page").Point} Point */
+/** @typedef {import("#api").SteeringDocument} SteeringDocument */
 
 const DEG = Math.PI / 180;
 const ROUNDS = 12; // the mild distortion of this lens converges to 1e-9 in half as many
 
 /**
  * Distort a direction (tan ax, tan ay) as the lens does.
- * @param {Intrinsics} lens
+ * @param {WideLensDocument} lens
  * @param {number} x
  * @param {number} y
  */
@@ -26,7 +26,7 @@ function distort(lens, x, y) {
 
 /**
  * The wide pixel of a direction.
- * @param {Intrinsics} lens
+ * @param {WideLensDocument} lens
  * @param {Direction} direction
  * @returns {Point}
  */
@@ -37,7 +37,7 @@ export function pixelOf(lens, direction) {
 
 /**
  * The direction of a wide pixel, by fixed-point iteration on the distortion.
- * @param {Intrinsics} lens
+ * @param {WideLensDocument} lens
  * @param {Point} pixel
  * @returns {Direction}
  */
@@ -55,7 +55,7 @@ export function directionOf(lens, pixel) {
 
 /**
  * Whether both eyes can be steered there.
- * @param {Steering} field
+ * @param {SteeringDocument} field
  * @param {Direction} direction
  */
 export function inField(field, direction) {
@@ -67,8 +67,8 @@ export function inField(field, direction) {
 
 /**
  * The outline of the steerable field in wide pixels; its edges bend with the lens, so each is sampled.
- * @param {Intrinsics} lens
- * @param {Steering} field
+ * @param {WideLensDocument} lens
+ * @param {SteeringDocument} field
  * @param {number} [samples] along each edge
  * @returns {Point[]}
  */

@@ -2,7 +2,7 @@
 // All places are CSS pixels from the surface's top left corner.
 
 /**
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").Point} Point
  * @typedef {{
  *   click(at: Point): void, probe(at: Point): void, hover(at: Point | null): void,
  *   rectangle(from: Point, to: Point, done: boolean): void, rectangleCancelled(): void,

@@ -1,13 +1,13 @@
 // For whoever sees the wide view for the first time: good targets are marked, and one line says what to do.
 
-import { Problem, request } from "../api.js";
+import { RequestError, request } from "../api.js";
 import { fill, h, s } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").Suggestion} Suggestion
+ * @typedef {import("#api").SuggestionDocument} SuggestionDocument
  * @typedef {import("./pane.js").Pane} Pane
  */
 
@@ -19,7 +19,7 @@ const LETTERS_CSS_PX = 14;
 export class Hints {
   #store;
   #pane;
-  /** @type {Suggestion[]} */
+  /** @type {SuggestionDocument[]} */
   #found = [];
   #asked = false;
   #marks = s("svg", { class: "overlay hints", "aria-hidden": "true" });
@@ -70,14 +70,14 @@ export class Hints {
 
   async #read() {
     try {
-      const found = /** @type {Suggestion[]} */ (await request("GET", "/suggestions"));
+      const found = /** @type {SuggestionDocument[]} */ (await request("GET", "/suggestions"));
       if (this.#store.state.settings.hints) this.#show(found);
     } catch (error) {
-      if (!(error instanceof Problem)) throw error; // without suggestions the page is as it always was
+      if (!(error instanceof RequestError)) throw error; // without suggestions the page is as it always was
     }
   }
 
-  /** @param {Suggestion[]} found */
+  /** @param {SuggestionDocument[]} found */
   #show(found) {
     if (found.length === 0 && this.#found.length === 0) return;
     this.#found = found;

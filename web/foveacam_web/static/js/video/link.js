@@ -4,11 +4,11 @@ import { socketUrl } from "./protocol.js";
 import { ViewStream } from "./stream.js";
 
 /**
- * @typedef {import("../types.js").StreamReport} StreamReport
- * @typedef {import("../types.js").StreamOrder} StreamOrder
- * @typedef {import("../types.js").ViewName} ViewName
- * @typedef {import("../types.js").Subscription} Subscription
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").StreamReport} StreamReport
+ * @typedef {import("#page").StreamOrder} StreamOrder
+ * @typedef {import("#page").ViewName} ViewName
+ * @typedef {import("#page").Subscription} Subscription
+ * @typedef {import("#page").Point} Point
  * @typedef {{
  *   addCanvas(view: ViewName, canvas: HTMLCanvasElement): void, setLoupeCanvas(canvas: HTMLCanvasElement): void,
  *   aimLoupe(at: Point | null, zoom: number): void, subscribe(views: Subscription): void

@@ -6,8 +6,8 @@ import { directionOf, inField } from "./angles.js";
 import { SEEING, seeing } from "./reach.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Point} Point
  * @typedef {import("./link.js").StreamLink} StreamLink
  */
 
@@ -49,7 +49,7 @@ export class Loupe {
   }
 
   /**
-   * @param {import("../types.js").DepthDocument | string | null} found a sentence when there is no depth
+   * @param {import("#api").DepthDocument | string | null} found a sentence when there is no depth
    */
   showDepth(found) {
     if (found === null) fill(this.depth);

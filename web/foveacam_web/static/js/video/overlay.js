@@ -7,8 +7,8 @@ import { fieldOutline } from "./angles.js";
 import { zones } from "./reach.js";
 
 /**
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").Point} Point
  * @typedef {import("./viewport.js").Viewport} Viewport
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
@@ -133,15 +133,15 @@ function footprint(eye, points, viewport) {
 
 /**
  * What was asked for last, where it was asked.
- * @param {import("../types.js").FixationRequest | null} request
+ * @param {import("#api").FixationRequest | null} request
  * @param {Viewport} viewport
  */
 function asked(request, viewport) {
   if (!request) return [];
-  if ("pixel" in request) {
+  if (request.pixel) {
     return [cross(viewport.toCss({ x: request.pixel.x_px, y: request.pixel.y_px }), "asked", 12)];
   }
-  if (!("rectangle" in request)) return [];
+  if (!request.rectangle) return [];
   const { x_px, y_px, width_px, height_px } = request.rectangle;
   const box = { x: x_px, y: y_px, width: width_px, height: height_px };
   return [s("path", { class: "asked-box", d: path(corners(box), viewport) })];

@@ -8,13 +8,13 @@ import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
 /**
- * @typedef {import("../types.js").ViewName} ViewName
- * @typedef {import("../types.js").AnnotatedName} AnnotatedName
- * @typedef {import("../types.js").ConsoleState} ConsoleState
- * @typedef {import("../types.js").ShownView} ShownView
+ * @typedef {import("#page").ViewName} ViewName
+ * @typedef {import("#page").AnnotatedName} AnnotatedName
+ * @typedef {import("#page").ConsoleState} ConsoleState
+ * @typedef {import("#page").ShownView} ShownView
  */
 
-/** @type {Readonly<Record<ViewName, {title: string, needs: import("../types.js").Role[]}>>} */
+/** @type {Readonly<Record<ViewName, {title: string, needs: import("#page").Role[]}>>} */
 export const VIEWS = Object.freeze({
   wide: { title: "Wide", needs: ["wide"] },
   left: { title: "Left fovea", needs: ["left"] },
@@ -183,7 +183,7 @@ export class Pane {
     if (state.stream === "down") {
       return { title: "Offline", detail: "The last picture stands. Reconnecting by itself.", empty };
     }
-    const missing = state.rig?.cameras.filter((camera) => VIEWS[this.name].needs.includes(camera.role) && !camera.connected) ?? [];
+    const missing = state.rig?.cameras.filter((camera) => VIEWS[this.name].needs.includes(/** @type {import("#page").Role} */ (camera.role)) && !camera.connected) ?? [];
     if (missing.length > 0) return { ...missingCamera(state, missing.map((camera) => camera.role)), empty };
     if (!empty) return null;
     if (this.name === "depth") return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };

@@ -4,8 +4,9 @@ import { h, s, say } from "../dom.js";
 import { number } from "../format.js";
 
 /**
- * @typedef {import("../types.js").Point} Point
- * @typedef {import("../types.js").ReachDocument} ReachDocument
+ * @typedef {import("#page").Corners} Corners
+ * @typedef {import("#page").Point} Point
+ * @typedef {import("#api").ReachDocument} ReachDocument
  * @typedef {"both" | "left" | "right" | "none"} Seeing
  */
 
@@ -21,14 +22,14 @@ export const SEEING = Object.freeze({
  * @returns {Seeing}
  */
 export function seeing(reach, pixel) {
-  const left = holds(reach.left_px, pixel);
-  const right = holds(reach.right_px, pixel);
+  const left = holds(/** @type {Corners} */ (reach.left_px), pixel);
+  const right = holds(/** @type {Corners} */ (reach.right_px), pixel);
   return left ? (right ? "both" : "left") : right ? "right" : "none";
 }
 
 /**
  * Whether a closed outline holds a point, by the edges that a line to its right crosses.
- * @param {[number, number][]} outline
+ * @param {Corners} outline
  * @param {Point} point
  */
 function holds(outline, { x, y }) {
@@ -47,8 +48,8 @@ function holds(outline, { x, y }) {
  * @param {Point[]} picture its corners
  */
 export function zones(reach, path, picture) {
-  const left = path(reach.left_px.map(([x, y]) => ({ x, y })));
-  const right = path(reach.right_px.map(([x, y]) => ({ x, y })));
+  const left = path(/** @type {Corners} */ (reach.left_px).map(([x, y]) => ({ x, y })));
+  const right = path(/** @type {Corners} */ (reach.right_px).map(([x, y]) => ({ x, y })));
   const whole = path(picture);
   const outside = (/** @type {string} */ id, /** @type {string} */ inner) =>
     s("clipPath", { id }, s("path", { d: `${whole} ${inner}`, "clip-rule": "evenodd" }));

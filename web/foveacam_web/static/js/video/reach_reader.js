@@ -6,7 +6,7 @@ import { QuietReads } from "../quiet.js";
 
 /**
  * @typedef {import("../store.js").Store} Store
- * @typedef {import("../types.js").ReachDocument} ReachDocument
+ * @typedef {import("#api").ReachDocument} ReachDocument
  */
 
 const AFTER_ANSWER_MS = 400; // the answer itself is drawn first

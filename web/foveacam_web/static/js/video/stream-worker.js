@@ -2,7 +2,7 @@
 
 import { ViewStream } from "./stream.js";
 
-/** @typedef {import("../types.js").StreamOrder} StreamOrder */
+/** @typedef {import("#page").StreamOrder} StreamOrder */
 
 /** @type {ViewStream | null} */
 let stream = null;

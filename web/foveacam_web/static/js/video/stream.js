@@ -4,13 +4,13 @@
 import { jpegOf, readHeader } from "./protocol.js";
 
 /**
- * @typedef {import("../types.js").ViewName} ViewName
- * @typedef {import("../types.js").ViewInfo} ViewInfo
- * @typedef {import("../types.js").Subscription} Subscription
- * @typedef {import("../types.js").StreamReport} StreamReport
- * @typedef {import("../types.js").ShownView} ShownView
- * @typedef {import("../types.js").Overlay} Overlay
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").ViewName} ViewName
+ * @typedef {import("#page").ViewInfo} ViewInfo
+ * @typedef {import("#page").Subscription} Subscription
+ * @typedef {import("#page").StreamReport} StreamReport
+ * @typedef {import("#page").ShownView} ShownView
+ * @typedef {import("#page").Overlay} Overlay
+ * @typedef {import("#page").Point} Point
  * @typedef {import("./protocol.js").FrameHeader} FrameHeader
  * @typedef {OffscreenCanvas | HTMLCanvasElement} Canvas
  * @typedef {{

@@ -2,7 +2,7 @@
 // Inside, places on the picture are measured from its top left edge; a sensor pixel (x, y) has its centre half a pixel
 // further in, so that (0, 0) is the centre of the first one.
 
-/** @typedef {import("../types.js").Point} Point */
+/** @typedef {import("#page").Point} Point */
 
 const FINEST = 48; // CSS pixels for one sensor pixel, at most
 

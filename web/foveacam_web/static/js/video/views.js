@@ -8,9 +8,9 @@ import { WideView } from "./wide.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").ViewName} ViewName
- * @typedef {import("../types.js").StreamReport} StreamReport
- * @typedef {import("../types.js").Subscription} Subscription
+ * @typedef {import("#page").ViewName} ViewName
+ * @typedef {import("#page").StreamReport} StreamReport
+ * @typedef {import("#page").Subscription} Subscription
  */
 
 /** @type {Set<ViewName>} */

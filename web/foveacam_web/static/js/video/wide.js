@@ -13,7 +13,7 @@ import { ReachLegend, seeing } from "./reach.js";
 /**
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../types.js").Point} Point
+ * @typedef {import("#page").Point} Point
  * @typedef {import("./pane.js").Pane} Pane
  * @typedef {import("./link.js").StreamLink} StreamLink
  */
@@ -155,7 +155,7 @@ export class WideView {
     this.#fixate({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
   }
 
-  /** @param {import("../types.js").FixationRequest} request */
+  /** @param {import("#api").FixationRequest} request */
   #fixate(request) {
     void this.#commands.fixate(withCorrected(request, this.#store.state, NEAR_CSS_PX / this.#pane.viewport.scale));
   }

@@ -1,0 +1,368 @@
+// What the page keeps and what travels on the view socket: the types that REST does not describe. No browser loads this file.
+
+import type {
+  AlternativeDocument,
+  CalibrationDocument,
+  CameraLinkDocument,
+  CameraSettingsDocument,
+  CaptureDocument,
+  CaptureProgress,
+  CaptureRequest,
+  CloudDocument,
+  DifferenceDocument,
+  Direction,
+  DriftCheckDocument,
+  EstimateDocument,
+  EventDocument,
+  FilmRequest,
+  FixationDocument,
+  FixationRequest,
+  GridPoints,
+  HealthDocument,
+  JobDocument,
+  LeaseDocument,
+  MapDocument,
+  MeasurementDocument,
+  MosaicDocument,
+  PanTiltDocument,
+  PlaceRequest,
+  Problem,
+  RailDocument,
+  RasterPlan,
+  ReachDocument,
+  RecordingDocument,
+  ReferenceDocument,
+  RigDocument,
+  RingRequest,
+  SessionDocument,
+  SetPoint,
+  SettleTimeDocument,
+  SimulatedFaults,
+  StepDocument,
+  StillCamera,
+  StopDocument,
+  SweepPoseDocument,
+  TargetDocument,
+  TriggerTestDocument,
+  Verging,
+  WideLensDocument,
+} from "#api";
+
+// Values that fields of several documents take.
+
+export type Role = StillCamera["camera"];
+export type Basis = AlternativeDocument["basis"];
+export type CameraPhase = CameraLinkDocument["phase"];
+export type ExposureAuto = CameraSettingsDocument["exposure_auto"];
+export type FixationState = FixationDocument["state"];
+export type JobState = JobDocument["state"];
+export type NodeState = SweepPoseDocument["left"];
+export type SettingName = DifferenceDocument["setting"];
+export type FilmShow = NonNullable<FilmRequest["show"]>;
+export type RingBound = NonNullable<RingRequest["bound"]>;
+export type CodecName = NonNullable<CaptureRequest["codec"]>;
+export type MeasureKind = MeasurementDocument["kind"];
+export type MeasuredView = PlaceRequest["view"];
+
+// Views and pixels.
+
+export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
+export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | AnnotatedName;
+export type Point = { x: number; y: number };
+export type Corners = [number, number][];
+
+// What travels on the view socket, and between the page and its worker.
+
+export type ViewInfo = { index: number; name: ViewName; width: number; height: number };
+export type Hello = { type: "hello"; views: ViewInfo[]; server: string };
+export type Overlay = {
+  type: "overlay";
+  seq: number;
+  footprints: { left: Corners | null; right: Corners | null };
+  gaze: { left: Direction | null; right: Direction | null };
+};
+export type ServerStats = {
+  type: "stats";
+  views: Partial<Record<ViewName, { rate_hz: number | null; age_ms: number | null; frozen_since_ms: number | null }>>;
+};
+export type Subscription = Partial<Record<ViewName, { scale: 1 | 2 }>>;
+export type ShownView = {
+  count: number;
+  fps: number;
+  age_ms: number;
+  seq: number;
+  width: number;
+  height: number;
+  scale: number;
+  frozen: boolean;
+  silent_ms: number;
+};
+export type StreamReport =
+  | { type: "hello"; hello: Hello }
+  | { type: "down"; retry_in_ms: number }
+  | { type: "overlay"; overlay: Overlay }
+  | { type: "stats"; stats: ServerStats }
+  | { type: "shown"; views: Partial<Record<ViewName, ShownView>> };
+export type StreamOrder =
+  | { type: "start"; url: string }
+  | { type: "canvas"; view: ViewName; canvas: OffscreenCanvas }
+  | { type: "loupe-canvas"; canvas: OffscreenCanvas }
+  | { type: "loupe"; at: Point | null; zoom: number }
+  | { type: "subscribe"; views: Subscription };
+
+// The console.
+
+export type CurrentFixation = {
+  job_id: string | null;
+  request: FixationRequest | null;
+  state: "sending" | JobState;
+  steps: StepDocument[];
+  note: string | null;
+  fixation: FixationDocument | null;
+  problem: Problem | null;
+  mine: boolean;
+};
+
+export type LinkState = "connecting" | "open" | "down";
+
+export type Settings = {
+  theme: "system" | "dark" | "light";
+  wide_size: "auto" | "full" | "half";
+  fovea_size: "auto" | "full" | "half";
+  footprints: boolean;
+  field: boolean;
+  marks: boolean;
+  readout: boolean;
+  scene: boolean;
+  single_keys: boolean;
+  hints: boolean;
+};
+
+// The rig's page.
+
+export type CameraNumber = "exposure_ms" | "gain_db" | "black_level" | "frame_rate_hz";
+
+/** The trigger's self-test that this page has begun. */
+export type RunningTest = { job_id: string; note: string; done: number; total: number | null };
+
+export type RigPageState = {
+  rig_page: boolean;
+  rail: RailDocument | null;
+  faults: SimulatedFaults | null;
+  trigger_test: TriggerTestDocument | null;
+  running_test: RunningTest | null;
+};
+
+// The capture page.
+
+/** A plan as it is sent: every field, set points as they were typed. */
+export type PlanRequest = Required<Omit<RasterPlan, "format" | "version" | "points" | "verging">> & {
+  points: Required<GridPoints> | { kind: "set_points"; points: string };
+  verging: Required<Verging>;
+};
+
+/** The plan of an estimate, with every value that the server filled in; OpenAPI leaves it open. */
+export type FilledPlan = Omit<PlanRequest, "points"> & {
+  points: Required<GridPoints> | { kind: "set_points"; points: Required<SetPoint>[] };
+};
+export type Estimate = Omit<EstimateDocument, "plan"> & { plan: FilledPlan };
+
+/** How a capture ended; `state` null: nothing of it is on the disk. */
+export type CaptureEnd = {
+  job: JobState;
+  state: CaptureDocument["state"] | null;
+  why: string;
+  problem: Problem | null;
+  taken: number;
+  planned: number;
+  resumable: boolean;
+};
+
+/** The capture that runs, or the last one; `why`: what an operator is asked to do; `end` null while it runs. */
+export type Capturing = {
+  job_id: string;
+  capture_id: string | null;
+  name: string;
+  state: CaptureDocument["state"];
+  progress: CaptureProgress | null;
+  why: string;
+  asked: "pause" | "continue" | "cancel" | null;
+  end: CaptureEnd | null;
+};
+
+/** The newest answer to a question that the page asks again and again; `stale` while a newer one is awaited. */
+export type Answered<T> = { stale: boolean; document: T | null; problem: Problem | null };
+
+/** A fault of a plan and the field beside which it is shown; `place` null: above the button. */
+export type Trouble = { place: string | null; words: string };
+
+export type PlanDraft = {
+  source: "grid" | "set_points";
+  columns: number | null;
+  rows: number | null;
+  centre_ax_deg: number | null;
+  centre_ay_deg: number | null;
+  field: "all" | "extent" | "step" | "overlap";
+  across: number | null;
+  down: number | null;
+  order: "serpentine" | "rows";
+  text: string;
+  mode: "scene" | "given" | "parallel";
+  distance_m: number | null;
+  assumed_m: number | null;
+  each_point: boolean;
+  exposures_ms: number[];
+  stack_frames: number | null;
+  stack_keep: "mean" | "all";
+  wide: "point" | "scan" | "none";
+  rail_positions_mm: number[];
+};
+
+/** How a capture is called and stored; `name` empty: the moment at which it begins. */
+export type DraftWords = { name: string; label: string; licence: string; codec: CodecName };
+
+/** All that is typed on the page before a capture begins. */
+export type WholeDraft = PlanDraft & DraftWords;
+
+/** The size of one fovea's view, as seen from the rig. */
+export type ViewSize = { width_deg: number; height_deg: number };
+
+export type CapturePageState = {
+  capture_page: boolean;
+  captures: CaptureDocument[] | null;
+  capturing: Capturing | null;
+  estimate: Answered<Estimate>;
+};
+
+/** The still that is being taken, or how the last one ended: `problem` null while it runs and when all went well. */
+export type StillPress = { job_id: string; over: boolean; done: number; total: number | null; problem: Problem | null };
+
+// The calibration page.
+
+export type WizardPage = "overview" | "wide" | "mirrors" | "fit" | "check" | "settle";
+export type RunStep = "wide" | "mirrors" | "fit" | "check" | "settle" | "all";
+
+/** What one addition to the paper's plain model brings. */
+export type VariantStep = { name: string; pointing_rms_px: number; rectification_rms_px: number; epipolar_rms_px: number };
+
+export type SessionSummary = Pick<SessionDocument, "id" | "label" | "created_utc" | "bytes" | "running">;
+
+/** The procedure that runs, or that ran last. */
+export type Work = {
+  job_id: string;
+  session_id: string | null;
+  step: RunStep | "drift";
+  stage: string;
+  state: JobState;
+  done: number;
+  total: number | null;
+  eta_s: number | null;
+  note: string;
+  problem: Problem | null;
+  /** What it was started with; null when another page did. */
+  options: Record<string, unknown> | null;
+};
+
+export type CalibrationState = {
+  wizard: WizardPage | null;
+  records: CalibrationDocument[] | null;
+  health: HealthDocument | null;
+  sessions: SessionSummary[] | null;
+  session: SessionDocument | null;
+  pan_tilt: PanTiltDocument | null;
+  drift_checks: DriftCheckDocument[] | null;
+  settle_time: SettleTimeDocument | null;
+  work: Work | null;
+};
+
+// The gallery.
+
+/** The address of a page of the gallery; `id` null: the list; `part`: another page about one thing. */
+export type GalleryPlace = { tab: string; id: string | null; part: string | null };
+
+/** What the server makes of a dataset. */
+export type MakingDocument = MosaicDocument | ReferenceDocument;
+
+/** Which layers of a mosaic are shown; `share` of the depth over the picture, 0 … 1. */
+export type MosaicMix = { shown: "picture" | "depth" | "both"; share: number };
+
+// The planner.
+
+/** A point of the map in metres. */
+export type MapPoint = [number, number];
+
+/** GeoJSON, as far as the page reads it. */
+export type Geometry = { type: string; coordinates?: unknown; geometries?: Geometry[] };
+export type Feature = { type: "Feature"; geometry: Geometry | null; properties: Record<string, unknown> | null };
+export type Geojson = { type: string; features?: Feature[] };
+
+/** Outlines of a surface, holes among them: inside is where an odd number of them goes around. */
+export type Outlines = MapPoint[][];
+
+export type PlannerNumber =
+  | "feature_mm" | "px_per_deg" | "pixels" | "d_min_m" | "near_error_m" | "occupancy" | "radius_m" | "agent_radius_m" | "domain_m2";
+
+/** Numbers as they are in their fields; NaN: not a number. */
+export type PlanSettings = Record<PlannerNumber, number> & { bound: RingBound; own_domain: boolean };
+
+export type MapKind = "random" | "open" | "geojson" | "picture";
+
+/** How the map is made; a map of the user's own is in `GivenMap`. */
+export type MapSettings = {
+  kind: MapKind;
+  seed: number;
+  size_m: number;
+  obstacles: number;
+  targets: number;
+};
+
+/** A user's own map, as the server read it. */
+export type GivenMap = { name: string; document: MapDocument; picture: string | null };
+
+// Measuring.
+
+/** The measurement that the operator makes. `start`: the first end of a length that waits for its second; `view`: where the tool's bar is. */
+export type Measuring = { kind: MeasureKind; view: MeasuredView; start: PlaceRequest | null; busy: boolean };
+
+/** What a drag over a view draws while it lasts, picture px. */
+export type MeasureDraft = { kind: MeasureKind; from: Point; to: Point };
+
+export type MeasureState = {
+  measurements: MeasurementDocument[] | null;
+  hidden_measurements: string[];
+  selected_measurement: string | null;
+  measuring: Measuring | null;
+};
+
+// All of it.
+
+export type ConsoleState = CalibrationState &
+  RigPageState &
+  CapturePageState &
+  MeasureState & {
+    stream: LinkState;
+    events_link: LinkState;
+    boot_id: string | null;
+    rig: RigDocument | null;
+    intrinsics: WideLensDocument | null;
+    reach: ReachDocument | null;
+    views: ViewInfo[];
+    shown: Partial<Record<ViewName, ShownView>>;
+    server_stats: ServerStats["views"];
+    overlay: Overlay | null;
+    current: CurrentFixation | null;
+    targets: TargetDocument[] | null;
+    hidden_targets: string[];
+    selected_target: string | null;
+    clouds: CloudDocument[];
+    log: EventDocument[];
+    stop: StopDocument | null;
+    lease: LeaseDocument | null;
+    lease_token: string | null;
+    steer_distance_m: number | null;
+    settings: Settings;
+    gallery: GalleryPlace | null;
+    /** The recording that is being made, whoever began it. */
+    recording: RecordingDocument | null;
+    planner_page: boolean;
+  };
