@@ -243,7 +243,12 @@ export type WizardPage = "overview" | "wide" | "mirrors" | "fit" | "check" | "se
 export type RunStep = "wide" | "mirrors" | "fit" | "check" | "settle" | "all";
 
 /** What one addition to the paper's plain model brings. */
-export type VariantStep = { name: string; pointing_rms_px: number; rectification_rms_px: number; epipolar_rms_px: number };
+export type VariantStep = {
+  name: string;
+  pointing_rms_px: number;
+  rectification_rms_px: number;
+  epipolar_rms_px: number;
+};
 
 export type SessionSummary = Pick<SessionDocument, "id" | "label" | "created_utc" | "bytes" | "running">;
 
@@ -300,7 +305,15 @@ export type Geojson = { type: string; features?: Feature[] };
 export type Outlines = MapPoint[][];
 
 export type PlannerNumber =
-  | "feature_mm" | "px_per_deg" | "pixels" | "d_min_m" | "near_error_m" | "occupancy" | "radius_m" | "agent_radius_m" | "domain_m2";
+  | "feature_mm"
+  | "px_per_deg"
+  | "pixels"
+  | "d_min_m"
+  | "near_error_m"
+  | "occupancy"
+  | "radius_m"
+  | "agent_radius_m"
+  | "domain_m2";
 
 /** Numbers as they are in their fields; NaN: not a number. */
 export type PlanSettings = Record<PlannerNumber, number> & { bound: RingBound; own_domain: boolean };

@@ -15,13 +15,19 @@ import { distanceText, ENDS, MISSING, number } from "./format.js";
 
 /** @type {Readonly<Record<Basis, {words: string, title: string, meaning: string}>>} */
 const BASES = Object.freeze({
-  both_foveae: { words: "both foveae", title: "Measured by both foveae", meaning: "Left against right, confirmed by the wide view." },
+  both_foveae: {
+    words: "both foveae",
+    title: "Measured by both foveae",
+    meaning: "Left against right, confirmed by the wide view.",
+  },
   fovea_and_wide: {
-    words: "one fovea and wide camera", title: "Measured by one fovea and the wide camera",
+    words: "one fovea and wide camera",
+    title: "Measured by one fovea and the wide camera",
     meaning: "The other eye does not see it. Half the baseline: a larger ±.",
   },
   surroundings: {
-    words: "from its surroundings", title: "Inferred from its surroundings",
+    words: "from its surroundings",
+    title: "Inferred from its surroundings",
     meaning: "Nothing on it can be matched. A surface through what was measured around it.",
   },
   bound: { words: "limits only", title: "Limits only", meaning: "Nothing tells the distance itself." },
@@ -118,7 +124,10 @@ export function answerText(answer) {
 export function spoken(fixation) {
   const answer = answerOf(fixation);
   const known = answer.distance_m === null && answer.bound ? boundText(answer.bound) : answerText(answer);
-  const several = fixation.alternatives?.length && !chosenOf(fixation) ? ` ${fixation.alternatives.length} distances are possible.` : "";
+  const several =
+    fixation.alternatives?.length && !chosenOf(fixation)
+      ? ` ${fixation.alternatives.length} distances are possible.`
+      : "";
   return `${heading(fixation).title}. ${known}.${several}`;
 }
 

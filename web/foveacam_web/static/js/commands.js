@@ -69,9 +69,12 @@ export class Commands {
     const { lease, lease_token } = this.#store.state;
     if (error.slug === "stopped") return { label: "Release the stop", act: () => this.releaseStop() };
     const newest = this.#store.state.targets?.[0];
-    if (error.slug === "stale-view" && newest) return { label: `Look at “${newest.label}” again`, act: () => this.lookAgain(newest.id) };
+    if (error.slug === "stale-view" && newest)
+      return { label: `Look at “${newest.label}” again`, act: () => this.lookAgain(newest.id) };
     const held = error.slug === "busy" && lease?.holder && !lease_token && error.message.includes(lease.holder);
-    return held ? { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) } : null;
+    return held
+      ? { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) }
+      : null;
   }
 
   /**
@@ -90,7 +93,9 @@ export class Commands {
    * @param {"nearer" | "farther"} direction
    */
   correct(fixation, direction) {
-    const order = this.#queue.then(() => this.#post(`/fixations/${fixation.id}/corrections`, { direction }, fixation.request));
+    const order = this.#queue.then(() =>
+      this.#post(`/fixations/${fixation.id}/corrections`, { direction }, fixation.request),
+    );
     this.#queue = order;
     return order;
   }
@@ -102,7 +107,9 @@ export class Commands {
    */
   async choose(fixation, alternative) {
     const path = `/fixations/${fixation.id}/choice`;
-    const answer = await this.attempt(() => /** @type {Promise<FixationDocument>} */ (request("POST", path, { body: { alternative } })));
+    const answer = await this.attempt(
+      () => /** @type {Promise<FixationDocument>} */ (request("POST", path, { body: { alternative } })),
+    );
     if (!answer) return;
     this.#fixations.changed(answer);
     const { ax_deg, ay_deg } = answer.target;
@@ -168,12 +175,20 @@ export class Commands {
   /** Park the mirrors now: no queue, no lease. */
   async stop() {
     this.#steer_next = null;
-    const answer = await this.attempt(() =>
-      /** @type {Promise<import("#api").StopAnswer>} */ (request("POST", "/stop", { patience_ms: 5000, keepalive: true })));
+    const answer = await this.attempt(
+      () =>
+        /** @type {Promise<import("#api").StopAnswer>} */ (
+          request("POST", "/stop", { patience_ms: 5000, keepalive: true })
+        ),
+    );
     if (!answer) return;
     this.#store.set({ stop: { by: null, since_utc: null, ...this.#store.state.stop, ...answer } });
     if (answer.parked === false) {
-      this.#toasts.show({ tone: "warn", title: "Stop engaged, but the mirrors did not confirm", detail: "Nothing moves them from here until it is released. See the rig's status." });
+      this.#toasts.show({
+        tone: "warn",
+        title: "Stop engaged, but the mirrors did not confirm",
+        detail: "Nothing moves them from here until it is released. See the rig's status.",
+      });
     }
   }
 
@@ -213,9 +228,15 @@ export class Commands {
   remove(id, label) {
     const { hidden_targets } = this.#store.state;
     this.#store.set({ hidden_targets: [...hidden_targets, id] });
-    this.#deletions.set(id, setTimeout(() => void this.#deleteNow(id), UNDO_MS));
+    this.#deletions.set(
+      id,
+      setTimeout(() => void this.#deleteNow(id), UNDO_MS),
+    );
     this.#toasts.show({
-      tone: "info", title: `Deleted “${label}”`, detail: "", stay_ms: UNDO_MS,
+      tone: "info",
+      title: `Deleted “${label}”`,
+      detail: "",
+      stay_ms: UNDO_MS,
       action: { label: "Undo", act: () => this.#restore(id) },
     });
   }
@@ -245,8 +266,10 @@ export class Commands {
    * @param {boolean} take_over
    */
   async takeLease(holder, take_over) {
-    const lease = await this.attempt(() =>
-      /** @type {Promise<import("#api").LeaseGrant>} */ (request("POST", "/lease", { body: { holder, take_over } })));
+    const lease = await this.attempt(
+      () =>
+        /** @type {Promise<import("#api").LeaseGrant>} */ (request("POST", "/lease", { body: { holder, take_over } })),
+    );
     if (lease?.token) this.#keepToken(lease.token, lease);
   }
 
@@ -279,7 +302,8 @@ export class Commands {
 
   sayNoCalibration() {
     this.#toasts.show({
-      tone: "warn", title: "Steering needs a calibration",
+      tone: "warn",
+      title: "Steering needs a calibration",
       detail: "Without one the page cannot tell where a pixel looks. Load or make a calibration of this rig.",
     });
   }

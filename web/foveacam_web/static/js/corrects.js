@@ -17,7 +17,11 @@ export const NEAR_CSS_PX = 12; // as far as the diamond of a mark reaches, and h
  */
 export function withCorrected(request, { targets, hidden_targets }, near_px) {
   const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
-  const target = request.pixel ? nearest(shown, request.pixel, near_px) : request.rectangle ? only(shown, request.rectangle) : null;
+  const target = request.pixel
+    ? nearest(shown, request.pixel, near_px)
+    : request.rectangle
+      ? only(shown, request.rectangle)
+      : null;
   return target ? { ...request, corrects: target.fixation_id } : request;
 }
 
@@ -27,7 +31,8 @@ export function withCorrected(request, { targets, hidden_targets }, near_px) {
  * @param {number} near_px
  */
 function nearest(targets, { x_px, y_px }, near_px) {
-  const away = (/** @type {TargetDocument} */ target) => Math.hypot((target.x_px ?? NaN) - x_px, (target.y_px ?? NaN) - y_px);
+  const away = (/** @type {TargetDocument} */ target) =>
+    Math.hypot((target.x_px ?? NaN) - x_px, (target.y_px ?? NaN) - y_px);
   const near = targets.filter((target) => away(target) <= near_px);
   return near.sort((a, b) => away(a) - away(b))[0] ?? null;
 }
@@ -38,7 +43,9 @@ function nearest(targets, { x_px, y_px }, near_px) {
  * @param {{x_px: number, y_px: number, width_px: number, height_px: number}} box
  */
 function only(targets, { x_px, y_px, width_px, height_px }) {
-  const inside = targets.filter(({ x_px: x, y_px: y }) =>
-    x !== null && y !== null && x >= x_px && x <= x_px + width_px && y >= y_px && y <= y_px + height_px);
+  const inside = targets.filter(
+    ({ x_px: x, y_px: y }) =>
+      x !== null && y !== null && x >= x_px && x <= x_px + width_px && y >= y_px && y <= y_px + height_px,
+  );
   return inside.length === 1 ? (inside[0] ?? null) : null;
 }

@@ -14,7 +14,10 @@ export function listenToEvents(tell) {
     return;
   }
   const join = () => {
-    const { port } = new SharedWorker(new URL("./events-worker.js", import.meta.url), { type: "module", name: "events" });
+    const { port } = new SharedWorker(new URL("./events-worker.js", import.meta.url), {
+      type: "module",
+      name: "events",
+    });
     port.onmessage = ({ data }) => tell(data);
     window.addEventListener("pagehide", () => port.postMessage("bye"), { once: true });
   };

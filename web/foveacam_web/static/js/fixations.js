@@ -62,11 +62,14 @@ export class Fixations {
   hear(event) {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
-    else if (event.kind === "fixation.done") this.#ended(/** @type {FixationDocument} */ (data)); // it tells all of it
-    else if (event.kind === "fixation.updated") this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
+    else if (event.kind === "fixation.done")
+      this.#ended(/** @type {FixationDocument} */ (data)); // it tells all of it
+    else if (event.kind === "fixation.updated")
+      this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
     else if (event.kind === "job.updated") this.#job(data);
     else if (event.kind === "cloud.created") this.#cloud(data);
-    else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string") void this.recall(data["fixation_id"]);
+    else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string")
+      void this.recall(data["fixation_id"]);
   }
 
   /** Look up what runs now: after the page opened or the server came back. */
@@ -76,7 +79,8 @@ export class Fixations {
     if (this.#store.state.current) return;
     const recent = /** @type {FixationDocument[]} */ (await request("GET", "/fixations?limit=1"));
     const last = recent[0];
-    if (last) this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
+    if (last)
+      this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
   }
 
   /**
@@ -114,7 +118,9 @@ export class Fixations {
     if (!current || (job_id && current.job_id !== job_id)) {
       current = { ...fresh(job_id, current?.state === "sending" ? current.request : null, false), state: "running" };
     }
-    const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort((a, b) => a.index - b.index);
+    const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort(
+      (a, b) => a.index - b.index,
+    );
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
     this.#watch();
   }

@@ -83,9 +83,19 @@ const keyboard = new Keyboard({
   escape,
   letters: () => store.state.settings.single_keys,
   keys: {
-    "?": () => help.showModal(), i: () => flip("readout"), f: () => flip("footprints"), d: onWide(() => void views.wide.probe()),
-    "+": onWide(() => views.wide.zoom(1.5)), "=": onWide(() => views.wide.zoom(1.5)), "-": onWide(() => views.wide.zoom(1 / 1.5)), 0: onWide(() => views.wide.fit()),
-    m: onWide(() => measure.toggle()), 1: onWide(() => measure.choose(1)), 2: onWide(() => measure.choose(2)), 3: onWide(() => measure.choose(3)), 4: onWide(() => measure.choose(4)),
+    "?": () => help.showModal(),
+    i: () => flip("readout"),
+    f: () => flip("footprints"),
+    d: onWide(() => void views.wide.probe()),
+    "+": onWide(() => views.wide.zoom(1.5)),
+    "=": onWide(() => views.wide.zoom(1.5)),
+    "-": onWide(() => views.wide.zoom(1 / 1.5)),
+    0: onWide(() => views.wide.fit()),
+    m: onWide(() => measure.toggle()),
+    1: onWide(() => measure.choose(1)),
+    2: onWide(() => measure.choose(2)),
+    3: onWide(() => measure.choose(3)),
+    4: onWide(() => measure.choose(4)),
   },
 });
 
@@ -106,7 +116,13 @@ mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
 mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
-mountCapturePage(need("capture-page"), { store, views, commands, capture_orders: captureOrders, capture_reader: captureReader });
+mountCapturePage(need("capture-page"), {
+  store,
+  views,
+  commands,
+  capture_orders: captureOrders,
+  capture_reader: captureReader,
+});
 need("still-capture").append(stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
@@ -159,14 +175,29 @@ function flip(key) {
 }
 
 function mountTools() {
-  const tool = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {() => void} */ act) =>
+  const tool = (
+    /** @type {string} */ label,
+    /** @type {import("./icons.js").IconName} */ name,
+    /** @type {() => void} */ act,
+  ) =>
     h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
-  const link = (/** @type {string} */ label, /** @type {import("./icons.js").IconName} */ name, /** @type {string} */ href) =>
-    h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
-  fill(need("tools"), makeRecordButton({ store, live: recording }), link("Capture: raster datasets", "raster", CAPTURE_ADDRESS), link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
-    link("Planner: where to stand", "map", PLANNER_ADDRESS), link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS), link("Calibration", "scope", addressOf("overview")),
-    tool("Dark or light", "moon", flipTheme), tool("Settings", "gear", () => settings.showModal()),
-    tool("Help (?)", "help", () => help.showModal()));
+  const link = (
+    /** @type {string} */ label,
+    /** @type {import("./icons.js").IconName} */ name,
+    /** @type {string} */ href,
+  ) => h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
+  fill(
+    need("tools"),
+    makeRecordButton({ store, live: recording }),
+    link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
+    link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
+    link("Planner: where to stand", "map", PLANNER_ADDRESS),
+    link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),
+    link("Calibration", "scope", addressOf("overview")),
+    tool("Dark or light", "moon", flipTheme),
+    tool("Settings", "gear", () => settings.showModal()),
+    tool("Help (?)", "help", () => help.showModal()),
+  );
 }
 
 function flipTheme() {

@@ -48,7 +48,12 @@ export class Sync {
 
   async readAll() {
     await Promise.all([
-      this.readRig(), this.#readTargets(), this.#readClouds(), this.#readStop(), this.#readLease(), this.#readLog(),
+      this.readRig(),
+      this.#readTargets(),
+      this.#readClouds(),
+      this.#readStop(),
+      this.#readLease(),
+      this.#readLog(),
       this.#reads.read("resume", () => this.#fixations.resume()),
       ...this.#others.map((other) => other.readAll()),
     ]);
@@ -123,6 +128,7 @@ export class Sync {
     else if (subject === "cloud") void this.#readClouds();
     else if (subject === "stop") this.#hearStop(event);
     else if (subject === "lease") void this.#readLease();
-    else if (subject === "rig" || subject === "device" || subject === "camera" || subject === "mirrors") void this.readRig();
+    else if (subject === "rig" || subject === "device" || subject === "camera" || subject === "mirrors")
+      void this.readRig();
   }
 }

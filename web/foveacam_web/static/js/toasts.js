@@ -31,7 +31,14 @@ export class Toasts {
    */
   problem(problem, action = null) {
     const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
-    this.show({ tone, title: problem.title, detail: problem.detail, remedy: remedyOf(problem), action, stay_ms: 2 * STAY_MS });
+    this.show({
+      tone,
+      title: problem.title,
+      detail: problem.detail,
+      remedy: remedyOf(problem),
+      action,
+      stay_ms: 2 * STAY_MS,
+    });
   }
 
   /** @param {Message} message */
@@ -58,14 +65,30 @@ export class Toasts {
    */
   #add(key, { tone, title, detail, remedy, action }, stay_ms) {
     const counter = h("span", { class: "times" });
-    const element = h("div", { class: `toast ${tone}`, role: tone === "bad" || tone === "warn" ? "alert" : "status" },
+    const element = h(
+      "div",
+      { class: `toast ${tone}`, role: tone === "bad" || tone === "warn" ? "alert" : "status" },
       icon(tone === "info" ? "info" : tone === "good" ? "check" : "warn"),
-      h("div", { class: "body" },
+      h(
+        "div",
+        { class: "body" },
         h("strong", {}, title, " ", counter),
         detail && h("p", { text: sentence(detail) }),
         remedy && h("p", { class: "remedy", text: sentence(remedy) }),
-        action && h("button", { type: "button", class: "plain", text: action.label, on: { click: () => this.#act(key, action) } })),
-      h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => this.#close(key) } }, icon("close")));
+        action &&
+          h("button", {
+            type: "button",
+            class: "plain",
+            text: action.label,
+            on: { click: () => this.#act(key, action) },
+          }),
+      ),
+      h(
+        "button",
+        { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => this.#close(key) } },
+        icon("close"),
+      ),
+    );
     const timer = setTimeout(() => this.#close(key), stay_ms);
     this.#shown.set(key, { element, times: 1, counter, timer });
     this.element.append(element);

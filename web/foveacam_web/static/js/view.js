@@ -36,7 +36,10 @@ new Keyboard({
     i: () => changeSettings(store, { readout: !store.state.settings.readout }),
     f: () => changeSettings(store, { footprints: !store.state.settings.footprints }),
     d: () => void views.wide.probe(),
-    "+": () => views.wide.zoom(1.5), "=": () => views.wide.zoom(1.5), "-": () => views.wide.zoom(1 / 1.5), 0: () => views.wide.fit(),
+    "+": () => views.wide.zoom(1.5),
+    "=": () => views.wide.zoom(1.5),
+    "-": () => views.wide.zoom(1 / 1.5),
+    0: () => views.wide.fit(),
   },
 });
 sync.followAll();

@@ -14,29 +14,74 @@ import { figure, picturesOf } from "./pictures.js";
 
 /** @type {{key: "epipolar_rms_px" | "epipolar_p95_px" | "pointing_rms_px", name: string, goal: number, what: string}[]} */
 const GOALS = [
-  { key: "epipolar_rms_px", name: "Rows apart, RMS", goal: 0.3, what: "How far the same point lies apart vertically in both rectified eyes: stereo needs it on one row." },
-  { key: "epipolar_p95_px", name: "Rows apart, 95 %", goal: 0.8, what: "95 of 100 places in the field are better than this." },
-  { key: "pointing_rms_px", name: "Pointing, RMS", goal: 2, what: "How far from the middle of the fovea lies what it was told to look at." },
+  {
+    key: "epipolar_rms_px",
+    name: "Rows apart, RMS",
+    goal: 0.3,
+    what: "How far the same point lies apart vertically in both rectified eyes: stereo needs it on one row.",
+  },
+  {
+    key: "epipolar_p95_px",
+    name: "Rows apart, 95 %",
+    goal: 0.8,
+    what: "95 of 100 places in the field are better than this.",
+  },
+  {
+    key: "pointing_rms_px",
+    name: "Pointing, RMS",
+    goal: 2,
+    what: "How far from the middle of the fovea lies what it was told to look at.",
+  },
 ];
 
-const BEYOND = "Beyond a goal. If the map below has one colour all over, the eyes have drifted since they were measured: take it out by “Measure and correct” in the overview, and check again. If it is patchy, measure the mirrors again.";
+const BEYOND =
+  "Beyond a goal. If the map below has one colour all over, the eyes have drifted since they were measured: take it out by “Measure and correct” in the overview, and check again. If it is patchy, measure the mirrors again.";
 
 /** @param {WizardContext} context */
 export function makeCheckStep({ store, orders }) {
   const live = h("div", { class: "live-slot" });
   const result = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showResult = changing(result, (/** @type {{check: CheckDocument | null, old: boolean}} */ now) => resultOf(now));
-  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The overlay and the map of the field appear with the first check.")]);
+  const showResult = changing(result, (/** @type {{check: CheckDocument | null, old: boolean}} */ now) =>
+    resultOf(now),
+  );
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) =>
+    pictures.length
+      ? pictures.map(figure)
+      : [nothing("The overlay and the map of the field appear with the first check.")],
+  );
   store.on(["session"], ({ session }) => {
     showResult({ check: session?.check ?? null, old: isOld(session) });
     showDiagrams(picturesOf(session, ["overlay", "epipolar"]));
   });
-  const start = starter({ label: "Check", store, act: () => orders.run("check"), primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.check ? "Check again" : "Check") });
-  const element = h("div", { class: "step step-check" },
-    h("div", { class: "seeing" },
-      panel("Check", h("p", { class: "lead", text: "The eyes look at places that were not in the sweep, and what the fitted model predicts is held against what they see." }), h("p", { class: "actions" }, start), result), live),
-    panel("Diagrams", diagrams));
+  const start = starter({
+    label: "Check",
+    store,
+    act: () => orders.run("check"),
+    primary: true,
+    keys: ["session"],
+    why: against,
+    named: ({ session }) => (session?.check ? "Check again" : "Check"),
+  });
+  const element = h(
+    "div",
+    { class: "step step-check" },
+    h(
+      "div",
+      { class: "seeing" },
+      panel(
+        "Check",
+        h("p", {
+          class: "lead",
+          text: "The eyes look at places that were not in the sweep, and what the fitted model predicts is held against what they see.",
+        }),
+        h("p", { class: "actions" }, start),
+        result,
+      ),
+      live,
+    ),
+    panel("Diagrams", diagrams),
+  );
   return { element, live };
 }
 
@@ -58,15 +103,29 @@ function isOld(session) {
 function resultOf({ check, old }) {
   if (!check) return [nothing("Not checked yet.")];
   return [
-    old && h("p", { class: "remedy", text: "Fitted anew since: this check is of the calibration before. Check again." }),
-    h("dl", { class: "goals" }, GOALS.flatMap(({ key, name, goal, what }) => {
-      const value = check[key];
-      const met = value !== null && value <= goal;
-      return [h("dt", { text: name, title: what }), h("dd", {}, h("span", { class: "number", text: value === null ? "not measured" : pixels(value) }),
-        value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`))];
-    })),
+    old &&
+      h("p", { class: "remedy", text: "Fitted anew since: this check is of the calibration before. Check again." }),
+    h(
+      "dl",
+      { class: "goals" },
+      GOALS.flatMap(({ key, name, goal, what }) => {
+        const value = check[key];
+        const met = value !== null && value <= goal;
+        return [
+          h("dt", { text: name, title: what }),
+          h(
+            "dd",
+            {},
+            h("span", { class: "number", text: value === null ? "not measured" : pixels(value) }),
+            value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`),
+          ),
+        ];
+      }),
+    ),
     h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
-    ...(!old && GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal) ? [h("p", { class: "remedy", text: BEYOND })] : []),
+    ...(!old && GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal)
+      ? [h("p", { class: "remedy", text: BEYOND })]
+      : []),
   ];
 }
 
@@ -74,5 +133,7 @@ function resultOf({ check, old }) {
 export function checkProgress({ session }) {
   const rms_px = session?.check?.epipolar_rms_px;
   if (isOld(session)) return { tone: "warn", text: "fitted since" };
-  return rms_px === null || rms_px === undefined ? null : { tone: rms_px <= 0.3 ? "good" : "warn", text: pixels(rms_px) };
+  return rms_px === null || rms_px === undefined
+    ? null
+    : { tone: rms_px <= 0.3 ? "good" : "warn", text: pixels(rms_px) };
 }

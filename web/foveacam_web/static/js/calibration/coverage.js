@@ -18,13 +18,42 @@ const ROWS = 9;
 export function drawCoverage(samples, { width, height, cells: counts }) {
   const cell = { width: width / COLUMNS, height: height / ROWS };
   const held = coveredOf(counts ?? []);
-  const cells = Array.from({ length: COLUMNS * ROWS }, (_, index) => [index % COLUMNS, Math.floor(index / COLUMNS)]).map(([x = 0, y = 0]) =>
-    s("rect", { class: held.has(`${x} ${y}`) ? "cell held" : "cell", x: x * cell.width, y: y * cell.height, width: cell.width, height: cell.height }));
-  const words = samples.length === 0 ? "No view yet." : `${samples.length} ${samples.length === 1 ? "view" : "views"}${counts ? ` in ${held.size} of ${COLUMNS * ROWS} parts of the picture` : ""}.`;
-  return s("svg", { class: "coverage", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `Coverage of the picture. ${words}` }, cells,
-    samples.map(({ centre_px: [x, y], rms_px, tilt_deg }) => s("circle", { cx: x, cy: y, r: height / 54 },
-      s("title", { text: `${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${pixels(rms_px)}` }))),
-    samples.length === 0 ? s("text", { x: width / 2, y: height / 2, "text-anchor": "middle", text: "No view yet" }) : null);
+  const cells = Array.from({ length: COLUMNS * ROWS }, (_, index) => [
+    index % COLUMNS,
+    Math.floor(index / COLUMNS),
+  ]).map(([x = 0, y = 0]) =>
+    s("rect", {
+      class: held.has(`${x} ${y}`) ? "cell held" : "cell",
+      x: x * cell.width,
+      y: y * cell.height,
+      width: cell.width,
+      height: cell.height,
+    }),
+  );
+  const words =
+    samples.length === 0
+      ? "No view yet."
+      : `${samples.length} ${samples.length === 1 ? "view" : "views"}${counts ? ` in ${held.size} of ${COLUMNS * ROWS} parts of the picture` : ""}.`;
+  return s(
+    "svg",
+    {
+      class: "coverage",
+      viewBox: `0 0 ${width} ${height}`,
+      role: "img",
+      "aria-label": `Coverage of the picture. ${words}`,
+    },
+    cells,
+    samples.map(({ centre_px: [x, y], rms_px, tilt_deg }) =>
+      s(
+        "circle",
+        { cx: x, cy: y, r: height / 54 },
+        s("title", { text: `${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${pixels(rms_px)}` }),
+      ),
+    ),
+    samples.length === 0
+      ? s("text", { x: width / 2, y: height / 2, "text-anchor": "middle", text: "No view yet" })
+      : null,
+  );
 }
 
 /** @param {number[][]} counts */
@@ -38,16 +67,31 @@ function coveredOf(counts) {
  * @param {number | null} covered how many of the ways to tilt it were shown
  */
 export function drawTilts(samples, covered) {
-  const counts = TILTS_DEG.map((from, index) => samples.filter(({ tilt_deg }) =>
-    tilt_deg !== null && Math.abs(tilt_deg) >= from && Math.abs(tilt_deg) < (TILTS_DEG[index + 1] ?? Infinity)).length);
+  const counts = TILTS_DEG.map(
+    (from, index) =>
+      samples.filter(
+        ({ tilt_deg }) =>
+          tilt_deg !== null && Math.abs(tilt_deg) >= from && Math.abs(tilt_deg) < (TILTS_DEG[index + 1] ?? Infinity),
+      ).length,
+  );
   const most = Math.max(1, ...counts);
   const rows = counts.flatMap((count, index) => {
     const until = TILTS_DEG[index + 1];
     const part = h("span", { class: "part" });
     part.style.inlineSize = `${(count / most) * 100}%`;
-    return [h("dt", { text: until === undefined ? `over ${TILTS_DEG[index]}°` : `${TILTS_DEG[index]}–${until}°` }),
-      h("dd", {}, h("span", { class: "bar", "aria-hidden": "true" }, part), h("span", { class: "number", text: String(count) }))];
+    return [
+      h("dt", { text: until === undefined ? `over ${TILTS_DEG[index]}°` : `${TILTS_DEG[index]}–${until}°` }),
+      h(
+        "dd",
+        {},
+        h("span", { class: "bar", "aria-hidden": "true" }, part),
+        h("span", { class: "number", text: String(count) }),
+      ),
+    ];
   });
-  const title = covered === null ? "Tilt of the board" : `Tilt of the board: ${covered} of ${WAYS} shown (head on, each side nearer)`;
+  const title =
+    covered === null
+      ? "Tilt of the board"
+      : `Tilt of the board: ${covered} of ${WAYS} shown (head on, each side nearer)`;
   return h("div", { class: "tilts" }, h("h4", { text: title }), h("dl", {}, rows));
 }

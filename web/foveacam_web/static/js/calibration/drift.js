@@ -19,52 +19,143 @@ const SHOWN = 8;
  * @param {WizardContext} context
  */
 export function mountDrift(place, { store, orders }) {
-  const distance = numberField("Distance of what both look at", { min: 0.2, max: 1000, step: "any", unit: "m", hint: "not known" });
-  const run = (/** @type {boolean} */ apply) => distance.input.reportValidity() && orders.checkDrift({ distance_m: distance.value(), apply });
-  const why = (/** @type {ConsoleState} */ { rig }) => (rig && !rig.calibration ? "There is no calibration to check." : null);
+  const distance = numberField("Distance of what both look at", {
+    min: 0.2,
+    max: 1000,
+    step: "any",
+    unit: "m",
+    hint: "not known",
+  });
+  const run = (/** @type {boolean} */ apply) =>
+    distance.input.reportValidity() && orders.checkDrift({ distance_m: distance.value(), apply });
+  const why = (/** @type {ConsoleState} */ { rig }) =>
+    rig && !rig.calibration ? "There is no calibration to check." : null;
   const measure = starter({ label: "Measure", store, act: () => run(false), keys: ["rig"], why });
-  const apply = starter({ label: "Measure and correct", store, act: () => run(true), primary: true, keys: ["rig"], why, silent: true });
+  const apply = starter({
+    label: "Measure and correct",
+    store,
+    act: () => run(true),
+    primary: true,
+    keys: ["rig"],
+    why,
+    silent: true,
+  });
   const result = h("div", { class: "drift" });
   const show = changing(result, resultOf);
   store.on(["drift_checks"], ({ drift_checks }) => show(drift_checks));
   place.append(
-    h("p", { class: "lead", text: "One look at any scene with texture, no board needed. The correction is taken only when it is larger than its own error; doing it twice changes nothing." }),
-    h("div", { class: "fields" }, distance.element), h("p", { class: "actions" }, measure, apply), result);
+    h("p", {
+      class: "lead",
+      text: "One look at any scene with texture, no board needed. The correction is taken only when it is larger than its own error; doing it twice changes nothing.",
+    }),
+    h("div", { class: "fields" }, distance.element),
+    h("p", { class: "actions" }, measure, apply),
+    result,
+  );
 }
 
 /** @param {DriftCheckDocument[] | null} checks */
 function resultOf(checks) {
   const last = checks?.[0];
   if (!checks || !last) return [nothing(checks ? "Never checked yet." : "Loading …")];
-  const trend = h("img", { class: "trend", src: fresh("/api/v1/drift_checks/trend.png", last.id), alt: "Drift of both eyes over time", loading: "lazy", on: { error: () => (trend.hidden = true) } });
-  const large = h("a", { href: trend.getAttribute("src"), target: "_blank", rel: "noopener", title: "Open at full size" }, trend);
+  const trend = h("img", {
+    class: "trend",
+    src: fresh("/api/v1/drift_checks/trend.png", last.id),
+    alt: "Drift of both eyes over time",
+    loading: "lazy",
+    on: { error: () => (trend.hidden = true) },
+  });
+  const large = h(
+    "a",
+    { href: trend.getAttribute("src"), target: "_blank", rel: "noopener", title: "Open at full size" },
+    trend,
+  );
   return [
-    h("h4", { text: `Last check, ${when(last)}` }), outcome(last),
-    h("div", { class: "scroll-x" }, h("table", { class: "compare" },
-      h("thead", {}, h("tr", {}, ["Eye", "", "Across", "Down", "Roll", "Error, 1 σ"].map((text) => h("th", { scope: "col", text })))), h("tbody", {}, last.eyes.map(eyeRow)))),
+    h("h4", { text: `Last check, ${when(last)}` }),
+    outcome(last),
+    h(
+      "div",
+      { class: "scroll-x" },
+      h(
+        "table",
+        { class: "compare" },
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            ["Eye", "", "Across", "Down", "Roll", "Error, 1 σ"].map((text) => h("th", { scope: "col", text })),
+          ),
+        ),
+        h("tbody", {}, last.eyes.map(eyeRow)),
+      ),
+    ),
     h("p", { class: "lead", text: sentence(last.detail) }),
-    !last.vergence_known && h("p", { class: "remedy", text: "Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct that too." }),
-    large, checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
+    !last.vergence_known &&
+      h("p", {
+        class: "remedy",
+        text: "Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct that too.",
+      }),
+    large,
+    checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
   ];
 }
 
 /** @param {DriftCheckDocument} check */
 function outcome({ applied, eyes, new_calibration_id }) {
-  if (applied) return h("p", {}, badge("good", "corrected"), " ", new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : "");
-  if (eyes.some(({ significant }) => significant)) return h("p", {}, badge("warn", "drifted"), " More than its own error; not corrected yet.");
+  if (applied)
+    return h(
+      "p",
+      {},
+      badge("good", "corrected"),
+      " ",
+      new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : "",
+    );
+  if (eyes.some(({ significant }) => significant))
+    return h("p", {}, badge("warn", "drifted"), " More than its own error; not corrected yet.");
   return h("p", {}, badge("good", "no drift"), " Nothing beyond its own error.");
 }
 
 /** @param {DriftEyeDocument} eye */
 function eyeRow({ eye, shift_x_deg, shift_y_deg, rotation_deg, sigma_deg, significant }) {
-  return h("tr", {}, h("th", { scope: "row", class: `eye-${eye}`, text: eye }), h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")), h("td", { text: angle(shift_x_deg, 4) }), h("td", { text: angle(shift_y_deg, 4) }),
-    h("td", { text: angle(rotation_deg, 3) }), h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }));
+  return h(
+    "tr",
+    {},
+    h("th", { scope: "row", class: `eye-${eye}`, text: eye }),
+    h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")),
+    h("td", { text: angle(shift_x_deg, 4) }),
+    h("td", { text: angle(shift_y_deg, 4) }),
+    h("td", { text: angle(rotation_deg, 3) }),
+    h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }),
+  );
 }
 
 /** @param {DriftCheckDocument[]} checks */
 function history(checks) {
-  return h("details", {}, h("summary", { text: "Earlier checks" }), h("ul", { class: "history" }, checks.map((check) =>
-    h("li", {}, h("time", { datetime: check.created_utc, text: when(check) }), h("span", { class: "number", text: check.eyes.map((eye) => `${eye.eye} ${angle(eye.shift_x_deg, 3)} ${angle(eye.shift_y_deg, 3)}`).join("  ") }), check.applied && badge("good", "corrected")))));
+  return h(
+    "details",
+    {},
+    h("summary", { text: "Earlier checks" }),
+    h(
+      "ul",
+      { class: "history" },
+      checks.map((check) =>
+        h(
+          "li",
+          {},
+          h("time", { datetime: check.created_utc, text: when(check) }),
+          h("span", {
+            class: "number",
+            text: check.eyes
+              .map((eye) => `${eye.eye} ${angle(eye.shift_x_deg, 3)} ${angle(eye.shift_y_deg, 3)}`)
+              .join("  "),
+          }),
+          check.applied && badge("good", "corrected"),
+        ),
+      ),
+    ),
+  );
 }
 
 /** @param {DriftCheckDocument} check */

@@ -15,7 +15,13 @@ import { starter, tickField } from "./parts.js";
  * @returns {() => void} opens it
  */
 export function makeEverything({ store, orders }) {
-  const label = h("input", { type: "text", id: "all-label", maxlength: 80, placeholder: "date and time", autocomplete: "off" });
+  const label = h("input", {
+    type: "text",
+    id: "all-label",
+    maxlength: 80,
+    placeholder: "date and time",
+    autocomplete: "off",
+  });
   const named = h("div", { class: "setting" }, h("label", { for: "all-label", text: "Label" }), label);
   const start = choiceOfStart(() => (named.hidden = !start.fresh()));
   const activate = tickField("Take the result into use", true);
@@ -26,13 +32,33 @@ export function makeEverything({ store, orders }) {
     await orders.run("all", { activate: activate.value() });
   };
   const button = starter({
-    label: "Start", store, act, primary: true, keys: ["pan_tilt"],
-    why: ({ pan_tilt }) => (pan_tilt && !pan_tilt.present ? "This rig has no pan-tilt, and none by hand is set up." : null),
+    label: "Start",
+    store,
+    act,
+    primary: true,
+    keys: ["pan_tilt"],
+    why: ({ pan_tilt }) =>
+      pan_tilt && !pan_tilt.present ? "This rig has no pan-tilt, and none by hand is set up." : null,
   });
-  const dialog = sheet("Calibrate everything", plan(), turn, start.element, named, activate.element, h("p", { class: "actions" }, button));
-  store.on(["pan_tilt"], ({ pan_tilt }) => say(turn, !pan_tilt?.present ? "" : pan_tilt.moves_itself
-    ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
-    : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept."));
+  const dialog = sheet(
+    "Calibrate everything",
+    plan(),
+    turn,
+    start.element,
+    named,
+    activate.element,
+    h("p", { class: "actions" }, button),
+  );
+  store.on(["pan_tilt"], ({ pan_tilt }) =>
+    say(
+      turn,
+      !pan_tilt?.present
+        ? ""
+        : pan_tilt.moves_itself
+          ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
+          : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept.",
+    ),
+  );
   /** @type {string | null} */
   let offered = null;
   const offer = (/** @type {SessionDocument | null} */ session) => {
@@ -48,12 +74,20 @@ export function makeEverything({ store, orders }) {
 }
 
 function plan() {
-  return h("ol", { class: "plan" },
+  return h(
+    "ol",
+    { class: "plan" },
     h("li", {}, h("b", { text: "Wide camera. " }), "Somebody shows the board at its station."),
-    h("li", {}, h("b", { text: "Mirrors. " }), "The rig turns to each station with markers; both eyes centre theirs at every node."),
+    h(
+      "li",
+      {},
+      h("b", { text: "Mirrors. " }),
+      "The rig turns to each station with markers; both eyes centre theirs at every node.",
+    ),
     h("li", {}, h("b", { text: "Rectify. " }), "The models are fitted and chosen by cross-validation."),
     h("li", {}, h("b", { text: "Check. " }), "The result is proved at places that were not measured."),
-    h("li", {}, h("b", { text: "Settle times. " }), "How fast the mirrors come to rest after a step."));
+    h("li", {}, h("b", { text: "Settle times. " }), "How fast the mirrors come to rest after a step."),
+  );
 }
 
 /**
@@ -61,12 +95,21 @@ function plan() {
  * @param {() => void} changed
  */
 function choiceOfStart(changed) {
-  const radio = (/** @type {string} */ id) => h("input", { type: "radio", name: "all-start", id, on: { change: changed } });
+  const radio = (/** @type {string} */ id) =>
+    h("input", { type: "radio", name: "all-start", id, on: { change: changed } });
   const [on, anew] = [radio("all-on"), radio("all-anew")];
   const words = h("span", {});
-  const element = h("div", { class: "starts", role: "radiogroup", "aria-label": "Where to begin" },
+  const element = h(
+    "div",
+    { class: "starts", role: "radiogroup", "aria-label": "Where to begin" },
     h("label", { class: "field tick" }, on, words),
-    h("label", { class: "field tick" }, anew, h("span", { text: "Measure everything anew; what there is stays as it is" })));
+    h(
+      "label",
+      { class: "field tick" },
+      anew,
+      h("span", { text: "Measure everything anew; what there is stays as it is" }),
+    ),
+  );
   return {
     element,
     fresh: () => anew.checked,
@@ -84,7 +127,11 @@ function choiceOfStart(changed) {
 function heldBy({ wide, sweeps, fit }) {
   const views = wide?.samples.length ?? 0;
   const [done, nodes] = [sum(sweeps.map((sweep) => sweep.done)), sum(sweeps.map((sweep) => sweep.nodes))];
-  const held = [views ? `${views} views of the board` : "", nodes ? `${done} of ${nodes} nodes` : "", fit ? "fitted" : ""].filter(Boolean);
+  const held = [
+    views ? `${views} views of the board` : "",
+    nodes ? `${done} of ${nodes} nodes` : "",
+    fit ? "fitted" : "",
+  ].filter(Boolean);
   return held.length ? held.join(", ") : "still empty";
 }
 

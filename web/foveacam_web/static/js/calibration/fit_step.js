@@ -27,12 +27,17 @@ export function makeFitStep(context) {
   const mounts = h("div", {});
   const pair = h("div", {});
   const diagrams = h("div", { class: "diagrams" });
-  const showModels = changing(models, (/** @type {FitDocument | null} */ fit) => [...mirrorTable(fit), ...fieldTable(fit)]);
+  const showModels = changing(models, (/** @type {FitDocument | null} */ fit) => [
+    ...mirrorTable(fit),
+    ...fieldTable(fit),
+  ]);
   const showPaper = changing(paper, paperTable);
   const showParallax = changing(parallax, parallaxOf);
   const showMounts = changing(mounts, mountsOf);
   const showPair = changing(pair, pairOf);
-  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")]);
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) =>
+    pictures.length ? pictures.map(figure) : [nothing("The diagrams appear here once a fit has drawn them.")],
+  );
   store.on(["session"], ({ session }) => {
     showModels(session?.fit ?? null);
     showPaper(session?.fit ?? null);
@@ -41,23 +46,67 @@ export function makeFitStep(context) {
     showPair(picturesOf(session, PAIR));
     showDiagrams(picturesOf(session, DIAGRAMS));
   });
-  const element = h("div", { class: "step step-fit" },
-    h("div", { class: "seeing" }, panel("Fit", runForm(context)), h("div", { class: "stack" }, panel("Parallax of the markers", parallax), panel("Drift while measuring", mounts))),
-    panel("Models, by the error on poses left out", models, paper), panel("Both eyes, before and after", pair), panel("Diagrams", diagrams));
+  const element = h(
+    "div",
+    { class: "step step-fit" },
+    h(
+      "div",
+      { class: "seeing" },
+      panel("Fit", runForm(context)),
+      h("div", { class: "stack" }, panel("Parallax of the markers", parallax), panel("Drift while measuring", mounts)),
+    ),
+    panel("Models, by the error on poses left out", models, paper),
+    panel("Both eyes, before and after", pair),
+    panel("Diagrams", diagrams),
+  );
   return { element, live: null };
 }
 
 /** @param {WizardContext} context */
 function runForm({ store, orders }) {
-  const label = h("input", { type: "text", id: "fit-label", maxlength: 80, placeholder: "as the measurement", autocomplete: "off" });
-  const order = choiceField("Order of the mirrors’ polynomial", [["", "by cross-validation"], ...["2", "3", "4", "5", "6", "7", "8", "9"].map((each) => /** @type {[string, string]} */ ([each, each]))]);
+  const label = h("input", {
+    type: "text",
+    id: "fit-label",
+    maxlength: 80,
+    placeholder: "as the measurement",
+    autocomplete: "off",
+  });
+  const order = choiceField("Order of the mirrors’ polynomial", [
+    ["", "by cross-validation"],
+    ...["2", "3", "4", "5", "6", "7", "8", "9"].map((each) => /** @type {[string, string]} */ ([each, each])),
+  ]);
   const all = tickField("Use every marker distance: finds the pupils' walk and the baseline", true);
-  const act = () => orders.run("fit", { label: label.value.trim() || null, order: order.value() ? Number(order.value()) : null, use_all_distances: all.value() });
-  const start = starter({ label: "Fit", store, act, primary: true, keys: ["session"], why: against, named: ({ session }) => (session?.fit ? "Fit again" : "Fit") });
-  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", { class: "lead", text: "What was measured stays as it is: fit as often as you like, with another order or with one distance alone. Each fit is a record of its own." }),
-    h("div", { class: "fields" }, h("div", { class: "field" }, h("label", { for: "fit-label", text: "Label" }), label), order.element, all.element),
-    h("p", { class: "actions" }, start));
+  const act = () =>
+    orders.run("fit", {
+      label: label.value.trim() || null,
+      order: order.value() ? Number(order.value()) : null,
+      use_all_distances: all.value(),
+    });
+  const start = starter({
+    label: "Fit",
+    store,
+    act,
+    primary: true,
+    keys: ["session"],
+    why: against,
+    named: ({ session }) => (session?.fit ? "Fit again" : "Fit"),
+  });
+  return h(
+    "form",
+    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", {
+      class: "lead",
+      text: "What was measured stays as it is: fit as often as you like, with another order or with one distance alone. Each fit is a record of its own.",
+    }),
+    h(
+      "div",
+      { class: "fields" },
+      h("div", { class: "field" }, h("label", { for: "fit-label", text: "Label" }), label),
+      order.element,
+      all.element,
+    ),
+    h("p", { class: "actions" }, start),
+  );
 }
 
 /** @param {ConsoleState} state */
@@ -68,7 +117,12 @@ function against({ session }) {
 
 /** @param {FitDocument | null} fit */
 function parallaxOf(fit) {
-  if (!fit?.parallax) return [nothing("The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.")];
+  if (!fit?.parallax)
+    return [
+      nothing(
+        "The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.",
+      ),
+    ];
   const stations = parts(fit.parallax);
   if (stations.length === 0) return report(fit.parallax);
   return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
@@ -77,22 +131,42 @@ function parallaxOf(fit) {
 /** @param {FitDocument["drift"]} drift */
 function mountsOf(drift) {
   const knocked = knockWords(drift);
-  if (!drift) return [nothing("Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.")];
-  return [h("p", { class: "lead", text: "How far each eye’s mount moved between the first node and the last; it was taken out." }),
-    figures(Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [eye, `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`])),
-    knocked && h("p", { class: "lead", text: knocked })];
+  if (!drift)
+    return [
+      nothing(
+        "Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.",
+      ),
+    ];
+  return [
+    h("p", {
+      class: "lead",
+      text: "How far each eye’s mount moved between the first node and the last; it was taken out.",
+    }),
+    figures(
+      Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [
+        eye,
+        `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`,
+      ]),
+    ),
+    knocked && h("p", { class: "lead", text: knocked }),
+  ];
 }
 
 /** @param {Record<string, unknown>} document */
 function report(document) {
-  return [...sentences(document).map((text) => h("p", { class: "lead", text: sentence(text) })), figures(facts(document, sentenceNames(document)))];
+  return [
+    ...sentences(document).map((text) => h("p", { class: "lead", text: sentence(text) })),
+    figures(facts(document, sentenceNames(document))),
+  ];
 }
 
 /** @param {PictureDocument[]} pictures */
 function pairOf(pictures) {
   const [before, after] = pictures;
   if (before && after) return [beforeAfter(before, after)];
-  return pictures.length ? pictures.map(figure) : [nothing("The anaglyph of both foveae appears here, raw and rectified.")];
+  return pictures.length
+    ? pictures.map(figure)
+    : [nothing("The anaglyph of both foveae appears here, raw and rectified.")];
 }
 
 /** @param {ConsoleState} state */

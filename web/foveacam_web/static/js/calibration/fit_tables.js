@@ -18,8 +18,17 @@ const EYES = /** @type {const} */ (["left", "right"]);
  * @param {FitDocument | null} fit
  */
 export function mirrorTable(fit) {
-  if (!fit?.models.length) return [nothing("Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.")];
-  const scores = fit.models.map(({ loo_deg: [x, y], ...model }) => ({ ...model, size: Math.hypot(x, y), text: `${number(x, 4)}° ${number(y, 4)}°` }));
+  if (!fit?.models.length)
+    return [
+      nothing(
+        "Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.",
+      ),
+    ];
+  const scores = fit.models.map(({ loo_deg: [x, y], ...model }) => ({
+    ...model,
+    size: Math.hypot(x, y),
+    text: `${number(x, 4)}° ${number(y, 4)}°`,
+  }));
   return [table("Mirrors, volts to angle", scores, "eye: x, y")];
 }
 
@@ -45,12 +54,37 @@ function table(title, scores, what) {
   const rows = kinds.map((kind) => {
     const [first, ...more] = scores.filter((score) => kindOf(score) === kind);
     const both = first ? [first, ...more] : more;
-    return h("tr", { class: both.some(({ chosen }) => chosen) ? "chosen" : "" }, h("th", { scope: "row", text: first?.name }),
-      ...EYES.map((eye) => cell(both.find((score) => score.eye === eye), { least, most })));
+    return h(
+      "tr",
+      { class: both.some(({ chosen }) => chosen) ? "chosen" : "" },
+      h("th", { scope: "row", text: first?.name }),
+      ...EYES.map((eye) =>
+        cell(
+          both.find((score) => score.eye === eye),
+          { least, most },
+        ),
+      ),
+    );
   });
-  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": title }, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, h("th", { scope: "col", text: title }), EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })))),
-    h("tbody", {}, rows)));
+  return h(
+    "div",
+    { class: "scroll-x", tabindex: "0", role: "region", "aria-label": title },
+    h(
+      "table",
+      { class: "compare" },
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("th", { scope: "col", text: title }),
+          EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })),
+        ),
+      ),
+      h("tbody", {}, rows),
+    ),
+  );
 }
 
 /** @param {Score} score */
@@ -66,7 +100,13 @@ function cell(score, { least, most }) {
   if (!score) return h("td", { text: MISSING });
   const part = h("span", { class: "part" });
   part.style.inlineSize = `${100 * shareOf(score.size, { least, most })}%`;
-  return h("td", { class: `score eye-${score.eye}` }, h("span", { class: "bar", "aria-hidden": "true" }, part), h("span", { text: score.text }), score.chosen && badge("good", "taken"));
+  return h(
+    "td",
+    { class: `score eye-${score.eye}` },
+    h("span", { class: "bar", "aria-hidden": "true" }, part),
+    h("span", { text: score.text }),
+    score.chosen && badge("good", "taken"),
+  );
 }
 
 /**
@@ -86,18 +126,67 @@ export function paperTable(fit) {
   if (!fit?.paper) return [];
   const { steps: variant_steps = [], ...paper } = fit.paper;
   const steps = /** @type {VariantStep[]} */ (variant_steps);
-  const ours = fit.models.filter((model) => model.chosen).map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`).join(", ");
-  const rows = facts(paper, sentenceNames(paper)).map(([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value]));
-  const trip = fit.volts_roundtrip_max_lsb == null ? [] : [/** @type {[string, string]} */ (["Ours: volts to angle to volts", `${number(fit.volts_roundtrip_max_lsb, 2)} DAC steps`])];
-  return [h("h4", { text: "Beside the paper’s plain model" }), ...sentences(paper).map((text) => h("p", { class: "lead", text })),
-    figures([...rows, ["Ours: error on poses left out", ours], ...trip]), steps.length ? variants(steps) : null];
+  const ours = fit.models
+    .filter((model) => model.chosen)
+    .map(({ eye, loo_deg: [x, y] }) => `${eye} ${number(x, 4)}°, ${number(y, 4)}°`)
+    .join(", ");
+  const rows = facts(paper, sentenceNames(paper)).map(
+    ([name, value]) => /** @type {[string, string]} */ ([`Paper: ${name.toLowerCase()}`, value]),
+  );
+  const trip =
+    fit.volts_roundtrip_max_lsb == null
+      ? []
+      : [
+          /** @type {[string, string]} */ ([
+            "Ours: volts to angle to volts",
+            `${number(fit.volts_roundtrip_max_lsb, 2)} DAC steps`,
+          ]),
+        ];
+  return [
+    h("h4", { text: "Beside the paper’s plain model" }),
+    ...sentences(paper).map((text) => h("p", { class: "lead", text })),
+    figures([...rows, ["Ours: error on poses left out", ours], ...trip]),
+    steps.length ? variants(steps) : null,
+  ];
 }
 
 /** @param {VariantStep[]} steps */
 function variants(steps) {
-  const what = h("p", { class: "legend", text: "RMS at poses left out, in pixels of the fovea. “Ours, but …” takes one addition away: what is lost is what it brings." });
-  return h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" }, h("h4", { text: "What each addition brings" }), what, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })))),
-    h("tbody", {}, steps.map((step) => h("tr", {}, h("th", { scope: "row", class: "long", text: step.name }),
-      [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) => h("td", { text: pixels(px) })))))));
+  const what = h("p", {
+    class: "legend",
+    text: "RMS at poses left out, in pixels of the fovea. “Ours, but …” takes one addition away: what is lost is what it brings.",
+  });
+  return h(
+    "div",
+    { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" },
+    h("h4", { text: "What each addition brings" }),
+    what,
+    h(
+      "table",
+      { class: "compare" },
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        steps.map((step) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row", class: "long", text: step.name }),
+            [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) =>
+              h("td", { text: pixels(px) }),
+            ),
+          ),
+        ),
+      ),
+    ),
+  );
 }

@@ -11,7 +11,13 @@ const AUTHORS = "fovea-device-config";
 
 /** @param {WizardContext} context */
 export function makeImporter({ store, orders, toasts }) {
-  const input = h("input", { type: "file", accept: ".json,application/json", class: "unseen", "aria-label": "Import a calibration file", on: { change: () => void read() } });
+  const input = h("input", {
+    type: "file",
+    accept: ".json,application/json",
+    class: "unseen",
+    "aria-label": "Import a calibration file",
+    on: { change: () => void read() },
+  });
   const state = h("span", { class: "why", role: "status" });
   const take = async (/** @type {object} */ document, /** @type {number | null} */ distance_m) => {
     say(state, "Importing …");
@@ -19,7 +25,11 @@ export function makeImporter({ store, orders, toasts }) {
     say(state, "");
     if (!record) return;
     const in_use = store.state.rig?.calibration?.id === record.id;
-    toasts.show({ tone: "good", title: "Imported", detail: `“${record.label || record.id}” is in the list; ${in_use ? "it is the one in use" : "it is not in use yet"}.` });
+    toasts.show({
+      tone: "good",
+      title: "Imported",
+      detail: `“${record.label || record.id}” is in the list; ${in_use ? "it is the one in use" : "it is not in use yet"}.`,
+    });
   };
   const ask = makeQuestion(take);
   const read = async () => {
@@ -28,11 +38,22 @@ export function makeImporter({ store, orders, toasts }) {
     if (!file) return;
     const document = objectOf(await file.text());
     if (!document) {
-      toasts.show({ tone: "warn", title: "Not a calibration file", detail: `“${file.name}” is no JSON document: it may be cut short, or another kind of file.`, remedy: "Export it again where it came from." });
-    } else if (String(/** @type {{schema?: unknown}} */ (document).schema).startsWith(AUTHORS)) ask(document, file.name);
+      toasts.show({
+        tone: "warn",
+        title: "Not a calibration file",
+        detail: `“${file.name}” is no JSON document: it may be cut short, or another kind of file.`,
+        remedy: "Export it again where it came from.",
+      });
+    } else if (String(/** @type {{schema?: unknown}} */ (document).schema).startsWith(AUTHORS))
+      ask(document, file.name);
     else await take(document, null);
   };
-  return h("span", { class: "starter" }, h("label", { class: "plain file" }, icon("plus"), "Import a file", input), state);
+  return h(
+    "span",
+    { class: "starter" },
+    h("label", { class: "plain file" }, icon("plus"), "Import a file", input),
+    state,
+  );
 }
 
 /**
@@ -63,14 +84,27 @@ function makeQuestion(take) {
     dialog.close();
     void take(document, distance.value());
   };
-  const form = h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => {
-    event.preventDefault();
-    act();
-  } } }, distance.element, h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Import")));
+  const form = h(
+    "form",
+    {
+      class: "run",
+      on: {
+        submit: (/** @type {Event} */ event) => {
+          event.preventDefault();
+          act();
+        },
+      },
+    },
+    distance.element,
+    h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Import")),
+  );
   const dialog = sheet("How far away were the markers?", what, form);
   return (/** @type {object} */ found, /** @type {string} */ name) => {
     document = found;
-    say(what, `“${name}” comes from the authors’ application, whose files do not say at which distance the mirrors were measured. Without it the eyes’ parallax cannot be taken out.`);
+    say(
+      what,
+      `“${name}” comes from the authors’ application, whose files do not say at which distance the mirrors were measured. Without it the eyes’ parallax cannot be taken out.`,
+    );
     dialog.showModal();
   };
 }

@@ -17,10 +17,14 @@ import { verdictOf } from "./verdict.js";
  */
 export function mountInUse(place, store) {
   const show = changing(place, inUse);
-  store.on(["rig", "health"], ({ rig, health }) => show({
-    verdict: verdictOf({ rig, health }), calibration: rig?.calibration ? { ...rig.calibration, age_s: 0 } : null,
-    age: span(rig?.calibration?.age_s), loading: rig === null,
-  }));
+  store.on(["rig", "health"], ({ rig, health }) =>
+    show({
+      verdict: verdictOf({ rig, health }),
+      calibration: rig?.calibration ? { ...rig.calibration, age_s: 0 } : null,
+      age: span(rig?.calibration?.age_s),
+      loading: rig === null,
+    }),
+  );
 }
 
 /**
@@ -29,13 +33,36 @@ export function mountInUse(place, store) {
 function inUse({ verdict, calibration, age, loading }) {
   if (loading) return [h("p", { class: "empty", text: "Loading …" })];
   const tone = verdict.tone === "plain" ? "" : verdict.tone;
-  const title = h("p", { class: `state ${tone}` }, icon(verdict.tone === "good" ? "check" : verdict.tone === "warn" ? "warn" : "info"), verdict.text.replace(/ · .*/, ""));
+  const title = h(
+    "p",
+    { class: `state ${tone}` },
+    icon(verdict.tone === "good" ? "check" : verdict.tone === "warn" ? "warn" : "info"),
+    verdict.text.replace(/ · .*/, ""),
+  );
   const reason = h("p", { class: "lead", text: sentence(verdict.reason) });
-  if (!calibration) return [title, reason, h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." })];
-  return [title, reason, figures([
-    ["Name", calibration.label || MISSING], ["Id", calibration.id.slice(0, 16)], ["Origin", calibration.origin], ["Age", age],
-    ["Pointing, 1 σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
-    ["Rectification, 1 σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
-    ["Baseline", baseline(/** @type {{baseline_m?: number}} */ (calibration).baseline_m ?? null)],
-  ])];
+  if (!calibration)
+    return [
+      title,
+      reason,
+      h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." }),
+    ];
+  return [
+    title,
+    reason,
+    figures([
+      ["Name", calibration.label || MISSING],
+      ["Id", calibration.id.slice(0, 16)],
+      ["Origin", calibration.origin],
+      ["Age", age],
+      [
+        "Pointing, 1 σ",
+        calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`,
+      ],
+      [
+        "Rectification, 1 σ",
+        calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`,
+      ],
+      ["Baseline", baseline(/** @type {{baseline_m?: number}} */ (calibration).baseline_m ?? null)],
+    ]),
+  ];
 }

@@ -14,9 +14,18 @@ import { isRunning, placeOf } from "./work.js";
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
-const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({
-  wide: "Wide camera", mirrors: "Mirrors", fit: "Fit", check: "Check", settle: "Settle times", all: "Everything", drift: "Drift check", activate: "Taking it into use",
-}));
+const NAMES = Object.freeze(
+  /** @type {Record<string, string>} */ ({
+    wide: "Wide camera",
+    mirrors: "Mirrors",
+    fit: "Fit",
+    check: "Check",
+    settle: "Settle times",
+    all: "Everything",
+    drift: "Drift check",
+    activate: "Taking it into use",
+  }),
+);
 const RESUMABLE = new Set(["wide", "mirrors", "all"]);
 
 /**
@@ -27,9 +36,29 @@ export function mountJobBar(place, { store, orders, work: follower, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "job" });
   const stop = h("button", { type: "button", class: "plain", on: { click: () => void orders.cancel() } }, "Cancel");
-  const onward = h("button", { type: "button", class: "plain primary", on: { click: () => store.state.work && void orders.goOn(store.state.work) } }, "Go on");
-  const elsewhere = h("button", { type: "button", class: "plain", on: { click: () => void reader.openSession(store.state.work?.session_id ?? "") } }, "Show its measurement");
-  const dismiss = h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => follower.dismiss() } }, icon("close"));
+  const onward = h(
+    "button",
+    {
+      type: "button",
+      class: "plain primary",
+      on: { click: () => store.state.work && void orders.goOn(store.state.work) },
+    },
+    "Go on",
+  );
+  const elsewhere = h(
+    "button",
+    {
+      type: "button",
+      class: "plain",
+      on: { click: () => void reader.openSession(store.state.work?.session_id ?? "") },
+    },
+    "Show its measurement",
+  );
+  const dismiss = h(
+    "button",
+    { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => follower.dismiss() } },
+    icon("close"),
+  );
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
   fill(shown, words, progress, elsewhere, onward, stop, dismiss);
@@ -91,9 +120,20 @@ function canGoOn({ state, step, options }) {
 
 /** @param {Work} work */
 function runningWords(work) {
-  const state = work.state === "queued" ? "waiting its turn" : work.state === "cancelling" ? "cancelling" : [placeOf(work), far(work)].filter(Boolean).join(": ");
+  const state =
+    work.state === "queued"
+      ? "waiting its turn"
+      : work.state === "cancelling"
+        ? "cancelling"
+        : [placeOf(work), far(work)].filter(Boolean).join(": ");
   return [
-    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), nameOf(work), h("span", { class: "far number", text: state })),
+    h(
+      "p",
+      { class: "state running" },
+      h("span", { class: "spinner", "aria-hidden": "true" }),
+      nameOf(work),
+      h("span", { class: "far number", text: state }),
+    ),
     work.note && h("p", { class: "note", text: sentence(work.note) }),
   ];
 }
@@ -109,9 +149,15 @@ function endedWords(work, found) {
   const kept = work.state !== "succeeded" && RESUMABLE.has(work.step) ? `What was measured is kept. ${how}` : "";
   const { problem } = work;
   return [
-    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), `${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}`),
+    h(
+      "p",
+      { class: `state ${tone}` },
+      icon(tone === "good" ? "check" : "warn"),
+      `${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}`,
+    ),
     work.state === "succeeded" && work.step === "all" && h("p", { class: "lead", text: resultOf(found) }),
-    work.state === "failed" && h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
+    work.state === "failed" &&
+      h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
     work.state === "failed" && remedyOf(problem) && h("p", { class: "remedy", text: remedyOf(problem) }),
     kept && h("p", { class: "lead", text: kept }),
   ];
@@ -124,10 +170,18 @@ function endedWords(work, found) {
 function resultOf({ session, rig }) {
   const check = session?.check;
   const newest = session?.calibrations.at(-1);
-  const figures = check ? `Rows apart ${pixels(check.epipolar_rms_px)}, pointing ${pixels(check.pointing_rms_px)}, both RMS. ` : "";
+  const figures = check
+    ? `Rows apart ${pixels(check.epipolar_rms_px)}, pointing ${pixels(check.pointing_rms_px)}, both RMS. `
+    : "";
   if (!newest) return figures;
   const knocked = knockWords(session?.fit?.drift);
-  return figures + (knocked && `${knocked} `) + (rig?.calibration?.id === newest ? "It is in use." : "It is not in use yet: take it from the records in the overview.");
+  return (
+    figures +
+    (knocked && `${knocked} `) +
+    (rig?.calibration?.id === newest
+      ? "It is in use."
+      : "It is not in use yet: take it from the records in the overview.")
+  );
 }
 
 /** @param {Work} work */

@@ -8,6 +8,9 @@ import { pixels } from "../format.js";
  */
 export function knockWords(drift) {
   const eyes = Object.entries(drift ?? {}).flatMap(([eye, { knocks_px: jumps }]) =>
-    jumps?.length ? [`the ${eye} eye’s gaze jumped by ${jumps.map((jump) => pixels(jump)).join(", then by ")}`] : []);
-  return eyes.length ? `The rig was knocked amid the sweeps: ${eyes.join("; ")}. It was taken out; the check says whether that worked.` : "";
+    jumps?.length ? [`the ${eye} eye’s gaze jumped by ${jumps.map((jump) => pixels(jump)).join(", then by ")}`] : [],
+  );
+  return eyes.length
+    ? `The rig was knocked amid the sweeps: ${eyes.join("; ")}. It was taken out; the check says whether that worked.`
+    : "";
 }

@@ -9,7 +9,9 @@ import { nothing } from "./parts.js";
  * @typedef {import("#api").WideStageDocument} WideStageDocument
  */
 
-const NAMES = Object.freeze(/** @type {Record<string, string>} */ ({ five: "Five coefficients", rational: "Rational" }));
+const NAMES = Object.freeze(
+  /** @type {Record<string, string>} */ ({ five: "Five coefficients", rational: "Rational" }),
+);
 
 /** @type {[string, (fit: WideFitDocument) => string][]} */
 const ROWS = [
@@ -23,11 +25,47 @@ const ROWS = [
 
 /** @param {WideStageDocument | null} wide */
 export function lensTable(wide) {
-  if (!wide?.fit) return [nothing(sentence(wide?.reason) || "Not fitted yet: that takes views from all over the picture, some of them tilted.")];
+  if (!wide?.fit)
+    return [
+      nothing(
+        sentence(wide?.reason) || "Not fitted yet: that takes views from all over the picture, some of them tilted.",
+      ),
+    ];
   const fits = wide.other_model ? [wide.fit, wide.other_model] : [wide.fit];
-  return [h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, h("td", {}), fits.map((fit, index) =>
-      h("th", { scope: "col" }, NAMES[fit.model] ?? fit.model, index === 0 && h("span", { class: "badge good", text: "in use" }))))),
-    h("tbody", {}, ROWS.map(([name, of]) => h("tr", {}, h("th", { scope: "row", text: name }), fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) })))))),
-    wide.reason ? h("p", { class: "lead", text: sentence(wide.reason) }) : null];
+  return [
+    h(
+      "table",
+      { class: "compare" },
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("td", {}),
+          fits.map((fit, index) =>
+            h(
+              "th",
+              { scope: "col" },
+              NAMES[fit.model] ?? fit.model,
+              index === 0 && h("span", { class: "badge good", text: "in use" }),
+            ),
+          ),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        ROWS.map(([name, of]) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row", text: name }),
+            fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) })),
+          ),
+        ),
+      ),
+    ),
+    wide.reason ? h("p", { class: "lead", text: sentence(wide.reason) }) : null,
+  ];
 }

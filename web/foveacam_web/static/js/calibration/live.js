@@ -14,7 +14,12 @@ import { isRunning } from "./work.js";
  */
 
 /** @type {Readonly<Partial<Record<WizardPage, Role[]>>>} */
-const SHOWN = Object.freeze({ wide: ["wide"], mirrors: ["left", "right", "wide"], check: ["left", "right"], settle: ["left", "right"] });
+const SHOWN = Object.freeze({
+  wide: ["wide"],
+  mirrors: ["left", "right", "wide"],
+  check: ["left", "right"],
+  settle: ["left", "right"],
+});
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
 const RECENT_MS = 20_000; // the next picture of a slow procedure may take so long
@@ -35,7 +40,11 @@ export class Live {
   constructor({ store, views, homes }) {
     this.#views = views;
     this.#homes = homes;
-    this.element = h("div", { class: "live" }, ROLES.map((role) => this.#place(role)));
+    this.element = h(
+      "div",
+      { class: "live" },
+      ROLES.map((role) => this.#place(role)),
+    );
     store.on(["wizard"], ({ wizard }) => this.#move(wizard));
     store.on(["wizard", "work", "server_stats", "views"], (state) => this.#choose(state));
   }

@@ -22,7 +22,9 @@ export function makeMirrorsStep(context) {
   const stations = h("div", { class: "station-choice", role: "group", "aria-label": "Station" });
   const chosen = new ChosenStation();
   const empty = h("div", {});
-  const showStations = changing(stations, (/** @type {Place[]} */ places) => places.map((place) => stationButton(place, () => choose(place.name))));
+  const showStations = changing(stations, (/** @type {Place[]} */ places) =>
+    places.map((place) => stationButton(place, () => choose(place.name))),
+  );
   const showEmpty = changing(empty, (/** @type {string} */ text) => (text ? [nothing(text)] : []));
   const update = () => {
     const places = placesOf(store.state);
@@ -31,16 +33,37 @@ export function makeMirrorsStep(context) {
     const sweep = store.state.session?.sweeps.find((each) => each.station === chosen.name) ?? null;
     grid.update(sweep);
     grid.element.hidden = !sweep?.poses.length;
-    showEmpty(sweep?.poses.length ? "" : places.length ? "Nothing measured at this station yet." : "No station with markers is set up. Name one in the rig's file: where to point, and how far away the markers are.");
+    showEmpty(
+      sweep?.poses.length
+        ? ""
+        : places.length
+          ? "Nothing measured at this station yet."
+          : "No station with markers is set up. Name one in the rig's file: where to point, and how far away the markers are.",
+    );
   };
   const choose = (/** @type {string} */ name) => {
     chosen.pick(name);
     update();
   };
   store.on(["session", "pan_tilt", "work"], update);
-  const element = h("div", { class: "step step-mirrors" },
-    h("div", { class: "seeing" },
-      h("div", { class: "stack" }, panel("Measure", runForm(context, () => chosen.name)), panel("Sweep", stations, empty, grid.element)), live));
+  const element = h(
+    "div",
+    { class: "step step-mirrors" },
+    h(
+      "div",
+      { class: "seeing" },
+      h(
+        "div",
+        { class: "stack" },
+        panel(
+          "Measure",
+          runForm(context, () => chosen.name),
+        ),
+        panel("Sweep", stations, empty, grid.element),
+      ),
+      live,
+    ),
+  );
   return { element, live };
 }
 
@@ -88,8 +111,12 @@ function placesOf({ session, pan_tilt }) {
   return names.map((name) => {
     const sweep = sweeps.find((each) => each.station === name);
     return {
-      name, distance_m: sweep?.distance_m ?? known.find((each) => each.name === name)?.distance_m ?? null,
-      done: sweep?.done ?? 0, nodes: sweep?.nodes ?? 0, refused: refusals(sweep), chosen: false,
+      name,
+      distance_m: sweep?.distance_m ?? known.find((each) => each.name === name)?.distance_m ?? null,
+      done: sweep?.done ?? 0,
+      nodes: sweep?.nodes ?? 0,
+      refused: refusals(sweep),
+      chosen: false,
     };
   });
 }
@@ -106,8 +133,19 @@ function refusals(sweep) {
 function stationButton({ name, distance_m, done, nodes, refused, chosen }, choose) {
   const far = distance_m === null ? "distance not measured" : `${number(distance_m, 2)} m`;
   const measured = nodes ? `${done} of ${nodes}${refused ? `, ${refused} with a refusal` : ""}` : "not measured";
-  return h("button", { type: "button", class: "station", "aria-pressed": String(chosen), data: { keep: `station-${name}` }, on: { click: choose } },
-    h("strong", { text: name }), h("span", { text: far }), h("span", { class: "number", text: measured }));
+  return h(
+    "button",
+    {
+      type: "button",
+      class: "station",
+      "aria-pressed": String(chosen),
+      data: { keep: `station-${name}` },
+      on: { click: choose },
+    },
+    h("strong", { text: name }),
+    h("span", { text: far }),
+    h("span", { class: "number", text: measured }),
+  );
 }
 
 /**
@@ -115,12 +153,19 @@ function stationButton({ name, distance_m, done, nodes, refused, chosen }, choos
  * @param {() => string} station that is chosen
  */
 function runForm({ store, orders }, station) {
-  const where = choiceField("Measure at", [["", "every station with markers"], ["one", "the chosen station"]]);
+  const where = choiceField("Measure at", [
+    ["", "every station with markers"],
+    ["one", "the chosen station"],
+  ]);
   const across = numberField("Nodes across", { min: 3, max: 41, hint: "9" });
   const down = numberField("Nodes down", { min: 3, max: 41, hint: "9" });
   const ax = numberField("Across up to ±", { min: 0.5, max: 12, step: "any", unit: "°", hint: "as the rig" });
   const ay = numberField("Down up to ±", { min: 0.5, max: 12, step: "any", unit: "°", hint: "as the rig" });
-  const spacing = choiceField("Spacing", [["", "as usual"], ["rim", "denser near the rim"], ["even", "even"]]);
+  const spacing = choiceField("Spacing", [
+    ["", "as usual"],
+    ["rim", "denser near the rim"],
+    ["even", "even"],
+  ]);
   const again = tickField("Start over: forget what was measured", false);
   const act = () => {
     if (!allHold(across, down, ax, ay)) return undefined;
@@ -128,15 +173,40 @@ function runForm({ store, orders }, station) {
     return orders.run("mirrors", {
       stations: where.value() === "one" && station() ? [station()] : null,
       nodes: columns === null && rows === null ? null : [columns ?? rows, rows ?? columns],
-      extent_ax_deg: ax.value(), extent_ay_deg: ay.value(), spacing: spacing.value() || null, restart: again.value() || null,
+      extent_ax_deg: ax.value(),
+      extent_ay_deg: ay.value(),
+      spacing: spacing.value() || null,
+      restart: again.value() || null,
     });
   };
-  const start = starter({ label: "Measure", store, act, primary: true, keys: ["session", "pan_tilt"], why: against, named: startWords });
-  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", { class: "lead", text: "The rig turns from node to node. At each one the wide camera measures where the markers are, and each eye steers until its own marker is in the middle." }),
-    h("details", { class: "options" }, h("summary", { text: "Grid and options" }),
-      h("div", { class: "fields" }, [where, across, down, ax, ay, spacing, again].map(({ element }) => element))),
-    h("p", { class: "actions" }, start));
+  const start = starter({
+    label: "Measure",
+    store,
+    act,
+    primary: true,
+    keys: ["session", "pan_tilt"],
+    why: against,
+    named: startWords,
+  });
+  return h(
+    "form",
+    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", {
+      class: "lead",
+      text: "The rig turns from node to node. At each one the wide camera measures where the markers are, and each eye steers until its own marker is in the middle.",
+    }),
+    h(
+      "details",
+      { class: "options" },
+      h("summary", { text: "Grid and options" }),
+      h(
+        "div",
+        { class: "fields" },
+        [where, across, down, ax, ay, spacing, again].map(({ element }) => element),
+      ),
+    ),
+    h("p", { class: "actions" }, start),
+  );
 }
 
 /** @param {ConsoleState} state */

@@ -58,7 +58,12 @@ export class NodeGrid {
     /** @type {Map<number, HTMLElement[]>} */
     const rows = new Map();
     this.#poses.forEach((pose, order) => {
-      const cell = h("div", { class: "node", role: "gridcell", tabindex: "-1", data: { index: String(pose.index) } }, eye("left"), eye("right"));
+      const cell = h(
+        "div",
+        { class: "node", role: "gridcell", tabindex: "-1", data: { index: String(pose.index) } },
+        eye("left"),
+        eye("right"),
+      );
       const row = lattice ? down.indexOf(rounded(pose.ay_deg)) : Math.floor(order / this.#columns);
       const column = lattice ? across.indexOf(rounded(pose.ax_deg)) : order % this.#columns;
       cell.style.gridColumn = String(column + 1);
@@ -66,10 +71,29 @@ export class NodeGrid {
       rows.set(row, [...(rows.get(row) ?? []), cell]);
       this.#cells.set(pose.index, cell);
     });
-    const heads = lattice ? [h("div", { class: "row heads", "aria-hidden": "true" }, across.map((ax_deg) => h("span", { text: angle(ax_deg, 1) })))] : [];
-    fill(this.#grid, ...heads, ...[...rows].sort(([a], [b]) => a - b).map(([row, cells]) =>
-      h("div", { class: "row", role: "row" }, cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"])),
-        lattice && h("span", { class: "head", "aria-hidden": "true", text: angle(down[row], 1) }))));
+    const heads = lattice
+      ? [
+          h(
+            "div",
+            { class: "row heads", "aria-hidden": "true" },
+            across.map((ax_deg) => h("span", { text: angle(ax_deg, 1) })),
+          ),
+        ]
+      : [];
+    fill(
+      this.#grid,
+      ...heads,
+      ...[...rows]
+        .sort(([a], [b]) => a - b)
+        .map(([row, cells]) =>
+          h(
+            "div",
+            { class: "row", role: "row" },
+            cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"])),
+            lattice && h("span", { class: "head", "aria-hidden": "true", text: angle(down[row], 1) }),
+          ),
+        ),
+    );
     const first = this.#grid.querySelector(".node");
     if (first instanceof HTMLElement) first.tabIndex = 0;
     this.#chosen = -1;
@@ -98,7 +122,14 @@ export class NodeGrid {
 
   #tell() {
     const pose = this.#poses.find(({ index }) => index === this.#chosen);
-    say(this.#detail, pose ? inWords(pose) : this.#poses.length ? "Point at a node, or move with the arrow keys, to read how it went." : "");
+    say(
+      this.#detail,
+      pose
+        ? inWords(pose)
+        : this.#poses.length
+          ? "Point at a node, or move with the arrow keys, to read how it went."
+          : "",
+    );
   }
 
   /** @param {KeyboardEvent} event */
@@ -110,7 +141,8 @@ export class NodeGrid {
     const rows = [...this.#grid.querySelectorAll("[role=row]")];
     const row = rows[rows.indexOf(from.parentElement) + (step[0] ?? 0)];
     const column = Number(from.dataset["column"]) + (step[1] ?? 0);
-    const to = row && [...row.children].find((cell) => Number(/** @type {HTMLElement} */ (cell).dataset["column"]) === column);
+    const to =
+      row && [...row.children].find((cell) => Number(/** @type {HTMLElement} */ (cell).dataset["column"]) === column);
     if (!(to instanceof HTMLElement)) return;
     from.tabIndex = -1;
     to.tabIndex = 0;
@@ -127,14 +159,29 @@ function eye(side) {
 function inWords(pose) {
   const told = (/** @type {string} */ name, /** @type {NodeState} */ state, /** @type {string | null} */ reason) =>
     `${name} ${STATES[state].word}${reason ? ` (${reason})` : ""}`;
-  return `Node ${pose.index + 1} at ${angle(pose.ax_deg, 1)}, ${angle(pose.ay_deg, 1)}: ` +
-    sentence(`${told("left", pose.left, pose.left_reason)}; ${told("right", pose.right, pose.right_reason)}`).replace(/^L/, "l");
+  return (
+    `Node ${pose.index + 1} at ${angle(pose.ax_deg, 1)}, ${angle(pose.ay_deg, 1)}: ` +
+    sentence(`${told("left", pose.left, pose.left_reason)}; ${told("right", pose.right, pose.right_reason)}`).replace(
+      /^L/,
+      "l",
+    )
+  );
 }
 
 function legend() {
-  return h("p", { class: "legend", "aria-hidden": "true" },
-    h("span", { class: "eyes" }, h("span", { class: "eye left", data: { state: "centred" } }, "●"), "left ", h("span", { class: "eye right", data: { state: "centred" } }, "●"), "right"),
-    Object.values(STATES).map(({ sign, word }) => h("span", { text: `${sign} ${word}` })));
+  return h(
+    "p",
+    { class: "legend", "aria-hidden": "true" },
+    h(
+      "span",
+      { class: "eyes" },
+      h("span", { class: "eye left", data: { state: "centred" } }, "●"),
+      "left ",
+      h("span", { class: "eye right", data: { state: "centred" } }, "●"),
+      "right",
+    ),
+    Object.values(STATES).map(({ sign, word }) => h("span", { text: `${sign} ${word}` })),
+  );
 }
 
 /** @param {EventTarget | null} target */

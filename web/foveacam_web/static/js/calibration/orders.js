@@ -53,8 +53,12 @@ export class CalibrationOrders {
 
   /** @param {string} label */
   async #begin(label) {
-    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
-      request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })));
+    const session = await this.#attempt(
+      () =>
+        /** @type {Promise<SessionDocument>} */ (
+          request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })
+        ),
+    );
     if (session) await this.#reader.showSession(session);
     return session;
   }
@@ -64,8 +68,12 @@ export class CalibrationOrders {
    * @param {string[]} sessions
    */
   async combine(sessions) {
-    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
-      request("POST", "/calibration_sessions/combined", { body: { sessions } })));
+    const session = await this.#attempt(
+      () =>
+        /** @type {Promise<SessionDocument>} */ (
+          request("POST", "/calibration_sessions/combined", { body: { sessions } })
+        ),
+    );
     if (session) await this.#reader.showSession(session);
     return session;
   }
@@ -85,9 +93,15 @@ export class CalibrationOrders {
   async run(step, options = {}) {
     const session = this.#coming ? await this.#coming : (this.#store.state.session ?? (await this.newSession()));
     if (!session) return;
-    const given = Object.fromEntries(Object.entries(options).filter(([, value]) => value !== null && value !== undefined));
-    const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (
-      this.#post(`/calibration_sessions/${session.id}/runs`, { step, options: given })));
+    const given = Object.fromEntries(
+      Object.entries(options).filter(([, value]) => value !== null && value !== undefined),
+    );
+    const job = await this.#attempt(
+      () =>
+        /** @type {Promise<JobDocument>} */ (
+          this.#post(`/calibration_sessions/${session.id}/runs`, { step, options: given })
+        ),
+    );
     if (job) this.#work.follow(job, { step, session_id: session.id, options: given });
   }
 
@@ -111,8 +125,12 @@ export class CalibrationOrders {
   async removeSample(sample_id) {
     const id = this.#store.state.session?.id;
     if (!id) return;
-    const session = await this.#attempt(() => /** @type {Promise<SessionDocument>} */ (
-      request("DELETE", `/calibration_sessions/${id}/wide_samples/${sample_id}`, { patience_ms: SLOW_MS })));
+    const session = await this.#attempt(
+      () =>
+        /** @type {Promise<SessionDocument>} */ (
+          request("DELETE", `/calibration_sessions/${id}/wide_samples/${sample_id}`, { patience_ms: SLOW_MS })
+        ),
+    );
     if (session) this.#store.set({ session });
   }
 
@@ -132,8 +150,12 @@ export class CalibrationOrders {
    * @param {object | undefined} body
    */
   async #settleTime(method, body) {
-    const settle_time = await this.#attempt(() => /** @type {Promise<SettleTimeDocument>} */ (
-      request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })));
+    const settle_time = await this.#attempt(
+      () =>
+        /** @type {Promise<SettleTimeDocument>} */ (
+          request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })
+        ),
+    );
     if (!settle_time) return;
     this.#store.set({ settle_time });
     await this.#reader.readSettleTime(); // an answer from before the order may still be under way
@@ -152,7 +174,14 @@ export class CalibrationOrders {
    */
   async discard(id, name) {
     const gone = await this.#attempt(() => request("DELETE", `/calibrations/${id}`).then(() => true));
-    if (gone) this.#commands.say({ tone: "info", title: `“${name}” is in the trash`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.#restore(id) } });
+    if (gone)
+      this.#commands.say({
+        tone: "info",
+        title: `“${name}” is in the trash`,
+        detail: "",
+        stay_ms: UNDO_MS,
+        action: { label: "Undo", act: () => this.#restore(id) },
+      });
     await this.#reader.readRecords();
   }
 
@@ -168,8 +197,12 @@ export class CalibrationOrders {
    */
   compare(a, b) {
     const query = new URLSearchParams({ a, b });
-    return this.#attempt(() => /** @type {Promise<ComparisonDocument>} */ (
-      request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS })));
+    return this.#attempt(
+      () =>
+        /** @type {Promise<ComparisonDocument>} */ (
+          request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS })
+        ),
+    );
   }
 
   /**
@@ -179,8 +212,12 @@ export class CalibrationOrders {
    */
   async importRecord(document, distance_m) {
     const query = distance_m === null ? "" : `?distance_m=${distance_m}`;
-    const record = await this.#attempt(() => /** @type {Promise<CalibrationDocument>} */ (
-      request("POST", `/calibrations/import${query}`, { body: document, patience_ms: SLOW_MS })));
+    const record = await this.#attempt(
+      () =>
+        /** @type {Promise<CalibrationDocument>} */ (
+          request("POST", `/calibrations/import${query}`, { body: document, patience_ms: SLOW_MS })
+        ),
+    );
     if (record) await this.#reader.readRecords();
     return record;
   }

@@ -32,7 +32,13 @@ import { isRunning } from "./work.js";
  */
 
 /** @type {Readonly<Partial<Record<WizardPage, Progress>>>} */
-const PROGRESS = Object.freeze({ wide: wideProgress, mirrors: mirrorsProgress, fit: fitProgress, check: checkProgress, settle: settleProgress });
+const PROGRESS = Object.freeze({
+  wide: wideProgress,
+  mirrors: mirrorsProgress,
+  fit: fitProgress,
+  check: checkProgress,
+  settle: settleProgress,
+});
 
 /**
  * @param {HTMLElement} place
@@ -46,10 +52,32 @@ export function mountWizard(place, context) {
   const turner = h("div", { class: "inside" });
   mountJobBar(bar, context);
   mountPanTilt(turner, context);
-  fill(place, head(context), makeTabs(context), bar, makeDamage(store),
-    h("div", { class: "wizard-body" },
-      h("div", { class: "wizard-step" }, [...steps.values()].map(({ element }) => element)),
-      h("aside", { class: "wizard-side" }, h("section", { class: "panel", "aria-label": "Pan-tilt" }, h("header", {}, h("h3", { text: "Pan-tilt" })), turner))));
+  fill(
+    place,
+    head(context),
+    makeTabs(context),
+    bar,
+    makeDamage(store),
+    h(
+      "div",
+      { class: "wizard-body" },
+      h(
+        "div",
+        { class: "wizard-step" },
+        [...steps.values()].map(({ element }) => element),
+      ),
+      h(
+        "aside",
+        { class: "wizard-side" },
+        h(
+          "section",
+          { class: "panel", "aria-label": "Pan-tilt" },
+          h("header", {}, h("h3", { text: "Pan-tilt" })),
+          turner,
+        ),
+      ),
+    ),
+  );
   advance(store);
   store.on(["wizard"], ({ wizard }) => {
     for (const [page, { element, live: slot }] of steps) {
@@ -65,15 +93,21 @@ export function mountWizard(place, context) {
  * @returns {Map<WizardPage, Step>}
  */
 function makeSteps(context) {
-  return new Map(/** @type {[WizardPage, Step][]} */ ([
-    ["overview", makeOverview(context)], ["wide", makeWideStep(context)], ["mirrors", makeMirrorsStep(context)],
-    ["fit", makeFitStep(context)], ["check", makeCheckStep(context)], ["settle", makeSettleStep(context)],
-  ]).map(([page, step]) => {
-    Object.assign(step.element, { id: `step-${page}`, tabIndex: -1 });
-    step.element.setAttribute("role", "region");
-    step.element.setAttribute("aria-labelledby", `to-${page}`);
-    return [page, step];
-  }));
+  return new Map(
+    /** @type {[WizardPage, Step][]} */ ([
+      ["overview", makeOverview(context)],
+      ["wide", makeWideStep(context)],
+      ["mirrors", makeMirrorsStep(context)],
+      ["fit", makeFitStep(context)],
+      ["check", makeCheckStep(context)],
+      ["settle", makeSettleStep(context)],
+    ]).map(([page, step]) => {
+      Object.assign(step.element, { id: `step-${page}`, tabIndex: -1 });
+      step.element.setAttribute("role", "region");
+      step.element.setAttribute("aria-labelledby", `to-${page}`);
+      return [page, step];
+    }),
+  );
 }
 
 /**
@@ -86,9 +120,12 @@ function makeOverview(context) {
   mountDrift(drift, context);
   mountInUse(inUse, context.store);
   mountSessions(sessions, context);
-  const element = h("div", { class: "step step-overview" },
+  const element = h(
+    "div",
+    { class: "step step-overview" },
     h("div", { class: "column" }, panel("In use", inUse), panel("Measurements", sessions)),
-    h("div", { class: "column" }, panel("Records", records), panel("Drift", drift)));
+    h("div", { class: "column" }, panel("Records", records), panel("Drift", drift)),
+  );
   return { element, live: null };
 }
 
@@ -99,10 +136,24 @@ function stack() {
 /** @param {WizardContext} context */
 function head(context) {
   const calibrateEverything = makeEverything(context);
-  return h("div", { class: "wizard-head" },
-    h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }), makeSessionChoice(context),
-    h("button", { type: "button", class: "plain primary", on: { click: () => calibrateEverything() } }, icon("scope"), "Calibrate everything"),
-    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+  return h(
+    "div",
+    { class: "wizard-head" },
+    h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }),
+    makeSessionChoice(context),
+    h(
+      "button",
+      { type: "button", class: "plain primary", on: { click: () => calibrateEverything() } },
+      icon("scope"),
+      "Calibrate everything",
+    ),
+    h(
+      "a",
+      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
+      icon("back"),
+      h("span", { text: "Console" }),
+    ),
+  );
 }
 
 /**
@@ -111,7 +162,14 @@ function head(context) {
  */
 function makeDamage(store) {
   const place = h("div", { class: "strip warn damage", role: "status" });
-  const show = changing(place, (/** @type {string[]} */ problems) => [icon("warn"), h("ul", {}, problems.map((problem) => h("li", { text: sentence(problem) })))]);
+  const show = changing(place, (/** @type {string[]} */ problems) => [
+    icon("warn"),
+    h(
+      "ul",
+      {},
+      problems.map((problem) => h("li", { text: sentence(problem) })),
+    ),
+  ]);
   store.on(["session"], ({ session }) => {
     const problems = session?.problems ?? [];
     place.hidden = problems.length === 0;
@@ -122,10 +180,24 @@ function makeDamage(store) {
 
 /** @param {WizardContext} context */
 function makeTabs({ store }) {
-  const links = PAGES.map(({ page, title }) => ({ page, link: h("a", { href: addressOf(page), id: `to-${page}` }, h("span", { text: title })), mark: h("span", { class: "mark" }) }));
-  const shows = links.map(({ page, mark }) => ({ page, show: changing(mark, (/** @type {{tone: string, text: string} | null} */ now) => (now ? [badge(now.tone, now.text)] : [])) }));
+  const links = PAGES.map(({ page, title }) => ({
+    page,
+    link: h("a", { href: addressOf(page), id: `to-${page}` }, h("span", { text: title })),
+    mark: h("span", { class: "mark" }),
+  }));
+  const shows = links.map(({ page, mark }) => ({
+    page,
+    show: changing(mark, (/** @type {{tone: string, text: string} | null} */ now) =>
+      now ? [badge(now.tone, now.text)] : [],
+    ),
+  }));
   for (const { link, mark } of links) link.append(mark);
-  const uncover = () => requestAnimationFrame(() => links.find(({ page }) => page === store.state.wizard)?.link.scrollIntoView({ block: "nearest", inline: "center" }));
+  const uncover = () =>
+    requestAnimationFrame(() =>
+      links
+        .find(({ page }) => page === store.state.wizard)
+        ?.link.scrollIntoView({ block: "nearest", inline: "center" }),
+    );
   let known = "";
   store.on(["wizard"], ({ wizard }) => {
     for (const { page, link } of links) {
@@ -139,7 +211,11 @@ function makeTabs({ store }) {
     if (state.session && state.session.id !== known) uncover(); // the marks that came in have moved the tabs
     known = state.session?.id ?? "";
   });
-  return h("nav", { class: "wizard-tabs", "aria-label": "Steps of calibrating" }, links.map(({ link }) => link));
+  return h(
+    "nav",
+    { class: "wizard-tabs", "aria-label": "Steps of calibrating" },
+    links.map(({ link }) => link),
+  );
 }
 
 /**

@@ -16,7 +16,12 @@ import { isRunning } from "./work.js";
  */
 
 /** @type {[string, string][]} */
-const STEPS = [["0.1", "0.1°"], ["0.5", "0.5°"], ["2", "2°"], ["10", "10°"]];
+const STEPS = [
+  ["0.1", "0.1°"],
+  ["0.5", "0.5°"],
+  ["2", "2°"],
+  ["10", "10°"],
+];
 
 /**
  * @param {HTMLElement} place
@@ -30,7 +35,9 @@ export function mountPanTilt(place, context) {
   const stations = h("div", { class: "stations" });
   fill(place, state, zero.element, drive.element, stations);
   const showState = changing(state, stateOf);
-  const showStations = changing(stations, (/** @type {{pan_tilt: PanTiltDocument | null, busy: boolean}} */ now) => stationsOf(now, context));
+  const showStations = changing(stations, (/** @type {{pan_tilt: PanTiltDocument | null, busy: boolean}} */ now) =>
+    stationsOf(now, context),
+  );
   store.on(["pan_tilt", "work"], ({ pan_tilt, work }) => {
     const busy = isRunning(work);
     showState({ pan_tilt, work: pan_tilt && !pan_tilt.moves_itself && busy ? work : null });
@@ -44,15 +51,35 @@ export function mountPanTilt(place, context) {
 function stateOf({ pan_tilt, work }) {
   if (!pan_tilt) return [nothing("The pan-tilt has not answered yet.")];
   if (!pan_tilt.present) {
-    return [h("p", { class: "lead", text: "This rig has no pan-tilt, and none by hand is set up." }),
-      h("p", { class: "remedy", text: "The mirrors' sweep needs the rig to be turned: name a pan-tilt, or “manual”, in the rig's file. The other steps work without." })];
+    return [
+      h("p", { class: "lead", text: "This rig has no pan-tilt, and none by hand is set up." }),
+      h("p", {
+        class: "remedy",
+        text: "The mirrors' sweep needs the rig to be turned: name a pan-tilt, or “manual”, in the rig's file. The other steps work without.",
+      }),
+    ];
   }
-  if (pan_tilt.fault) return [h("p", { class: "state bad" }, icon("warn"), "Pan-tilt not usable"), h("p", { class: "lead", text: sentence(pan_tilt.fault) })];
+  if (pan_tilt.fault)
+    return [
+      h("p", { class: "state bad" }, icon("warn"), "Pan-tilt not usable"),
+      h("p", { class: "lead", text: sentence(pan_tilt.fault) }),
+    ];
   if (!pan_tilt.moves_itself) return byHand(work);
-  const word = !pan_tilt.connected ? "not connected" : pan_tilt.moving ? "turning" : pan_tilt.homed ? "at rest" : "not homed";
+  const word = !pan_tilt.connected
+    ? "not connected"
+    : pan_tilt.moving
+      ? "turning"
+      : pan_tilt.homed
+        ? "at rest"
+        : "not homed";
   const tone = !pan_tilt.connected ? "bad" : pan_tilt.homed || pan_tilt.moving ? "good" : "";
   return [
-    h("p", { class: "pose number" }, h("span", { class: `lamp ${tone}` }), `pan ${angle(pan_tilt.pan_deg)}  tilt ${angle(pan_tilt.tilt_deg)}`),
+    h(
+      "p",
+      { class: "pose number" },
+      h("span", { class: `lamp ${tone}` }),
+      `pan ${angle(pan_tilt.pan_deg)}  tilt ${angle(pan_tilt.tilt_deg)}`,
+    ),
     h("p", { class: "lead", text: `${word}${reach(pan_tilt)}` }),
   ];
 }
@@ -68,12 +95,25 @@ function reach({ limits }) {
 function byHand(work) {
   const wanted = work?.note
     ? h("p", { class: "order", role: "status", text: sentence(work.note) })
-    : h("p", { class: "lead", text: "Start a step: here it says which way to turn, and each pose is taken by itself once the rig is near and still." });
-  return [h("p", { class: "state warn" }, icon("hand"), "You turn the rig"), wanted,
-    h("ol", { class: "how" },
-      h("li", { text: "Turn the rig until the bearing asked for is reached; pan is positive to the right, tilt downwards." }),
+    : h("p", {
+        class: "lead",
+        text: "Start a step: here it says which way to turn, and each pose is taken by itself once the rig is near and still.",
+      });
+  return [
+    h("p", { class: "state warn" }, icon("hand"), "You turn the rig"),
+    wanted,
+    h(
+      "ol",
+      { class: "how" },
+      h("li", {
+        text: "Turn the rig until the bearing asked for is reached; pan is positive to the right, tilt downwards.",
+      }),
       h("li", { text: "Let go, and hold still until the number of poses goes up." }),
-      h("li", { text: "Skip none: a pose that cannot be reached may be left by cancelling; what was measured is kept." }))];
+      h("li", {
+        text: "Skip none: a pose that cannot be reached may be left by cancelling; what was measured is kept.",
+      }),
+    ),
+  ];
 }
 
 /** @param {{store: Store, orders: CalibrationOrders}} context */
@@ -86,20 +126,52 @@ function driveOf({ store, orders }) {
     const size = Number(step.value());
     void orders.turn({ pan_deg: pan_tilt.pan_deg + pan * size, tilt_deg: pan_tilt.tilt_deg + tilt * size });
   };
-  const arrow = (/** @type {string} */ label, /** @type {"up" | "low" | "back" | "on"} */ name, /** @type {number} */ pan, /** @type {number} */ tilt) =>
-    h("button", { type: "button", class: `plain jog ${name}`, "aria-label": label, title: label, on: { click: () => by(pan, tilt) } }, icon(name));
-  const arrows = [arrow("Turn up", "up", 0, -1), arrow("Turn left", "back", -1, 0), arrow("Turn right", "on", 1, 0), arrow("Turn down", "low", 0, 1)];
-  const hold = h("button", { type: "button", class: "plain hold", on: { click: () => void orders.hold() }, title: "Stop turning now" }, "Hold");
+  const arrow = (
+    /** @type {string} */ label,
+    /** @type {"up" | "low" | "back" | "on"} */ name,
+    /** @type {number} */ pan,
+    /** @type {number} */ tilt,
+  ) =>
+    h(
+      "button",
+      {
+        type: "button",
+        class: `plain jog ${name}`,
+        "aria-label": label,
+        title: label,
+        on: { click: () => by(pan, tilt) },
+      },
+      icon(name),
+    );
+  const arrows = [
+    arrow("Turn up", "up", 0, -1),
+    arrow("Turn left", "back", -1, 0),
+    arrow("Turn right", "on", 1, 0),
+    arrow("Turn down", "low", 0, 1),
+  ];
+  const hold = h(
+    "button",
+    { type: "button", class: "plain hold", on: { click: () => void orders.hold() }, title: "Stop turning now" },
+    "Hold",
+  );
   const home = h("button", { type: "button", class: "plain", on: { click: () => void orders.home() } }, "Home");
   const reason = h("p", { class: "why", role: "status" });
-  const element = h("div", { class: "drive" }, h("div", { class: "pad", role: "group", "aria-label": "Turn the rig" }, arrows, hold), h("div", { class: "beside" }, step.element, home, reason));
-  return { element, update: (/** @type {PanTiltDocument | null} */ pan_tilt, /** @type {boolean} */ busy) => {
-    element.hidden = !pan_tilt?.present || !pan_tilt.moves_itself || Boolean(pan_tilt.fault);
-    const where = pan_tilt?.pan_deg != null && pan_tilt.connected;
-    for (const button of arrows) button.disabled = busy || !where;
-    home.disabled = busy || !pan_tilt?.connected;
-    say(reason, busy ? "The procedure turns it." : where ? "" : "Home it first: nobody knows where it points.");
-  } };
+  const element = h(
+    "div",
+    { class: "drive" },
+    h("div", { class: "pad", role: "group", "aria-label": "Turn the rig" }, arrows, hold),
+    h("div", { class: "beside" }, step.element, home, reason),
+  );
+  return {
+    element,
+    update: (/** @type {PanTiltDocument | null} */ pan_tilt, /** @type {boolean} */ busy) => {
+      element.hidden = !pan_tilt?.present || !pan_tilt.moves_itself || Boolean(pan_tilt.fault);
+      const where = pan_tilt?.pan_deg != null && pan_tilt.connected;
+      for (const button of arrows) button.disabled = busy || !where;
+      home.disabled = busy || !pan_tilt?.connected;
+      say(reason, busy ? "The procedure turns it." : where ? "" : "Home it first: nobody knows where it points.");
+    },
+  };
 }
 
 /**
@@ -108,14 +180,42 @@ function driveOf({ store, orders }) {
  */
 function stationsOf({ pan_tilt, busy }, { orders }) {
   if (!pan_tilt?.present) return [];
-  if (pan_tilt.stations.length === 0) return [h("h4", { text: "Stations" }), nothing("None is set up. Name them in the rig's file: where to point, and what stands there.")];
-  return [h("h4", { text: "Stations" }), h("ul", {}, pan_tilt.stations.map((station) => h("li", {},
-    h("span", { class: "name", text: station.name }),
-    h("span", { class: "where", text: `${station.target === "board" ? "board" : "markers"}${station.distance_m === null ? "" : `, ${number(station.distance_m, 2)} m`}; ${turnOf(station)}` }),
-    pan_tilt.moves_itself && h("button", {
-      type: "button", class: "plain", disabled: busy || !pan_tilt.connected || Boolean(pan_tilt.fault), data: { keep: `go-${station.name}` }, "aria-label": `Turn to the station ${station.name}`,
-      on: { click: () => void orders.turn({ station: station.name }) },
-    }, "Go"))))];
+  if (pan_tilt.stations.length === 0)
+    return [
+      h("h4", { text: "Stations" }),
+      nothing("None is set up. Name them in the rig's file: where to point, and what stands there."),
+    ];
+  return [
+    h("h4", { text: "Stations" }),
+    h(
+      "ul",
+      {},
+      pan_tilt.stations.map((station) =>
+        h(
+          "li",
+          {},
+          h("span", { class: "name", text: station.name }),
+          h("span", {
+            class: "where",
+            text: `${station.target === "board" ? "board" : "markers"}${station.distance_m === null ? "" : `, ${number(station.distance_m, 2)} m`}; ${turnOf(station)}`,
+          }),
+          pan_tilt.moves_itself &&
+            h(
+              "button",
+              {
+                type: "button",
+                class: "plain",
+                disabled: busy || !pan_tilt.connected || Boolean(pan_tilt.fault),
+                data: { keep: `go-${station.name}` },
+                "aria-label": `Turn to the station ${station.name}`,
+                on: { click: () => void orders.turn({ station: station.name }) },
+              },
+              "Go",
+            ),
+        ),
+      ),
+    ),
+  ];
 }
 
 /** @param {StationDocument} station */

@@ -19,7 +19,12 @@ import { isRunning } from "./work.js";
  * @param {...(Child | Child[])} children
  */
 export function panel(title, ...children) {
-  return h("section", { class: "panel", "aria-label": title }, h("header", {}, h("h3", { text: title })), h("div", { class: "inside" }, ...children));
+  return h(
+    "section",
+    { class: "panel", "aria-label": title },
+    h("header", {}, h("h3", { text: title })),
+    h("div", { class: "inside" }, ...children),
+  );
 }
 
 /**
@@ -29,12 +34,30 @@ export function panel(title, ...children) {
  *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string, silent?: boolean
  * }} options `why`: what stands against it now, null when nothing does; `silent`: the button beside it says so already
  */
-export function starter({ label, store, act, primary = false, picture, keys = [], why = () => null, named, silent = false }) {
+export function starter({
+  label,
+  store,
+  act,
+  primary = false,
+  picture,
+  keys = [],
+  why = () => null,
+  named,
+  silent = false,
+}) {
   const words = h("span", { text: label });
   const reason = h("span", { class: "why", role: "status" });
-  const button = h("button", { type: "button", class: primary ? "plain primary" : "plain", on: { click: () => void act() } }, picture && icon(picture), words);
+  const button = h(
+    "button",
+    { type: "button", class: primary ? "plain primary" : "plain", on: { click: () => void act() } },
+    picture && icon(picture),
+    words,
+  );
   store.on(["work", "stream", ...keys], (state) => {
-    const against = state.stream === "down" ? "No connection to the server." : why(state) ?? (isRunning(state.work) ? "Something runs already." : null);
+    const against =
+      state.stream === "down"
+        ? "No connection to the server."
+        : (why(state) ?? (isRunning(state.work) ? "Something runs already." : null));
     button.disabled = against !== null;
     say(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
     if (named) say(words, named(state));
@@ -53,8 +76,22 @@ let fields = 0;
 export function numberField(label, { value = null, min, max, step = 1, unit = "", hint = "" } = {}) {
   fields += 1;
   const id = `field-${fields}`;
-  const input = h("input", { type: "number", id, value: value ?? "", min, max, step, placeholder: hint, inputmode: "decimal" });
-  const element = h("div", { class: "field" }, h("label", { for: id, text: label }), h("span", { class: "entry" }, input, unit && h("span", { class: "unit", text: unit })));
+  const input = h("input", {
+    type: "number",
+    id,
+    value: value ?? "",
+    min,
+    max,
+    step,
+    placeholder: hint,
+    inputmode: "decimal",
+  });
+  const element = h(
+    "div",
+    { class: "field" },
+    h("label", { for: id, text: label }),
+    h("span", { class: "entry" }, input, unit && h("span", { class: "unit", text: unit })),
+  );
   const put = (/** @type {number | null} */ given) => {
     input.value = given === null ? "" : String(given);
   };
@@ -69,11 +106,20 @@ export function numberField(label, { value = null, min, max, step = 1, unit = ""
 export function choiceField(label, choices, changed = () => {}) {
   fields += 1;
   const id = `field-${fields}`;
-  const input = h("select", { id, on: { change: () => changed(input.value) } }, choices.map(([value, text]) => h("option", { value, text })));
+  const input = h(
+    "select",
+    { id, on: { change: () => changed(input.value) } },
+    choices.map(([value, text]) => h("option", { value, text })),
+  );
   const put = (/** @type {string} */ value) => {
     input.value = value;
   };
-  return { element: h("div", { class: "field" }, h("label", { for: id, text: label }), input), input, value: () => input.value, put };
+  return {
+    element: h("div", { class: "field" }, h("label", { for: id, text: label }), input),
+    input,
+    value: () => input.value,
+    put,
+  };
 }
 
 /**
@@ -85,7 +131,12 @@ export function tickField(label, checked) {
   const put = (/** @type {boolean} */ on) => {
     input.checked = on;
   };
-  return { element: h("label", { class: "field tick" }, input, h("span", { text: label })), input, value: () => input.checked, put };
+  return {
+    element: h("label", { class: "field tick" }, input, h("span", { text: label })),
+    input,
+    value: () => input.checked,
+    put,
+  };
 }
 
 /**
@@ -101,8 +152,14 @@ export function allHold(...entries) {
  * @param {[string, Child][]} rows
  */
 export function figures(rows) {
-  return h("dl", { class: "numbers" }, rows.flatMap(([name, value]) =>
-    [h("dt", { text: name }), h("dd", { class: "number" }, value === "" || value === null || value === undefined ? MISSING : value)]));
+  return h(
+    "dl",
+    { class: "numbers" },
+    rows.flatMap(([name, value]) => [
+      h("dt", { text: name }),
+      h("dd", { class: "number" }, value === "" || value === null || value === undefined ? MISSING : value),
+    ]),
+  );
 }
 
 /**
@@ -132,7 +189,19 @@ export function bar(label, { share, text }) {
   const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
   const part = h("span", { class: "part" });
   part.style.inlineSize = `${value ?? 0}%`;
-  return h("div", { class: share === null ? "bar endless" : "bar", role: "progressbar", "aria-label": label, "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": value, "aria-valuetext": text }, part);
+  return h(
+    "div",
+    {
+      class: share === null ? "bar endless" : "bar",
+      role: "progressbar",
+      "aria-label": label,
+      "aria-valuemin": 0,
+      "aria-valuemax": 100,
+      "aria-valuenow": value,
+      "aria-valuetext": text,
+    },
+    part,
+  );
 }
 
 /**

@@ -38,10 +38,15 @@ export function fresh(url, stamp) {
  * @param {PictureDocument} picture
  */
 export function figure({ title, url }) {
-  const image = h("img", { src: url, alt: title, loading: "lazy", on: {
-    error: () => link.replaceWith(nothing("This picture could not be loaded.")),
-    load: () => box.classList.toggle("broad", image.naturalWidth > BROAD * image.naturalHeight),
-  } });
+  const image = h("img", {
+    src: url,
+    alt: title,
+    loading: "lazy",
+    on: {
+      error: () => link.replaceWith(nothing("This picture could not be loaded.")),
+      load: () => box.classList.toggle("broad", image.naturalWidth > BROAD * image.naturalHeight),
+    },
+  });
   const link = h("a", { href: url, target: "_blank", rel: "noopener", title: "Open at full size" }, image);
   const box = h("figure", { class: "diagram" }, link, h("figcaption", { text: title }));
   return box;
@@ -53,15 +58,33 @@ export function figure({ title, url }) {
  * @param {PictureDocument} after
  */
 export function beforeAfter(before, after) {
-  const slider = h("input", { type: "range", min: 0, max: 100, value: 50, "aria-label": `${before.title} on the left, ${after.title} on the right` });
+  const slider = h("input", {
+    type: "range",
+    min: 0,
+    max: 100,
+    value: 50,
+    "aria-label": `${before.title} on the left, ${after.title} on the right`,
+  });
   const over = h("img", { class: "over", src: before.url, alt: before.title });
-  const box = h("div", { class: "pair" }, h("img", { src: after.url, alt: after.title }), over,
-    h("span", { class: "name left", text: "before" }), h("span", { class: "name right", text: "after" }));
+  const box = h(
+    "div",
+    { class: "pair" },
+    h("img", { src: after.url, alt: after.title }),
+    over,
+    h("span", { class: "name left", text: "before" }),
+    h("span", { class: "name right", text: "after" }),
+  );
   const place = () => {
     box.style.setProperty("--part", `${slider.value}%`);
     slider.setAttribute("aria-valuetext", `${slider.value} % before, the rest after`);
   };
   slider.addEventListener("input", place);
   place();
-  return h("figure", { class: "diagram before-after" }, box, slider, h("figcaption", { text: `${before.title} | ${after.title}` }));
+  return h(
+    "figure",
+    { class: "diagram before-after" },
+    box,
+    slider,
+    h("figcaption", { text: `${before.title} | ${after.title}` }),
+  );
 }

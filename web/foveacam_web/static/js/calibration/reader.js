@@ -70,7 +70,13 @@ export class CalibrationReader {
   async readAll() {
     await Promise.all([this.readHealth(), this.#reads.read("work", () => this.#work.resume())]);
     if (!this.#store.state.wizard) return;
-    await Promise.all([this.readRecords(), this.readSessions(), this.readDrift(), this.readSettleTime(), this.readPanTilt()]);
+    await Promise.all([
+      this.readRecords(),
+      this.readSessions(),
+      this.readDrift(),
+      this.readSettleTime(),
+      this.readPanTilt(),
+    ]);
   }
 
   readHealth() {
@@ -138,13 +144,17 @@ export class CalibrationReader {
   /** Read the pan-tilt now and, while a page shows it, again and again: nothing else tells where it is. */
   readPanTilt() {
     clearTimeout(this.#next_pan_tilt);
-    return this.#reads.read("pan_tilt", async () => {
-      if (!document.hidden) this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
-    }).finally(() => {
-      const { wizard, rig_page, pan_tilt } = this.#store.state;
-      clearTimeout(this.#next_pan_tilt);
-      if (wizard || rig_page) this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
-    });
+    return this.#reads
+      .read("pan_tilt", async () => {
+        if (!document.hidden)
+          this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
+      })
+      .finally(() => {
+        const { wizard, rig_page, pan_tilt } = this.#store.state;
+        clearTimeout(this.#next_pan_tilt);
+        if (wizard || rig_page)
+          this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
+      });
   }
 
   /** @param {EventDocument} event */
@@ -157,7 +167,10 @@ export class CalibrationReader {
     if (event.kind === "calibration.pose") this.#pose(data);
     if (event.kind === "calibration.fitted") void this.readAll();
     if (/^rig\.(settle_time|state)$/.test(event.kind)) void this.readSettleTime();
-    if (data["session_id"] === this.#store.state.session?.id && /^calibration\.(pose|sample|progress)$/.test(event.kind)) {
+    if (
+      data["session_id"] === this.#store.state.session?.id &&
+      /^calibration\.(pose|sample|progress)$/.test(event.kind)
+    ) {
       this.#later ??= setTimeout(() => {
         this.#later = undefined;
         const id = this.#store.state.session?.id;
@@ -173,12 +186,22 @@ export class CalibrationReader {
   #pose(data) {
     const { session } = this.#store.state;
     if (!session || session.id !== data["session_id"]) return;
-    const sweeps = session.sweeps.map((sweep) => sweep.station !== data["station"] ? sweep : {
-      ...sweep,
-      poses: sweep.poses.map((pose) => pose.index !== data["index"] ? pose : {
-        ...pose, left: state(data["left"], pose.left), right: state(data["right"], pose.right),
-      }),
-    });
+    const sweeps = session.sweeps.map((sweep) =>
+      sweep.station !== data["station"]
+        ? sweep
+        : {
+            ...sweep,
+            poses: sweep.poses.map((pose) =>
+              pose.index !== data["index"]
+                ? pose
+                : {
+                    ...pose,
+                    left: state(data["left"], pose.left),
+                    right: state(data["right"], pose.right),
+                  },
+            ),
+          },
+    );
     this.#store.set({ session: { ...session, sweeps } });
   }
 }

@@ -14,7 +14,14 @@ import { badge, figures, nothing } from "./parts.js";
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
-const ORIGINS = Object.freeze(/** @type {Record<string, string>} */ ({ factory: "factory", measured: "measured", corrected: "corrected for drift", imported: "imported" }));
+const ORIGINS = Object.freeze(
+  /** @type {Record<string, string>} */ ({
+    factory: "factory",
+    measured: "measured",
+    corrected: "corrected for drift",
+    imported: "imported",
+  }),
+);
 
 /**
  * @param {HTMLElement} place
@@ -26,7 +33,12 @@ export function mountRecords(place, context) {
   const picked = new Set();
   const list = h("ul", { class: "records" });
   const compared = h("div", { class: "compared", hidden: true });
-  const compare = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("scales"), "Compare");
+  const compare = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void act() } },
+    icon("scales"),
+    "Compare",
+  );
   const hint = h("span", { class: "why", role: "status" });
   const act = async () => {
     const [a, b] = [...picked];
@@ -44,16 +56,37 @@ export function mountRecords(place, context) {
     compare.disabled = picked.size !== 2;
     say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
   };
-  const show = changing(list, (/** @type {CalibrationDocument[] | null} */ records) => (records ?? []).map((record) => row(record, { ...context, picked, choose })));
+  const show = changing(list, (/** @type {CalibrationDocument[] | null} */ records) =>
+    (records ?? []).map((record) => row(record, { ...context, picked, choose })),
+  );
   const empty = h("div", {});
   store.on(["records", "rig"], ({ records, rig }) => {
     const in_use = rig?.calibration?.id;
     for (const id of picked) if (!records?.some((record) => record.id === id)) picked.delete(id);
-    show(records?.map((record) => ({ ...record, current: rig ? record.id === in_use : record.current, age_s: Math.floor(record.age_s / 60) * 60 })) ?? null);
-    fill(empty, records === null ? nothing("Loading …") : records.length === 0 ? nothing("No record yet. Calibrate everything, or import a file.") : null);
+    show(
+      records?.map((record) => ({
+        ...record,
+        current: rig ? record.id === in_use : record.current,
+        age_s: Math.floor(record.age_s / 60) * 60,
+      })) ?? null,
+    );
+    fill(
+      empty,
+      records === null
+        ? nothing("Loading …")
+        : records.length === 0
+          ? nothing("No record yet. Calibrate everything, or import a file.")
+          : null,
+    );
     choose();
   });
-  fill(place, empty, list, h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), makeImporter(context)), compared);
+  fill(
+    place,
+    empty,
+    list,
+    h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), makeImporter(context)),
+    compared,
+  );
 }
 
 /**
@@ -62,31 +95,122 @@ export function mountRecords(place, context) {
  */
 function row(record, { orders, picked, choose }) {
   const name = record.label || record.origin;
-  const tick = h("input", { type: "checkbox", "aria-label": `Compare ${name}`, data: { keep: `tick-${record.id}` }, checked: picked.has(record.id), on: { change: () => {
-    if (tick.checked) picked.add(record.id);
-    else picked.delete(record.id);
-    choose();
-  } } });
-  const saver = (/** @type {string} */ format, /** @type {string} */ text, /** @type {Record<string, string>} */ more) => {
+  const tick = h("input", {
+    type: "checkbox",
+    "aria-label": `Compare ${name}`,
+    data: { keep: `tick-${record.id}` },
+    checked: picked.has(record.id),
+    on: {
+      change: () => {
+        if (tick.checked) picked.add(record.id);
+        else picked.delete(record.id);
+        choose();
+      },
+    },
+  });
+  const saver = (
+    /** @type {string} */ format,
+    /** @type {string} */ text,
+    /** @type {Record<string, string>} */ more,
+  ) => {
     const path = `/calibrations/${record.id}/file?format=${format}`;
-    return h("a", { href: `/api/v1${path}`, ...more, on: { click: (/** @type {Event} */ event) => {
-      event.preventDefault();
-      void orders.save(path);
-    } } }, icon("down"), text);
+    return h(
+      "a",
+      {
+        href: `/api/v1${path}`,
+        ...more,
+        on: {
+          click: (/** @type {Event} */ event) => {
+            event.preventDefault();
+            void orders.save(path);
+          },
+        },
+      },
+      icon("down"),
+      text,
+    );
   };
-  return h("li", { class: record.current ? "current" : "" }, tick,
-    h("div", { class: "what" },
-      h("p", { class: "name" }, h("strong", { text: name, title: name }), record.current && badge("good", "in use"), record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail)),
-      h("p", { class: "legend" }, h("span", { text: ORIGINS[record.origin] ?? record.origin }), h("time", { datetime: record.created_utc, title: record.created_utc, text: `${span(record.age_s)} ago` }),
-        h("span", { class: "number", text: record.id.slice(0, 10), title: `${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}` }),
-        h("span", { class: "number", text: `mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}` }),
-        h("span", { class: "number", text: `rectified ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}` }))),
-    h("div", { class: "links" },
-      !record.current && h("button", { type: "button", class: "plain", data: { keep: `use-${record.id}` }, "aria-label": `Use ${name}`, on: { click: () => void orders.activate(record.id) } }, "Use"),
-      h("a", { href: `/api/v1/calibrations/${record.id}/report`, target: "_blank", rel: "noopener", "aria-label": `Report of ${name}` }, icon("file"), "Report"),
+  return h(
+    "li",
+    { class: record.current ? "current" : "" },
+    tick,
+    h(
+      "div",
+      { class: "what" },
+      h(
+        "p",
+        { class: "name" },
+        h("strong", { text: name, title: name }),
+        record.current && badge("good", "in use"),
+        record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail),
+      ),
+      h(
+        "p",
+        { class: "legend" },
+        h("span", { text: ORIGINS[record.origin] ?? record.origin }),
+        h("time", { datetime: record.created_utc, title: record.created_utc, text: `${span(record.age_s)} ago` }),
+        h("span", {
+          class: "number",
+          text: record.id.slice(0, 10),
+          title: `${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}`,
+        }),
+        h("span", {
+          class: "number",
+          text: `mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}`,
+        }),
+        h("span", {
+          class: "number",
+          text: `rectified ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}`,
+        }),
+      ),
+    ),
+    h(
+      "div",
+      { class: "links" },
+      !record.current &&
+        h(
+          "button",
+          {
+            type: "button",
+            class: "plain",
+            data: { keep: `use-${record.id}` },
+            "aria-label": `Use ${name}`,
+            on: { click: () => void orders.activate(record.id) },
+          },
+          "Use",
+        ),
+      h(
+        "a",
+        {
+          href: `/api/v1/calibrations/${record.id}/report`,
+          target: "_blank",
+          rel: "noopener",
+          "aria-label": `Report of ${name}`,
+        },
+        icon("file"),
+        "Report",
+      ),
       saver("foveacam", "Export", { "aria-label": `Export ${name}` }),
-      saver("authors", "Authors’ format", { title: "Export in the exchange format of the authors’ application", "aria-label": `Export ${name} in the authors’ format` }),
-      record.kept && !record.current && h("button", { type: "button", class: "tool", data: { keep: `discard-${record.id}` }, title: "Put it in the trash", "aria-label": `Discard ${name}`, on: { click: () => void orders.discard(record.id, name) } }, icon("trash"))));
+      saver("authors", "Authors’ format", {
+        title: "Export in the exchange format of the authors’ application",
+        "aria-label": `Export ${name} in the authors’ format`,
+      }),
+      record.kept &&
+        !record.current &&
+        h(
+          "button",
+          {
+            type: "button",
+            class: "tool",
+            data: { keep: `discard-${record.id}` },
+            title: "Put it in the trash",
+            "aria-label": `Discard ${name}`,
+            on: { click: () => void orders.discard(record.id, name) },
+          },
+          icon("trash"),
+        ),
+    ),
+  );
 }
 
 /**

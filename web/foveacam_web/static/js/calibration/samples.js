@@ -19,11 +19,17 @@ const MUCH = 1.8; // times the median: a view that tells something else than the
  */
 export function mountSamples(place, { store, orders }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });
-  const empty = h("div", {}, nothing("None yet. Each view that is taken appears here with its error; one that spoils the fit can be removed."));
+  const empty = h(
+    "div",
+    {},
+    nothing("None yet. Each view that is taken appears here with its error; one that spoils the fit can be removed."),
+  );
   fill(place, empty, list);
   const show = changing(list, (/** @type {{samples: WideSampleDocument[], busy: boolean}} */ { samples, busy }) => {
     const limit = MUCH * median(samples.flatMap(({ rms_px }) => (rms_px === null ? [] : [rms_px])));
-    return samples.map((sample, index) => card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }));
+    return samples.map((sample, index) =>
+      card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }),
+    );
   });
   store.on(["session", "work"], ({ session, work }) => {
     const samples = session?.wide?.samples ?? [];
@@ -37,14 +43,45 @@ export function mountSamples(place, { store, orders }) {
  * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error stands out
  */
 function card(sample, { index, far, busy, remove }) {
-  const words = [sample.rms_px === null ? "" : pixels(sample.rms_px), sample.tilt_deg === null ? "" : `tilt ${number(sample.tilt_deg, 0)}°`];
-  return h("li", { class: far ? "far" : "" },
-    h("img", { src: sample.thumbnail_url, alt: `View ${index + 1}: ${sample.corners} corners`, loading: "lazy", width: 144, height: 108 }),
-    h("span", { class: "error number", title: far ? "Much larger than the others: look whether the board was blurred or bent" : `${sample.corners} corners` }, far && icon("warn"), words.filter(Boolean).join(", ") || MISSING),
-    h("button", {
-      type: "button", class: "tool", "aria-label": `Remove view ${index + 1}`, title: busy ? "Not while something runs" : "Remove and fit again",
-      disabled: busy, data: { keep: `view-${index}` }, on: { click: () => void remove() },
-    }, icon("trash")));
+  const words = [
+    sample.rms_px === null ? "" : pixels(sample.rms_px),
+    sample.tilt_deg === null ? "" : `tilt ${number(sample.tilt_deg, 0)}°`,
+  ];
+  return h(
+    "li",
+    { class: far ? "far" : "" },
+    h("img", {
+      src: sample.thumbnail_url,
+      alt: `View ${index + 1}: ${sample.corners} corners`,
+      loading: "lazy",
+      width: 144,
+      height: 108,
+    }),
+    h(
+      "span",
+      {
+        class: "error number",
+        title: far
+          ? "Much larger than the others: look whether the board was blurred or bent"
+          : `${sample.corners} corners`,
+      },
+      far && icon("warn"),
+      words.filter(Boolean).join(", ") || MISSING,
+    ),
+    h(
+      "button",
+      {
+        type: "button",
+        class: "tool",
+        "aria-label": `Remove view ${index + 1}`,
+        title: busy ? "Not while something runs" : "Remove and fit again",
+        disabled: busy,
+        data: { keep: `view-${index}` },
+        on: { click: () => void remove() },
+      },
+      icon("trash"),
+    ),
+  );
 }
 
 /** @param {number[]} values */

@@ -20,18 +20,51 @@ export function makeSettleStep({ store, orders }) {
   const table = h("div", { class: "scroll-x" });
   const diagrams = h("div", { class: "diagrams" });
   const showTable = changing(table, tableOf);
-  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.length ? pictures.map(figure) : [nothing("How each axis came to rest is drawn here once it was measured.")]);
+  const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) =>
+    pictures.length
+      ? pictures.map(figure)
+      : [nothing("How each axis came to rest is drawn here once it was measured.")],
+  );
   store.on(["session"], ({ session }) => {
     showTable(session?.settle?.axes ?? []);
     showDiagrams(picturesOf(session, ["settle"]));
   });
-  const start = starter({ label: "Characterise", store, act: () => orders.run("settle"), primary: true, keys: ["session"], named: ({ session }) => (session?.settle ? "Characterise again" : "Characterise") });
-  const element = h("div", { class: "step step-settle" },
-    h("div", { class: "seeing" },
-      h("div", { class: "column" }, panel("Settle times", h("p", { class: "lead", text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it." }),
-        h("p", { class: "remedy", text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion." }), h("p", { class: "actions" }, start), table),
-      panel("Wait after a move", makeWait({ store, orders }))), live),
-    panel("Diagram", diagrams));
+  const start = starter({
+    label: "Characterise",
+    store,
+    act: () => orders.run("settle"),
+    primary: true,
+    keys: ["session"],
+    named: ({ session }) => (session?.settle ? "Characterise again" : "Characterise"),
+  });
+  const element = h(
+    "div",
+    { class: "step step-settle" },
+    h(
+      "div",
+      { class: "seeing" },
+      h(
+        "div",
+        { class: "column" },
+        panel(
+          "Settle times",
+          h("p", {
+            class: "lead",
+            text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it.",
+          }),
+          h("p", {
+            class: "remedy",
+            text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion.",
+          }),
+          h("p", { class: "actions" }, start),
+          table,
+        ),
+        panel("Wait after a move", makeWait({ store, orders })),
+      ),
+      live,
+    ),
+    panel("Diagram", diagrams),
+  );
   return { element, live };
 }
 
@@ -44,19 +77,42 @@ function makeWait({ store, orders }) {
   const show = changing(now, waitOf);
   const keys = /** @type {(keyof ConsoleState)[]} */ (["session", "settle_time", "sessions"]);
   const apply = starter({
-    label: "Use what was measured", store, keys, act: () => orders.applySettleTime(),
-    why: ({ session, settle_time }) => (session?.settle?.settle_us == null ? "This session has not measured it." : isOfSession({ session, settle_time }) ? "In use already." : null),
-    named: ({ session }) => (session?.settle?.settle_us == null ? "Use what was measured" : `Use the measured ${milliseconds(session.settle.settle_us)}`),
+    label: "Use what was measured",
+    store,
+    keys,
+    act: () => orders.applySettleTime(),
+    why: ({ session, settle_time }) =>
+      session?.settle?.settle_us == null
+        ? "This session has not measured it."
+        : isOfSession({ session, settle_time })
+          ? "In use already."
+          : null,
+    named: ({ session }) =>
+      session?.settle?.settle_us == null
+        ? "Use what was measured"
+        : `Use the measured ${milliseconds(session.settle.settle_us)}`,
   });
   const forget = starter({
-    label: "Use the rig file’s", store, keys, act: () => orders.forgetSettleTime(),
-    why: ({ settle_time }) => (settle_time?.measured ? null : settle_time ? "In use already." : "The rig is not open yet."),
-    named: ({ settle_time }) => (settle_time ? `Use the rig file’s ${milliseconds(settle_time.rig_file_us)}` : "Use the rig file’s"),
+    label: "Use the rig file’s",
+    store,
+    keys,
+    act: () => orders.forgetSettleTime(),
+    why: ({ settle_time }) =>
+      settle_time?.measured ? null : settle_time ? "In use already." : "The rig is not open yet.",
+    named: ({ settle_time }) =>
+      settle_time ? `Use the rig file’s ${milliseconds(settle_time.rig_file_us)}` : "Use the rig file’s",
   });
-  store.on(keys, ({ session, settle_time, sessions }) => show({
-    settle_time, here: session?.id === settle_time?.measured?.session_id, label: sessions?.find(({ id }) => id === settle_time?.measured?.session_id)?.label ?? "",
-  }));
-  const lead = h("p", { class: "lead", text: "After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest axis, now and at every start." });
+  store.on(keys, ({ session, settle_time, sessions }) =>
+    show({
+      settle_time,
+      here: session?.id === settle_time?.measured?.session_id,
+      label: sessions?.find(({ id }) => id === settle_time?.measured?.session_id)?.label ?? "",
+    }),
+  );
+  const lead = h("p", {
+    class: "lead",
+    text: "After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest axis, now and at every start.",
+  });
   return h("div", { class: "stack" }, lead, now, h("p", { class: "actions" }, apply, forget));
 }
 
@@ -66,7 +122,11 @@ function makeWait({ store, orders }) {
  */
 function isOfSession({ session, settle_time }) {
   const measured = settle_time?.measured;
-  return Boolean(session && measured) && measured?.session_id === session?.id && measured?.settle_us === session?.settle?.settle_us;
+  return (
+    Boolean(session && measured) &&
+    measured?.session_id === session?.id &&
+    measured?.settle_us === session?.settle?.settle_us
+  );
 }
 
 /** @param {{settle_time: SettleTimeDocument | null, here: boolean, label: string}} now */
@@ -74,8 +134,16 @@ function waitOf({ settle_time, here, label }) {
   if (!settle_time) return [nothing("Not known before the rig is open.")];
   const { settle_us, measured, rig_file_us } = settle_time;
   const session = here ? "in this session" : label ? `in “${label}”` : "in a session that is gone";
-  const from = measured ? `measured ${new Date(measured.measured_utc).toLocaleDateString(undefined, { dateStyle: "medium" })} ${session}` : "the rig file, not measured";
-  return [figures([["In use", milliseconds(settle_us)], ["Known from", from], ["Rig file", milliseconds(rig_file_us)]])];
+  const from = measured
+    ? `measured ${new Date(measured.measured_utc).toLocaleDateString(undefined, { dateStyle: "medium" })} ${session}`
+    : "the rig file, not measured";
+  return [
+    figures([
+      ["In use", milliseconds(settle_us)],
+      ["Known from", from],
+      ["Rig file", milliseconds(rig_file_us)],
+    ]),
+  ];
 }
 
 /** @param {number} settle_us */
@@ -86,12 +154,38 @@ function milliseconds(settle_us) {
 /** @param {SettleAxisDocument[]} axes */
 function tableOf(axes) {
   if (axes.length === 0) return [nothing("Not measured yet.")];
-  const value = (/** @type {number | null} */ number_, /** @type {number} */ decimals, /** @type {string} */ unit) => (number_ === null ? MISSING : `${number(number_, decimals)}${unit}`);
-  return [h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, ["Axis", "to 1 px", "to 1 %", "Resonance", "Q"].map((text) => h("th", { scope: "col", text })))),
-    h("tbody", {}, axes.map((axis) => h("tr", {}, h("th", { scope: "row", class: `eye-${axis.eye}`, text: `${axis.eye} ${axis.axis}` }),
-      h("td", { text: value(axis.settle_ms, 2, " ms") }), h("td", { text: value(axis.settle_1pct_ms, 2, " ms") }),
-      h("td", { text: value(axis.resonance_hz, 0, " Hz") }), h("td", { text: value(axis.quality, 1, "") })))))];
+  const value = (/** @type {number | null} */ number_, /** @type {number} */ decimals, /** @type {string} */ unit) =>
+    number_ === null ? MISSING : `${number(number_, decimals)}${unit}`;
+  return [
+    h(
+      "table",
+      { class: "compare" },
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          ["Axis", "to 1 px", "to 1 %", "Resonance", "Q"].map((text) => h("th", { scope: "col", text })),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        axes.map((axis) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row", class: `eye-${axis.eye}`, text: `${axis.eye} ${axis.axis}` }),
+            h("td", { text: value(axis.settle_ms, 2, " ms") }),
+            h("td", { text: value(axis.settle_1pct_ms, 2, " ms") }),
+            h("td", { text: value(axis.resonance_hz, 0, " Hz") }),
+            h("td", { text: value(axis.quality, 1, "") }),
+          ),
+        ),
+      ),
+    ),
+  ];
 }
 
 /** @param {ConsoleState} state */

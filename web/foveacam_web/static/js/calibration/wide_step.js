@@ -27,7 +27,9 @@ export function makeWideStep(context) {
   const diagrams = h("div", { class: "diagrams" });
   const showCover = changing(cover, coverOf);
   const showLens = changing(lens, lensTable);
-  const showDiagrams = changing(diagrams, (/** @type {import("#api").PictureDocument[]} */ pictures) => pictures.map(figure));
+  const showDiagrams = changing(diagrams, (/** @type {import("#api").PictureDocument[]} */ pictures) =>
+    pictures.map(figure),
+  );
   mountSamples(samples, context);
   store.on(["session", "rig"], ({ session, rig }) => {
     const camera = rig?.cameras.find(({ role }) => role === "wide");
@@ -35,9 +37,13 @@ export function makeWideStep(context) {
     showLens(session?.wide ?? null);
     showDiagrams(picturesOf(session, PICTURES));
   });
-  const element = h("div", { class: "step step-wide" },
+  const element = h(
+    "div",
+    { class: "step step-wide" },
     h("div", { class: "seeing" }, live, panel("Views of the board", runForm(context), cover)),
-    panel("Views taken", samples), panel("The lens", lens, diagrams));
+    panel("Views taken", samples),
+    panel("The lens", lens, diagrams),
+  );
   return { element, live };
 }
 
@@ -47,35 +53,74 @@ function coverOf({ wide, width, height }) {
   const fraction = wide?.coverage_fraction ?? null;
   return [
     drawCoverage(taken, { width, height, cells: wide?.cells ?? null }),
-    h("p", { class: "legend" }, fraction === null ? "Each dot is the middle of one view of the board." : `${number(fraction * 100, 0)} % of the picture covered`),
+    h(
+      "p",
+      { class: "legend" },
+      fraction === null
+        ? "Each dot is the middle of one view of the board."
+        : `${number(fraction * 100, 0)} % of the picture covered`,
+    ),
     drawTilts(taken, wide?.tilts_covered ?? null),
   ];
 }
 
 /** @param {WizardContext} context */
 function runForm({ store, orders }) {
-  const kind = choiceField("Board", [["charuco", "ChArUco"], ["checkerboard", "Checkerboard"]], () => offer());
+  const kind = choiceField(
+    "Board",
+    [
+      ["charuco", "ChArUco"],
+      ["checkerboard", "Checkerboard"],
+    ],
+    () => offer(),
+  );
   const columns = numberField("Columns", { min: 3, max: 40 });
   const rows = numberField("Rows", { min: 3, max: 40 });
   const square = numberField("Square", { min: 0.5, max: 500, step: "any", unit: "mm" });
   const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
   const views = numberField("Views wanted", { min: 3, max: 200, hint: "as usual" });
-  const model = choiceField("Lens model", [["", "the better one"], ["five", "five coefficients"], ["rational", "rational"]]);
+  const model = choiceField("Lens model", [
+    ["", "the better one"],
+    ["five", "five coefficients"],
+    ["rational", "rational"],
+  ]);
   const offer = () => (marker.element.hidden = kind.value() !== "charuco");
-  const act = () => allHold(columns, rows, square, marker, views) && orders.run("wide", {
-    board: boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()), views: views.value(), model: model.value() || null,
-  });
+  const act = () =>
+    allHold(columns, rows, square, marker, views) &&
+    orders.run("wide", {
+      board: boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()),
+      views: views.value(),
+      model: model.value() || null,
+    });
   fillBoard(store, { kind, columns, rows, square, marker, offer });
   const start = starter({
-    label: "Take views", store, act, primary: true, keys: ["session"],
+    label: "Take views",
+    store,
+    act,
+    primary: true,
+    keys: ["session"],
     named: ({ session }) => (session?.wide?.samples.length ? "Take more views" : "Take views"),
   });
-  return h("form", { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", { class: "lead", text: "Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself when the board is still and adds something new." }),
-    h("details", { class: "options" }, h("summary", { text: "Board and options" }),
-      h("div", { class: "fields" }, [kind, columns, rows, square, marker, views, model].map(({ element }) => element)),
-      h("p", { class: "legend", text: "Columns and rows count inner corners: one less than the squares." })),
-    h("p", { class: "actions" }, start));
+  return h(
+    "form",
+    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
+    h("p", {
+      class: "lead",
+      text: "Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself when the board is still and adds something new.",
+    }),
+    h(
+      "details",
+      { class: "options" },
+      h("summary", { text: "Board and options" }),
+      h(
+        "div",
+        { class: "fields" },
+        [kind, columns, rows, square, marker, views, model].map(({ element }) => element),
+      ),
+      h("p", { class: "legend", text: "Columns and rows count inner corners: one less than the squares." }),
+    ),
+    h("p", { class: "actions" }, start),
+  );
 }
 
 /**
@@ -89,7 +134,13 @@ function runForm({ store, orders }) {
  */
 function boardOf(kind, columns, rows, square_mm, marker_mm) {
   if (columns === null || rows === null || square_mm === null) return null;
-  return { kind: kind === "checkerboard" ? "checkerboard" : "charuco", columns, rows, square_mm, marker_mm: kind === "charuco" ? marker_mm : null };
+  return {
+    kind: kind === "checkerboard" ? "checkerboard" : "charuco",
+    columns,
+    rows,
+    square_mm,
+    marker_mm: kind === "charuco" ? marker_mm : null,
+  };
 }
 
 /**
@@ -118,5 +169,7 @@ function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
 export function wideProgress({ session }) {
   const wide = session?.wide;
   if (wide?.fit) return { tone: "good", text: pixels(wide.fit.rms_px) };
-  return wide?.samples.length ? { tone: "plain", text: wide.samples.length === 1 ? "1 view" : `${wide.samples.length} views` } : null;
+  return wide?.samples.length
+    ? { tone: "plain", text: wide.samples.length === 1 ? "1 view" : `${wide.samples.length} views` }
+    : null;
 }

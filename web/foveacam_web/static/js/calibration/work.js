@@ -48,7 +48,17 @@ export class WorkFollower {
    */
   follow(job, { step, session_id, options = null }) {
     this.#set({
-      job_id: job.id, session_id, step, stage: step, state: "queued", done: 0, total: null, eta_s: null, note: "", problem: null, options,
+      job_id: job.id,
+      session_id,
+      step,
+      stage: step,
+      state: "queued",
+      done: 0,
+      total: null,
+      eta_s: null,
+      note: "",
+      problem: null,
+      options,
     });
     this.#take(job);
   }
@@ -109,8 +119,13 @@ export class WorkFollower {
     if (!work || work.job_id !== job.id || !isRunning(work)) return;
     const { progress } = job;
     this.#set({
-      ...work, state: job.state, problem: job.problem, eta_s: progress?.eta_s ?? null, done: progress?.done ?? work.done,
-      total: progress?.total ?? work.total, note: progress?.note ?? work.note,
+      ...work,
+      state: job.state,
+      problem: job.problem,
+      eta_s: progress?.eta_s ?? null,
+      done: progress?.done ?? work.done,
+      total: progress?.total ?? work.total,
+      note: progress?.note ?? work.note,
     });
     if (OVER.has(job.state)) this.ended();
     else this.#watch();
@@ -144,7 +159,7 @@ export class WorkFollower {
  * @param {JobDocument} job
  */
 function isOurs({ kind, ended_utc }) {
-  return (/^(calibration\.|drift)/).test(String(kind)) && ended_utc === null;
+  return /^(calibration\.|drift)/.test(String(kind)) && ended_utc === null;
 }
 
 /**

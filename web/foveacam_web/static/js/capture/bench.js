@@ -33,7 +33,14 @@ export class Bench {
     this.#store = store;
     this.#estimator = new Estimator(store);
     this.#editor = makeEditor({ store, troubles, changed: () => this.#typed() });
-    this.#starter = makeStarter({ store, orders, troubles, source: () => this.#editor.read().source, plan: () => this.#plan(), changed: () => this.#noted() });
+    this.#starter = makeStarter({
+      store,
+      orders,
+      troubles,
+      source: () => this.#editor.read().source,
+      plan: () => this.#plan(),
+      changed: () => this.#noted(),
+    });
     this.#kept = makeKept({ commands, editor: this.#editor, starter: this.#starter, changed: () => this.#typed() });
     this.editor = h("div", { class: "stack" }, this.#editor.element, this.#kept.element);
     this.starter = this.#starter.element;
@@ -82,7 +89,10 @@ export class Bench {
   }
 
   #answered() {
-    const { estimate: { document, stale }, intrinsics } = this.#store.state;
+    const {
+      estimate: { document, stale },
+      intrinsics,
+    } = this.#store.state;
     const first = this.#view === null;
     if (document && intrinsics) this.#view ??= viewSize(document, intrinsics);
     if (first && this.#view) this.ask();
@@ -113,21 +123,40 @@ function makeKept({ commands, editor, starter, changed }) {
     fields.put(whole);
     changed();
   };
-  const reset = h("button", { type: "button", class: "plain", on: { click: () => {
-    const before = fields.read();
-    putBack(draft.defaults);
-    focusOn(editor.element); // the button is gone
-    commands.say({ tone: "info", title: "The plan has its defaults again", detail: "", action: { label: "Undo", act: () => putBack(before) } });
-  } } }, icon("again"), "Start from the defaults");
+  const reset = h(
+    "button",
+    {
+      type: "button",
+      class: "plain",
+      on: {
+        click: () => {
+          const before = fields.read();
+          putBack(draft.defaults);
+          focusOn(editor.element); // the button is gone
+          commands.say({
+            tone: "info",
+            title: "The plan has its defaults again",
+            detail: "",
+            action: { label: "Undo", act: () => putBack(before) },
+          });
+        },
+      },
+    },
+    icon("again"),
+    "Start from the defaults",
+  );
   const element = h("p", { class: "actions" }, reset);
   const show = () => {
     element.hidden = !draft.differs();
   };
   show();
-  return { element, changed: () => {
-    show();
-    draft.changed();
-  } };
+  return {
+    element,
+    changed: () => {
+      show();
+      draft.changed();
+    },
+  };
 }
 
 /**
@@ -138,7 +167,12 @@ function againWhenTheRigIsAnother(store, estimator) {
   let before = "";
   store.on(["rig", "stream", "capture_page"], ({ rig, stream, capture_page }) => {
     if (!capture_page || stream !== "open" || !rig) return;
-    const now = JSON.stringify([rig.calibration?.id, rig.state, rig.cameras.map(({ settings }) => settings), rig.trigger?.settle_us]);
+    const now = JSON.stringify([
+      rig.calibration?.id,
+      rig.state,
+      rig.cameras.map(({ settings }) => settings),
+      rig.trigger?.settle_us,
+    ]);
     if (now !== before && before !== "") estimator.again();
     before = now;
   });

@@ -11,8 +11,13 @@ const REST_MS = 300; // between the last key and writing
 
 /** @type {Readonly<Record<string, readonly string[]>>} */
 const CHOICES = Object.freeze({
-  source: ["grid", "set_points"], order: ["serpentine", "rows"], field: ["all", "extent", "step", "overlap"],
-  mode: ["scene", "given", "parallel"], stack_keep: ["mean", "all"], wide: ["point", "scan", "none"], codec: ["tiff", "png"],
+  source: ["grid", "set_points"],
+  order: ["serpentine", "rows"],
+  field: ["all", "extent", "step", "overlap"],
+  mode: ["scene", "given", "parallel"],
+  stack_keep: ["mean", "all"],
+  wide: ["point", "scan", "none"],
+  codec: ["tiff", "png"],
 });
 
 /**
@@ -32,10 +37,14 @@ export function keepDraft({ read, put }) {
   window.addEventListener("pagehide", () => timer !== undefined && write());
   const kept = readDraft(defaults);
   if (kept) put(kept);
-  return { defaults, differs, changed: () => {
-    clearTimeout(timer);
-    timer = setTimeout(write, REST_MS);
-  } };
+  return {
+    defaults,
+    differs,
+    changed: () => {
+      clearTimeout(timer);
+      timer = setTimeout(write, REST_MS);
+    },
+  };
 }
 
 /**
@@ -46,7 +55,8 @@ export function keepDraft({ read, put }) {
 function readDraft(defaults) {
   try {
     const { version, draft } = JSON.parse(localStorage.getItem(DRAFT_KEY) ?? "{}");
-    const whole = version === VERSION && Object.entries(defaults).every(([name, usual]) => fits(name, draft[name], usual));
+    const whole =
+      version === VERSION && Object.entries(defaults).every(([name, usual]) => fits(name, draft[name], usual));
     return whole ? draft : null;
   } catch {
     return null; // private mode or a damaged entry: the defaults are always good

@@ -19,14 +19,22 @@ import { makePoints } from "./points.js";
 export function makeEditor({ store, troubles, changed }) {
   /** @type {() => PlanDraft} */
   const read = () => Object.assign({}, ...parts.map((part) => part.read()));
-  const parts = [makePoints(troubles, gridText(store, read), () => said()), makeDistance(troubles), makeExposures(troubles, () => said()), makeRail(troubles, () => said())];
+  const parts = [
+    makePoints(troubles, gridText(store, read), () => said()),
+    makeDistance(troubles),
+    makeExposures(troubles, () => said()),
+    makeRail(troubles, () => said()),
+  ];
   const titles = ["Points", "Distance", "At every point", "Rail"];
   const said = () => {
     for (const { show } of parts) show();
     changed();
   };
-  const element = h("div", { class: "plan-editor", on: { input: said, change: said } },
-    parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)));
+  const element = h(
+    "div",
+    { class: "plan-editor", on: { input: said, change: said } },
+    parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)),
+  );
   const put = (/** @type {PlanDraft} */ draft) => {
     for (const part of parts) part.put(draft);
     for (const part of parts) part.show();
@@ -49,7 +57,10 @@ function gridText(store, read) {
   });
   return () => {
     const draft = read();
-    const { points } = planOf({ ...draft, source: "grid", field: draft.field === "overlap" ? "all" : draft.field }, null).plan;
+    const { points } = planOf(
+      { ...draft, source: "grid", field: draft.field === "overlap" ? "all" : draft.field },
+      null,
+    ).plan;
     if (points.kind !== "grid" || (points.half_width_deg === null && reach === null)) return null;
     return asSetPoints(points.half_width_deg === null ? { ...points, ...reach } : points);
   };
@@ -57,7 +68,14 @@ function gridText(store, read) {
 
 /** @param {Troubles} troubles */
 function makeDistance(troubles) {
-  const mode = segments("Where the eyes meet", /** @type {[PlanDraft["mode"], string][]} */ ([["scene", "Measured"], ["given", "Given"], ["parallel", "Parallel"]]));
+  const mode = segments(
+    "Where the eyes meet",
+    /** @type {[PlanDraft["mode"], string][]} */ ([
+      ["scene", "Measured"],
+      ["given", "Given"],
+      ["parallel", "Parallel"],
+    ]),
+  );
   const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
   const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "seen last" });
   const each = tickField("Verge anew at every point", false);
@@ -67,7 +85,13 @@ function makeDistance(troubles) {
     assumed.element.hidden = note.hidden = mode.value() !== "scene";
   };
   show();
-  const element = h("div", { class: "stack" }, mode.element, asked([given.element, assumed.element], note, troubles.place("distance")), each.element);
+  const element = h(
+    "div",
+    { class: "stack" },
+    mode.element,
+    asked([given.element, assumed.element], note, troubles.place("distance")),
+    each.element,
+  );
   return { element, show, ...named({ mode, distance_m: given, assumed_m: assumed, each_point: each }) };
 }
 
@@ -76,17 +100,36 @@ function makeDistance(troubles) {
  * @param {() => void} changed
  */
 function makeExposures(troubles, changed) {
-  const bracket = numberChips({ label: "Exposures", unit: "ms", empty: "as the cameras are set", lists: [{ text: "2, 8, 32", values: [2, 8, 32] }, { text: "None", values: [] }], changed });
+  const bracket = numberChips({
+    label: "Exposures",
+    unit: "ms",
+    empty: "as the cameras are set",
+    lists: [
+      { text: "2, 8, 32", values: [2, 8, 32] },
+      { text: "None", values: [] },
+    ],
+    changed,
+  });
   const frames = numberField("Frames of each", { value: 1, min: 1, max: 256 });
-  const keep = choiceField("Kept of a stack", [["mean", "the mean, 16 bits"], ["all", "every frame"]]);
-  const wide = choiceField("Wide pictures", [["point", "with every point"], ["scan", "one a scan"], ["none", "none"]]);
+  const keep = choiceField("Kept of a stack", [
+    ["mean", "the mean, 16 bits"],
+    ["all", "every frame"],
+  ]);
+  const wide = choiceField("Wide pictures", [
+    ["point", "with every point"],
+    ["scan", "one a scan"],
+    ["none", "none"],
+  ]);
   const show = () => {
     keep.element.hidden = (frames.value() ?? 1) <= 1;
   };
   show();
-  const element = h("div", { class: "stack" },
+  const element = h(
+    "div",
+    { class: "stack" },
     asked([bracket.element], troubles.place("exposures")),
-    asked([frames.element, keep.element, wide.element], troubles.place("stack")));
+    asked([frames.element, keep.element, wide.element], troubles.place("stack")),
+  );
   return { element, show, ...named({ exposures_ms: bracket, stack_frames: frames, stack_keep: keep, wide }) };
 }
 
@@ -96,9 +139,19 @@ function makeExposures(troubles, changed) {
  */
 function makeRail(troubles, changed) {
   const places = numberChips({
-    label: "Places", unit: "mm", empty: "where the rig stands",
-    lists: [{ text: "The paper's five", values: PAPER_RAIL_MM }, { text: "None", values: [] }], changed,
+    label: "Places",
+    unit: "mm",
+    empty: "where the rig stands",
+    lists: [
+      { text: "The paper's five", values: PAPER_RAIL_MM },
+      { text: "None", values: [] },
+    ],
+    changed,
   });
   const note = h("p", { class: "why", text: "A full scan from each, in this order." });
-  return { element: h("div", { class: "stack" }, asked([places.element], note, troubles.place("rail"))), show: () => {}, ...named({ rail_positions_mm: places }) };
+  return {
+    element: h("div", { class: "stack" }, asked([places.element], note, troubles.place("rail"))),
+    show: () => {},
+    ...named({ rail_positions_mm: places }),
+  };
 }

@@ -78,7 +78,9 @@ export class Estimator {
  */
 async function answerTo(body) {
   try {
-    const document = /** @type {Estimate} */ (await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS }));
+    const document = /** @type {Estimate} */ (
+      await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS })
+    );
     return { document, problem: null };
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;

@@ -20,11 +20,21 @@ const RESERVE_BYTES = 64 * 2 ** 20; // what the server sets aside
  * @param {Store} store
  */
 export function mountFigures(place, store) {
-  const show = changing(place, (/** @type {Estimate | null} */ document) => (document ? figuresOf(document) : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")]));
+  const show = changing(place, (/** @type {Estimate | null} */ document) =>
+    document
+      ? figuresOf(document)
+      : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")],
+  );
   store.on(["estimate"], ({ estimate }) => {
     place.classList.toggle("stale", estimate.stale);
     place.setAttribute("aria-busy", String(estimate.stale));
-    show(estimate.document && { ...estimate.document, coverage: { ...estimate.document.coverage, footprints: [] }, plan: shortened(estimate.document.plan) });
+    show(
+      estimate.document && {
+        ...estimate.document,
+        coverage: { ...estimate.document.coverage, footprints: [] },
+        plan: shortened(estimate.document.plan),
+      },
+    );
   });
 }
 
@@ -43,15 +53,28 @@ function shortened(plan) {
  */
 function figuresOf(estimate) {
   return [
-    h("p", { class: "budget" }, h("strong", { class: "number", text: span(estimate.total_s) }), h("span", { class: "lead", text: timeWords(estimate) })),
+    h(
+      "p",
+      { class: "budget" },
+      h("strong", { class: "number", text: span(estimate.total_s) }),
+      h("span", { class: "lead", text: timeWords(estimate) }),
+    ),
     figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
-    estimate.warnings.length > 0 && h("ul", { class: "warnings" }, estimate.warnings.map((words) => h("li", {}, icon("warn"), h("span", { text: sentence(words) })))),
+    estimate.warnings.length > 0 &&
+      h(
+        "ul",
+        { class: "warnings" },
+        estimate.warnings.map((words) => h("li", {}, icon("warn"), h("span", { text: sentence(words) }))),
+      ),
   ];
 }
 
 /** @param {Estimate} estimate */
 function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
-  const parts = reverge_s + rail_s + hand_moves === 0 ? ["at least, by settling, exposing and reading out"] : [`at least: ${span(limit_s)} settling, exposing and reading out`];
+  const parts =
+    reverge_s + rail_s + hand_moves === 0
+      ? ["at least, by settling, exposing and reading out"]
+      : [`at least: ${span(limit_s)} settling, exposing and reading out`];
   if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
   if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
   if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
@@ -64,7 +87,12 @@ function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
  */
 function pointRows({ points, shots, plan, distance_assumed }) {
   const scans = Math.max(1, plan.rail_positions_mm.length);
-  const far = plan.verging.distance_m === "infinity" ? "∞" : plan.verging.distance_m === null ? "each its own" : `${number(plan.verging.distance_m, 2)} m`;
+  const far =
+    plan.verging.distance_m === "infinity"
+      ? "∞"
+      : plan.verging.distance_m === null
+        ? "each its own"
+        : `${number(plan.verging.distance_m, 2)} m`;
   return [
     ["Points", scans > 1 ? `${scans} × ${count(points / scans)} = ${count(points)}` : count(points)],
     ...(shots === points ? [] : /** @type {[string, Child][]} */ ([["Exposures", count(shots)]])),
@@ -82,7 +110,13 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
   return [
     ["Files", `${count(files)} (${kinds.map((kind) => `${count(kind.files)} ${kind.kind}`).join(", ")})`],
     ["Size", `${sizeText(stored_bytes)}${smaller}`],
-    ["Free on the disk", h("span", { class: tight ? "warn-text" : "", text: tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes) })],
+    [
+      "Free on the disk",
+      h("span", {
+        class: tight ? "warn-text" : "",
+        text: tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes),
+      }),
+    ],
   ];
 }
 
@@ -92,9 +126,15 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
  */
 function fieldRows({ plan: { points }, coverage }) {
   const grid = points.kind === "grid" ? points : null;
-  const overlap = grid ? `${percent(coverage.overlap_across)} across, ${percent(coverage.overlap_down)} down` : `${percent(coverage.overlap_across)} with the nearest`;
+  const overlap = grid
+    ? `${percent(coverage.overlap_across)} across, ${percent(coverage.overlap_down)} down`
+    : `${percent(coverage.overlap_across)} with the nearest`;
   return [
-    ...(grid ? /** @type {[string, Child][]} */ ([["Field", `±${number(grid.half_width_deg, 1)}° × ±${number(grid.half_height_deg, 1)}°`]]) : []),
+    ...(grid
+      ? /** @type {[string, Child][]} */ ([
+          ["Field", `±${number(grid.half_width_deg, 1)}° × ±${number(grid.half_height_deg, 1)}°`],
+        ])
+      : []),
     ["Least overlap", coverage.overlap_across === null && coverage.overlap_down === null ? "no neighbours" : overlap],
     ["Seen by an eye, by both", `${percent(coverage.seen_either)}, ${percent(coverage.seen_both)}`],
   ];

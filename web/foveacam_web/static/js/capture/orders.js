@@ -46,7 +46,9 @@ export class CaptureOrders {
    * @param {CaptureDocument} capture
    */
   async resume({ id, name }) {
-    const job = await this.#commands.attempt(() => /** @type {Promise<JobDocument>} */ (this.#post(`/captures/${id}/resume`)));
+    const job = await this.#commands.attempt(
+      () => /** @type {Promise<JobDocument>} */ (this.#post(`/captures/${id}/resume`)),
+    );
     if (job) this.#reader.follow(job.id, { name, capture_id: id });
     else await this.#reader.readList();
   }
@@ -81,7 +83,9 @@ export class CaptureOrders {
   /** @param {RequestError} error */
   #hasAWayOut({ slug, message }) {
     const { lease, lease_token } = this.#store.state;
-    return slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder));
+    return (
+      slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder))
+    );
   }
 
   /**

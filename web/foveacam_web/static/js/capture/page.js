@@ -37,11 +37,31 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
   mountPartials(partials, { store, orders });
   new PlanPrints(views.pane("wide"), store);
   reader.ended = () => bench.again();
-  fill(place, head(), runs, h("div", { class: "capture-body" },
-    h("div", { class: "column capture-plan" }, panel("Plan", bench.editor)),
-    h("div", { class: "column capture-see" }, places.get("wide") ?? null, legend(), h("div", { class: "capture-eyes" }, places.get("left") ?? null, places.get("right") ?? null)),
-    h("div", { class: "column capture-start" }, panel("What it takes", figures), panel("Capture", bench.starter), panel("Unfinished", partials)),
-    h("div", { id: "still-capture", class: "column capture-still" })));
+  fill(
+    place,
+    head(),
+    runs,
+    h(
+      "div",
+      { class: "capture-body" },
+      h("div", { class: "column capture-plan" }, panel("Plan", bench.editor)),
+      h(
+        "div",
+        { class: "column capture-see" },
+        places.get("wide") ?? null,
+        legend(),
+        h("div", { class: "capture-eyes" }, places.get("left") ?? null, places.get("right") ?? null),
+      ),
+      h(
+        "div",
+        { class: "column capture-start" },
+        panel("What it takes", figures),
+        panel("Capture", bench.starter),
+        panel("Unfinished", partials),
+      ),
+      h("div", { id: "still-capture", class: "column capture-still" }),
+    ),
+  );
   store.on(["capture_page"], ({ capture_page, wizard, rig_page }) => {
     if (capture_page) lend(views, places);
     else if (wizard === null && !rig_page) takeHome(views);
@@ -51,16 +71,29 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
 }
 
 function head() {
-  return h("div", { class: "wizard-head" },
+  return h(
+    "div",
+    { class: "wizard-head" },
     h("h2", { id: "capture-title", tabindex: "-1", text: "Capture" }),
     h("a", { class: "plain to-gallery", href: "#/gallery" }, icon("pictures"), "Gallery"),
-    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+    h(
+      "a",
+      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
+      icon("back"),
+      h("span", { text: "Console" }),
+    ),
+  );
 }
 
 function legend() {
-  return h("p", { class: "legend prints-legend" },
-    h("span", { class: "key left", text: "left eye" }), h("span", { class: "key right", text: "right eye" }), h("span", { class: "key both", text: "both" }),
-    h("span", { class: "key way", text: "way of the mirrors" }));
+  return h(
+    "p",
+    { class: "legend prints-legend" },
+    h("span", { class: "key left", text: "left eye" }),
+    h("span", { class: "key right", text: "right eye" }),
+    h("span", { class: "key both", text: "both" }),
+    h("span", { class: "key way", text: "way of the mirrors" }),
+  );
 }
 
 /**

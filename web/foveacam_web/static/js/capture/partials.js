@@ -33,10 +33,16 @@ export function mountPartials(place, { store, orders }) {
  */
 function partialsOf(partials, orders) {
   if (partials === null) return [nothing("The captures have not been read yet.")];
-  if (partials.length === 0) return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
+  if (partials.length === 0)
+    return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
   return [
-    h("ul", { class: "partials" }, partials.slice(0, MOST).map((capture) => partial(capture, orders))),
-    partials.length > MOST && h("p", {}, h("a", { href: "#/gallery/datasets", text: `${count(partials.length - MOST)} more in the gallery` })),
+    h(
+      "ul",
+      { class: "partials" },
+      partials.slice(0, MOST).map((capture) => partial(capture, orders)),
+    ),
+    partials.length > MOST &&
+      h("p", {}, h("a", { href: "#/gallery/datasets", text: `${count(partials.length - MOST)} more in the gallery` })),
   ];
 }
 
@@ -46,17 +52,37 @@ function partialsOf(partials, orders) {
  */
 function partial(capture, orders) {
   const { id, name, label, points, size_bytes, why } = capture;
-  const resume = h("button", {
-    type: "button", class: "plain", data: { keep: `resume-${id}` }, "aria-label": `Resume ${name}`,
-    on: { click: async () => {
-      resume.disabled = true;
-      await orders.resume(capture);
-      resume.disabled = false;
-    } },
-  }, "Resume");
-  return h("li", {},
-    h("div", { class: "what" }, h("a", { class: "name", href: datasetAddress(id), text: name }), label && h("span", { class: "lead", text: label }),
-      h("span", { class: "number", text: `${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}` }),
-      why && h("span", { class: "lead", text: sentence(why) })),
-    resume);
+  const resume = h(
+    "button",
+    {
+      type: "button",
+      class: "plain",
+      data: { keep: `resume-${id}` },
+      "aria-label": `Resume ${name}`,
+      on: {
+        click: async () => {
+          resume.disabled = true;
+          await orders.resume(capture);
+          resume.disabled = false;
+        },
+      },
+    },
+    "Resume",
+  );
+  return h(
+    "li",
+    {},
+    h(
+      "div",
+      { class: "what" },
+      h("a", { class: "name", href: datasetAddress(id), text: name }),
+      label && h("span", { class: "lead", text: label }),
+      h("span", {
+        class: "number",
+        text: `${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}`,
+      }),
+      why && h("span", { class: "lead", text: sentence(why) }),
+    ),
+    resume,
+  );
 }

@@ -67,13 +67,22 @@ let choices = 0;
 export function segments(label, options) {
   choices += 1;
   const name = `choice-${choices}`;
-  const inputs = options.map(([value], index) => h("input", { type: "radio", name, value, checked: index === 0, id: `${name}-${value}` }));
-  const element = h("div", { class: "segments", role: "radiogroup", "aria-label": label },
-    options.map(([value, text], index) => [inputs[index], h("label", { for: `${name}-${value}`, text })]).flat());
+  const inputs = options.map(([value], index) =>
+    h("input", { type: "radio", name, value, checked: index === 0, id: `${name}-${value}` }),
+  );
+  const element = h(
+    "div",
+    { class: "segments", role: "radiogroup", "aria-label": label },
+    options.map(([value, text], index) => [inputs[index], h("label", { for: `${name}-${value}`, text })]).flat(),
+  );
   const put = (/** @type {T} */ value) => {
     for (const input of inputs) input.checked = input.value === value;
   };
-  return { element, value: () => /** @type {T} */ (inputs.find(({ checked }) => checked)?.value ?? options[0]?.[0]), put };
+  return {
+    element,
+    value: () => /** @type {T} */ (inputs.find(({ checked }) => checked)?.value ?? options[0]?.[0]),
+    put,
+  };
 }
 
 /**
@@ -84,7 +93,11 @@ export function textField(label, { value = "", placeholder } = {}) {
   choices += 1;
   const id = `text-${choices}`;
   const input = h("input", { type: "text", id, value, placeholder, autocomplete: "off", spellcheck: "false" });
-  return { element: h("div", { class: "field wide-field" }, h("label", { for: id, text: label }), input), input, value: () => input.value };
+  return {
+    element: h("div", { class: "field wide-field" }, h("label", { for: id, text: label }), input),
+    input,
+    value: () => input.value,
+  };
 }
 
 /**
@@ -101,9 +114,27 @@ export function numberChips({ label, unit, empty, lists, changed }) {
   const input = h("input", { type: "number", id, step: "any", inputmode: "decimal" });
   const put = (/** @type {readonly number[]} */ next) => {
     values = [...next];
-    fill(list, values.length === 0 ? h("li", { class: "none", text: empty }) : null, values.map((value, index) => h("li", {}, h("button", {
-      type: "button", class: "chip", "aria-label": `${label}: take away ${value} ${unit}`, on: { click: () => set(values.filter((_, other) => other !== index)) },
-    }, number(value, decimals(value)), icon("close")))));
+    fill(
+      list,
+      values.length === 0 ? h("li", { class: "none", text: empty }) : null,
+      values.map((value, index) =>
+        h(
+          "li",
+          {},
+          h(
+            "button",
+            {
+              type: "button",
+              class: "chip",
+              "aria-label": `${label}: take away ${value} ${unit}`,
+              on: { click: () => set(values.filter((_, other) => other !== index)) },
+            },
+            number(value, decimals(value)),
+            icon("close"),
+          ),
+        ),
+      ),
+    );
   };
   const set = (/** @type {readonly number[]} */ next) => {
     put(next);
@@ -115,9 +146,22 @@ export function numberChips({ label, unit, empty, lists, changed }) {
     input.focus();
   };
   input.addEventListener("keydown", (event) => event.key === "Enter" && add());
-  const button = (/** @type {string} */ text, /** @type {() => void} */ act) => h("button", { type: "button", class: "plain", on: { click: act } }, text);
-  const element = h("div", { class: "field chips-field" }, h("label", { for: id, text: label }), list,
-    h("span", { class: "entry" }, input, h("span", { class: "unit", text: unit }), button("Add", add), lists.map(({ text, values: whole }) => button(text, () => set(whole)))));
+  const button = (/** @type {string} */ text, /** @type {() => void} */ act) =>
+    h("button", { type: "button", class: "plain", on: { click: act } }, text);
+  const element = h(
+    "div",
+    { class: "field chips-field" },
+    h("label", { for: id, text: label }),
+    list,
+    h(
+      "span",
+      { class: "entry" },
+      input,
+      h("span", { class: "unit", text: unit }),
+      button("Add", add),
+      lists.map(({ text, values: whole }) => button(text, () => set(whole))),
+    ),
+  );
   put([]);
   return { element, value: () => values, put };
 }

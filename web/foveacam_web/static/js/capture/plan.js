@@ -24,13 +24,27 @@ export const PAPER_RAIL_MM = Object.freeze([-300, -100, 0, 100, 300]);
 export function planOf(draft, view) {
   /** @type {Trouble[]} */
   const troubles = [];
-  const points = draft.source === "grid" ? gridOf(draft, view, troubles) : /** @type {const} */ ({ kind: "set_points", points: draft.text });
-  if (draft.mode === "given" && draft.distance_m === null) troubles.push({ place: "distance", words: "Give the distance in metres." });
-  if (draft.stack_frames === null) troubles.push({ place: "stack", words: "Give a whole number of frames; 1 is no stack." });
+  const points =
+    draft.source === "grid"
+      ? gridOf(draft, view, troubles)
+      : /** @type {const} */ ({ kind: "set_points", points: draft.text });
+  if (draft.mode === "given" && draft.distance_m === null)
+    troubles.push({ place: "distance", words: "Give the distance in metres." });
+  if (draft.stack_frames === null)
+    troubles.push({ place: "stack", words: "Give a whole number of frames; 1 is no stack." });
   const { each_point, exposures_ms, stack_frames, stack_keep, wide, rail_positions_mm } = draft;
-  const verging = draft.mode === "scene" ? { mode: draft.mode, distance_m: null, each_point }
-    : { mode: /** @type {const} */ ("given"), distance_m: draft.mode === "parallel" ? /** @type {const} */ ("infinity") : draft.distance_m, each_point };
-  return { plan: { points, verging, exposures_ms, stack_frames: stack_frames ?? 1, stack_keep, wide, rail_positions_mm }, troubles };
+  const verging =
+    draft.mode === "scene"
+      ? { mode: draft.mode, distance_m: null, each_point }
+      : {
+          mode: /** @type {const} */ ("given"),
+          distance_m: draft.mode === "parallel" ? /** @type {const} */ ("infinity") : draft.distance_m,
+          each_point,
+        };
+  return {
+    plan: { points, verging, exposures_ms, stack_frames: stack_frames ?? 1, stack_keep, wide, rail_positions_mm },
+    troubles,
+  };
 }
 
 /**
@@ -42,10 +56,16 @@ export function planOf(draft, view) {
 function gridOf(draft, view, troubles) {
   const { columns, rows, centre_ax_deg, centre_ay_deg, order } = draft;
   if (columns === null || rows === null) troubles.push({ place: "size", words: "Give how many columns and rows." });
-  if (centre_ax_deg === null || centre_ay_deg === null) troubles.push({ place: "centre", words: "Give both angles of the centre." });
+  if (centre_ax_deg === null || centre_ay_deg === null)
+    troubles.push({ place: "centre", words: "Give both angles of the centre." });
   return {
-    kind: "grid", columns: columns ?? 1, rows: rows ?? 1, centre_ax_deg: centre_ax_deg ?? 0, centre_ay_deg: centre_ay_deg ?? 0,
-    ...extentOf(draft, view, troubles), order,
+    kind: "grid",
+    columns: columns ?? 1,
+    rows: rows ?? 1,
+    centre_ax_deg: centre_ax_deg ?? 0,
+    centre_ay_deg: centre_ay_deg ?? 0,
+    ...extentOf(draft, view, troubles),
+    order,
   };
 }
 
@@ -66,7 +86,10 @@ function extentOf({ field, across, down, columns, rows }, view, troubles) {
   if (field === "step") return { half_width_deg: halfOf(columns, across), half_height_deg: halfOf(rows, down) };
   if (across >= 100 || down >= 100) return wanting("Views that overlap wholly are one view: give less than 100 %.");
   if (!view) return wanting("How large a view is comes with the first estimate.");
-  return { half_width_deg: halfOf(columns, view.width_deg * (1 - across / 100)), half_height_deg: halfOf(rows, view.height_deg * (1 - down / 100)) };
+  return {
+    half_width_deg: halfOf(columns, view.width_deg * (1 - across / 100)),
+    half_height_deg: halfOf(rows, view.height_deg * (1 - down / 100)),
+  };
 }
 
 /**
@@ -89,7 +112,8 @@ export function viewSize({ coverage: { footprints } }, lens) {
   if (!middle) return null;
   const [a, b, c, d] = middle.left.map(([x, y]) => directionOf(lens, { x, y }));
   if (!a || !b || !c || !d) return null;
-  const across = (/** @type {typeof a} */ from, /** @type {typeof a} */ to) => Math.hypot(to.ax_deg - from.ax_deg, to.ay_deg - from.ay_deg);
+  const across = (/** @type {typeof a} */ from, /** @type {typeof a} */ to) =>
+    Math.hypot(to.ax_deg - from.ax_deg, to.ay_deg - from.ay_deg);
   return { width_deg: (across(a, b) + across(d, c)) / 2, height_deg: (across(a, d) + across(b, c)) / 2 };
 }
 
@@ -99,11 +123,17 @@ export function viewSize({ coverage: { footprints } }, lens) {
  */
 export function asSetPoints({ columns, rows, centre_ax_deg, centre_ay_deg, half_width_deg, half_height_deg, order }) {
   const [x, y] = [half_width_deg ?? 0, half_height_deg ?? 0];
-  const corner = (/** @type {number} */ right, /** @type {number} */ down) => `${plain(centre_ax_deg + right * x)}, ${plain(centre_ay_deg + down * y)}`;
+  const corner = (/** @type {number} */ right, /** @type {number} */ down) =>
+    `${plain(centre_ax_deg + right * x)}, ${plain(centre_ay_deg + down * y)}`;
   return [
-    "# right°, down°[, distance m][, shift°]", "# the corners, then all points between them",
-    corner(-1, -1), corner(1, -1), corner(-1, 1), corner(1, 1),
-    `@interpolate ${columns} ${rows}${order === "serpentine" ? " zigzag" : ""}`, "",
+    "# right°, down°[, distance m][, shift°]",
+    "# the corners, then all points between them",
+    corner(-1, -1),
+    corner(1, -1),
+    corner(-1, 1),
+    corner(1, 1),
+    `@interpolate ${columns} ${rows}${order === "serpentine" ? " zigzag" : ""}`,
+    "",
   ].join("\n");
 }
 

@@ -11,10 +11,28 @@ import { asked, named, segments } from "./parts.js";
 
 /** @type {Record<PlanDraft["field"], {across: string, down: string, unit: string, usual: [number, number], note: string}>} */
 const EXTENTS = {
-  all: { across: "", down: "", unit: "", usual: [0, 0], note: "From corner to corner what both eyes reach at the distance where they meet, in steps of 0.1°." },
-  extent: { across: "To each side", down: "Up and down", unit: "°", usual: [5, 4], note: "From the centre to the outermost points." },
+  all: {
+    across: "",
+    down: "",
+    unit: "",
+    usual: [0, 0],
+    note: "From corner to corner what both eyes reach at the distance where they meet, in steps of 0.1°.",
+  },
+  extent: {
+    across: "To each side",
+    down: "Up and down",
+    unit: "°",
+    usual: [5, 4],
+    note: "From the centre to the outermost points.",
+  },
   step: { across: "Step across", down: "Step down", unit: "°", usual: [1, 1], note: "Between neighbouring points." },
-  overlap: { across: "Overlap across", down: "Overlap down", unit: "%", usual: [30, 20], note: "Of neighbouring views, by the size of the middle one; the estimate says what comes of it." },
+  overlap: {
+    across: "Overlap across",
+    down: "Overlap down",
+    unit: "%",
+    usual: [30, 20],
+    note: "Of neighbouring views, by the size of the middle one; the estimate says what comes of it.",
+  },
 };
 
 const LANGUAGE = [
@@ -32,10 +50,19 @@ const LANGUAGE = [
  * @param {() => void} changed
  */
 export function makePoints(troubles, asText, changed) {
-  const source = segments("Where the points come from", /** @type {[PlanDraft["source"], string][]} */ ([["grid", "Grid of angles"], ["set_points", "Set points"]]));
+  const source = segments(
+    "Where the points come from",
+    /** @type {[PlanDraft["source"], string][]} */ ([
+      ["grid", "Grid of angles"],
+      ["set_points", "Set points"],
+    ]),
+  );
   const [grid, text] = [makeGrid(troubles), makeText(troubles, asText, changed)];
   const show = () => {
-    for (const [name, part] of /** @type {const} */ ([["grid", grid.element], ["set_points", text.element]])) {
+    for (const [name, part] of /** @type {const} */ ([
+      ["grid", grid.element],
+      ["set_points", text.element],
+    ])) {
       part.hidden = source.value() !== name;
       part.toggleAttribute("data-off", part.hidden);
     }
@@ -44,7 +71,8 @@ export function makePoints(troubles, asText, changed) {
   show();
   const own = named({ source, text });
   return {
-    element: h("div", { class: "stack" }, source.element, grid.element, text.element), show,
+    element: h("div", { class: "stack" }, source.element, grid.element, text.element),
+    show,
     read: () => ({ ...own.read(), ...grid.read() }),
     put: (/** @type {PlanDraft} */ draft) => {
       own.put(draft);
@@ -55,11 +83,28 @@ export function makePoints(troubles, asText, changed) {
 
 /** @param {Troubles} troubles */
 function makeGrid(troubles) {
-  const [columns, rows] = [numberField("Columns", { value: 9, min: 1, max: 101 }), numberField("Rows", { value: 9, min: 1, max: 101 })];
-  const order = choiceField("Order", [["serpentine", "serpentine"], ["rows", "each row from the left"]]);
-  const [x, y] = [numberField("Centre, right", { value: 0, step: "any", unit: "°" }), numberField("Centre, down", { value: 0, step: "any", unit: "°" })];
-  const field = choiceField("Field", [["all", "all that both eyes reach"], ["extent", "by its extent"], ["step", "by the step"], ["overlap", "by the overlap"]]);
-  const [across, down] = [numberField("Across", { step: "any", unit: "°" }), numberField("Down", { step: "any", unit: "°" })];
+  const [columns, rows] = [
+    numberField("Columns", { value: 9, min: 1, max: 101 }),
+    numberField("Rows", { value: 9, min: 1, max: 101 }),
+  ];
+  const order = choiceField("Order", [
+    ["serpentine", "serpentine"],
+    ["rows", "each row from the left"],
+  ]);
+  const [x, y] = [
+    numberField("Centre, right", { value: 0, step: "any", unit: "°" }),
+    numberField("Centre, down", { value: 0, step: "any", unit: "°" }),
+  ];
+  const field = choiceField("Field", [
+    ["all", "all that both eyes reach"],
+    ["extent", "by its extent"],
+    ["step", "by the step"],
+    ["overlap", "by the overlap"],
+  ]);
+  const [across, down] = [
+    numberField("Across", { step: "any", unit: "°" }),
+    numberField("Down", { step: "any", unit: "°" }),
+  ];
   const note = h("p", { class: "why" });
   let shown = "all";
   const show = () => {
@@ -74,15 +119,23 @@ function makeGrid(troubles) {
     shown = chosen;
     say(note, words);
   };
-  const element = h("div", { class: "stack" },
+  const element = h(
+    "div",
+    { class: "stack" },
     asked([columns.element, rows.element, order.element], troubles.place("size")),
     asked([field.element, h("div", { class: "fields" }, across.element, down.element)], note, troubles.place("field")),
-    asked([x.element, y.element], troubles.place("centre")));
+    asked([x.element, y.element], troubles.place("centre")),
+  );
   const fields = named({ columns, rows, order, centre_ax_deg: x, centre_ay_deg: y, field, across, down });
-  return { element, show, read: fields.read, put: (/** @type {PlanDraft} */ draft) => {
-    fields.put(draft);
-    shown = draft.field; // its numbers came along
-  } };
+  return {
+    element,
+    show,
+    read: fields.read,
+    put: (/** @type {PlanDraft} */ draft) => {
+      fields.put(draft);
+      shown = draft.field; // its numbers came along
+    },
+  };
 }
 
 /**
@@ -91,16 +144,42 @@ function makeGrid(troubles) {
  * @param {() => void} changed
  */
 function makeText(troubles, asText, changed) {
-  const input = h("textarea", { id: "set-points", rows: 9, spellcheck: "false", autocapitalize: "off", autocomplete: "off", wrap: "off" });
+  const input = h("textarea", {
+    id: "set-points",
+    rows: 9,
+    spellcheck: "false",
+    autocapitalize: "off",
+    autocomplete: "off",
+    wrap: "off",
+  });
   input.value = "# right°, down°[, distance m][, shift°]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
-  const begin = h("button", { type: "button", class: "plain", on: { click: () => {
-    input.value = asText() ?? input.value;
-    changed();
-  } } }, "Begin with the grid");
-  const words = h("dl", { class: "meanings" }, LANGUAGE.flatMap(([word, what]) => [h("dt", {}, h("code", { text: word })), h("dd", { text: what })]));
-  const element = h("div", { class: "stack asked-for" },
-    h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input), troubles.place("text"),
-    h("div", { class: "actions" }, begin), h("details", {}, h("summary", { text: "The language" }), words));
+  const begin = h(
+    "button",
+    {
+      type: "button",
+      class: "plain",
+      on: {
+        click: () => {
+          input.value = asText() ?? input.value;
+          changed();
+        },
+      },
+    },
+    "Begin with the grid",
+  );
+  const words = h(
+    "dl",
+    { class: "meanings" },
+    LANGUAGE.flatMap(([word, what]) => [h("dt", {}, h("code", { text: word })), h("dd", { text: what })]),
+  );
+  const element = h(
+    "div",
+    { class: "stack asked-for" },
+    h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input),
+    troubles.place("text"),
+    h("div", { class: "actions" }, begin),
+    h("details", {}, h("summary", { text: "The language" }), words),
+  );
   const put = (/** @type {string} */ given) => {
     input.value = given;
   };

@@ -16,7 +16,9 @@ import { percent } from "./words.js";
 
 const MANY = 1500; // more outlines than this are only noise
 const FILL = 0.13; // of one view: where several lie over each other it is denser
-const STEPS = Object.freeze(/** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }));
+const STEPS = Object.freeze(
+  /** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }),
+);
 
 /** The drawing over one pane. */
 export class PlanPrints {
@@ -97,7 +99,12 @@ export class PlanPrints {
     const [width, height] = [surface.clientWidth, surface.clientHeight];
     const device = devicePixelRatio;
     Object.assign(this.#canvas, { width: Math.round(width * device), height: Math.round(height * device) });
-    Object.assign(this.#canvas.style, { top: `${surface.offsetTop}px`, left: `${surface.offsetLeft}px`, width: `${width}px`, height: `${height}px` });
+    Object.assign(this.#canvas.style, {
+      top: `${surface.offsetTop}px`,
+      left: `${surface.offsetLeft}px`,
+      width: `${width}px`,
+      height: `${height}px`,
+    });
     const context = this.#canvas.getContext("2d");
     if (!context || !this.#estimate) return;
     context.scale(device, device);
@@ -106,9 +113,13 @@ export class PlanPrints {
     const toCss = (/** @type {[number, number]} */ [x, y]) => viewport.toCss({ x, y });
     for (const eye of /** @type {const} */ (["left", "right"])) {
       context.fillStyle = context.strokeStyle = colours.getPropertyValue(`--${eye}-on-picture`);
-      for (const print of footprints) paint(context, print[eye].map(toCss), { line_px: footprints.length > MANY ? 0 : 1, dashed: eye === "right" });
+      for (const print of footprints)
+        paint(context, print[eye].map(toCss), { line_px: footprints.length > MANY ? 0 : 1, dashed: eye === "right" });
     }
-    drawWay(context, footprints.map(({ left, right }) => middleOf(left, right)).map(({ x, y }) => viewport.toCss({ x, y })));
+    drawWay(
+      context,
+      footprints.map(({ left, right }) => middleOf(left, right)).map(({ x, y }) => viewport.toCss({ x, y })),
+    );
     const chosen = this.#chosen === null ? undefined : footprints[this.#chosen];
     for (const eye of /** @type {const} */ (["left", "right"])) {
       context.fillStyle = context.strokeStyle = colours.getPropertyValue(`--${eye}-on-picture`);
@@ -171,7 +182,10 @@ function holds(corners, { x, y }) {
  */
 function middleOf(one, other) {
   const all = [...one, ...other];
-  return { x: all.reduce((sum, [x]) => sum + x, 0) / all.length, y: all.reduce((sum, [, y]) => sum + y, 0) / all.length };
+  return {
+    x: all.reduce((sum, [x]) => sum + x, 0) / all.length,
+    y: all.reduce((sum, [, y]) => sum + y, 0) / all.length,
+  };
 }
 
 /**
@@ -196,10 +210,22 @@ function wordsOf({ plan: { points, verging } }, index) {
   if (points.kind === "set_points") {
     const point = points.points[index];
     const far = point?.distance_m ?? verging.distance_m;
-    return [name, `${angle(point?.ax_deg)} ${angle(point?.ay_deg)}`, far === "infinity" ? "parallel" : `${number(far, 2)} m`, point?.shift_deg ? `shift ${angle(point.shift_deg)}` : ""].filter(Boolean).join(" · ");
+    return [
+      name,
+      `${angle(point?.ax_deg)} ${angle(point?.ay_deg)}`,
+      far === "infinity" ? "parallel" : `${number(far, 2)} m`,
+      point?.shift_deg ? `shift ${angle(point.shift_deg)}` : "",
+    ]
+      .filter(Boolean)
+      .join(" · ");
   }
   const { column, row } = placeOf(points, index);
-  const along = (/** @type {number} */ k, /** @type {number} */ n, /** @type {number} */ centre, /** @type {number | null} */ half) => (n === 1 ? centre : centre + ((half ?? 0) * (2 * k - (n - 1))) / (n - 1));
+  const along = (
+    /** @type {number} */ k,
+    /** @type {number} */ n,
+    /** @type {number} */ centre,
+    /** @type {number | null} */ half,
+  ) => (n === 1 ? centre : centre + ((half ?? 0) * (2 * k - (n - 1))) / (n - 1));
   const ax_deg = along(column, points.columns, points.centre_ax_deg, points.half_width_deg);
   const ay_deg = along(row, points.rows, points.centre_ay_deg, points.half_height_deg);
   return `${name} · column ${column}, row ${row} · ${angle(ax_deg)} ${angle(ay_deg)}`;

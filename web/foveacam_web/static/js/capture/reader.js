@@ -35,7 +35,10 @@ export class CaptureReader {
   }
 
   async readAll() {
-    await Promise.all([this.#reads.read("what runs", () => this.#find()), this.#store.state.capture_page && this.readList()]);
+    await Promise.all([
+      this.#reads.read("what runs", () => this.#find()),
+      this.#store.state.capture_page && this.readList(),
+    ]);
   }
 
   readList() {
@@ -73,7 +76,8 @@ export class CaptureReader {
     const data = event.data ?? {};
     if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data)); // any: a report of the server, as its document says
     if (event.kind === "job.updated") this.#job(/** @type {JobDocument} */ (data["job"] ?? data));
-    if (/^capture\.(created|ended|updated|removed)$/.test(event.kind) && this.#store.state.capture_page) void this.readList();
+    if (/^capture\.(created|ended|updated|removed)$/.test(event.kind) && this.#store.state.capture_page)
+      void this.readList();
   }
 
   /** @param {CaptureProgress & {capture_id: string, job_id: string, state: "running" | "paused", wish: string}} data */
@@ -113,14 +117,25 @@ export class CaptureReader {
     if (!capturing || capturing.end) return;
     try {
       const found = await this.#document(capturing);
-      const job = found?.job_id === capturing.job_id ? null : /** @type {JobDocument} */ (await request("GET", `/jobs/${capturing.job_id}`));
+      const job =
+        found?.job_id === capturing.job_id
+          ? null
+          : /** @type {JobDocument} */ (await request("GET", `/jobs/${capturing.job_id}`));
       if (this.#store.state.capturing?.job_id !== capturing.job_id) return;
       if (job && job.ended_utc !== null) return this.#close(job, found);
-      if (found && !job) this.#take({ capture_id: found.id, name: found.name, state: found.state, progress: found.progress, why: found.why });
+      if (found && !job)
+        this.#take({
+          capture_id: found.id,
+          name: found.name,
+          state: found.state,
+          progress: found.progress,
+          why: found.why,
+        });
       this.#watch();
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "not-found") this.#store.set({ capturing: null }); // another data directory: nobody knows the job
+      if (error.slug === "not-found")
+        this.#store.set({ capturing: null }); // another data directory: nobody knows the job
       else this.#watch();
     }
   }
@@ -130,7 +145,11 @@ export class CaptureReader {
    * @param {Capturing} capturing
    */
   async #document({ capture_id, job_id }) {
-    const captures = /** @type {CaptureDocument[]} */ (capture_id === null ? await request("GET", "/captures") : await request("GET", `/captures/${capture_id}`).then((one) => [one], nothingThere));
+    const captures = /** @type {CaptureDocument[]} */ (
+      capture_id === null
+        ? await request("GET", "/captures")
+        : await request("GET", `/captures/${capture_id}`).then((one) => [one], nothingThere)
+    );
     return captures.find((each) => each.id === capture_id || each.job_id === job_id) ?? null;
   }
 
@@ -143,10 +162,17 @@ export class CaptureReader {
     if (!capturing || capturing.end) return;
     clearTimeout(this.#look);
     this.#set({
-      ...capturing, asked: null, name: found?.name ?? capturing.name,
+      ...capturing,
+      asked: null,
+      name: found?.name ?? capturing.name,
       end: {
-        job: job.state, state: found?.state ?? null, why: found?.why ?? "", problem: job.problem,
-        taken: found?.points.taken ?? 0, planned: found?.points.planned ?? 0, resumable: found?.resumable ?? false,
+        job: job.state,
+        state: found?.state ?? null,
+        why: found?.why ?? "",
+        problem: job.problem,
+        taken: found?.points.taken ?? 0,
+        planned: found?.points.planned ?? 0,
+        resumable: found?.resumable ?? false,
       },
     });
     this.ended();
@@ -157,7 +183,9 @@ export class CaptureReader {
   #take(news) {
     const { capturing } = this.#store.state;
     if (!capturing || capturing.end) return;
-    const come = (capturing.asked === "pause" && news.state === "paused") || (capturing.asked === "continue" && news.state !== "paused");
+    const come =
+      (capturing.asked === "pause" && news.state === "paused") ||
+      (capturing.asked === "continue" && news.state !== "paused");
     this.#set({ ...capturing, ...news, asked: come ? null : capturing.asked });
   }
 

@@ -25,11 +25,19 @@ export function mountRuns(place, { store, orders, reader }) {
   const shown = h("div", { class: "run-now", role: "group", "aria-label": "The capture" });
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
-  const button = (/** @type {string} */ text, /** @type {() => unknown} */ act, kind = "plain") => h("button", { type: "button", class: kind, on: { click: () => void act() } }, text);
+  const button = (/** @type {string} */ text, /** @type {() => unknown} */ act, kind = "plain") =>
+    h("button", { type: "button", class: kind, on: { click: () => void act() } }, text);
   const parts = {
-    pause: button("Pause", () => orders.pause()), onward: button("Go on", () => orders.goOn(), "plain primary"), cancel: button("Cancel", () => orders.cancel()),
-    resume: button("Resume", () => resumeLast(store, orders), "plain primary"), look: h("a", { class: "plain" }, icon("pictures"), "Show in the gallery"),
-    dismiss: h("button", { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.dismiss() } }, icon("close")),
+    pause: button("Pause", () => orders.pause()),
+    onward: button("Go on", () => orders.goOn(), "plain primary"),
+    cancel: button("Cancel", () => orders.cancel()),
+    resume: button("Resume", () => resumeLast(store, orders), "plain primary"),
+    look: h("a", { class: "plain" }, icon("pictures"), "Show in the gallery"),
+    dismiss: h(
+      "button",
+      { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.dismiss() } },
+      icon("close"),
+    ),
   };
   fill(shown, words, progress, ...Object.values(parts));
   fill(place, shown, said);
@@ -37,7 +45,10 @@ export function mountRuns(place, { store, orders, reader }) {
     shown.hidden = capturing === null;
     if (!capturing) return;
     fill(words, ...(capturing.end ? endedWords({ ...capturing, end: capturing.end }) : runningWords(capturing)));
-    fill(progress, !capturing.end && bar(`Capture ${capturing.name}`, { share: shareOf(capturing), text: farWords(capturing) }));
+    fill(
+      progress,
+      !capturing.end && bar(`Capture ${capturing.name}`, { share: shareOf(capturing), text: farWords(capturing) }),
+    );
     progress.hidden = capturing.end !== null;
     shown.className = `run-now ${capturing.end ? endWords({ ...capturing, end: capturing.end }).tone : capturing.why ? "warn" : "running"}`;
     showButtons(parts, capturing);
@@ -81,8 +92,16 @@ function runningWords(capturing) {
   const far = [stateWords(capturing), farWords(capturing)].filter(Boolean).join(": ");
   const still = state === "paused" ? icon("hand") : h("span", { class: "spinner", "aria-hidden": "true" });
   return [
-    h("p", { class: `state ${why ? "warn" : "running"}` }, still, h("span", { class: "name", text: name || "A capture" }), h("span", { class: "far number", text: far })),
-    why ? h("p", { class: "order", role: "status", text: sentence(why) }) : h("p", { class: "note", text: sentence(progress?.note) }),
+    h(
+      "p",
+      { class: `state ${why ? "warn" : "running"}` },
+      still,
+      h("span", { class: "name", text: name || "A capture" }),
+      h("span", { class: "far number", text: far }),
+    ),
+    why
+      ? h("p", { class: "order", role: "status", text: sentence(why) })
+      : h("p", { class: "note", text: sentence(progress?.note) }),
   ];
 }
 
@@ -90,7 +109,12 @@ function runningWords(capturing) {
 function endedWords(capturing) {
   const { tone, head, why, remedy } = endWords(capturing);
   return [
-    h("p", { class: `state ${tone}` }, icon(tone === "good" ? "check" : "warn"), h("span", { class: "name", text: head })),
+    h(
+      "p",
+      { class: `state ${tone}` },
+      icon(tone === "good" ? "check" : "warn"),
+      h("span", { class: "name", text: head }),
+    ),
     h("p", { class: "lead", text: why }),
     remedy && h("p", { class: "remedy", text: remedy }),
   ];

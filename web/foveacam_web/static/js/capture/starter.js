@@ -30,12 +30,25 @@ const OF_POINTS = new Set(["text", "size", "field", "centre"]); // a grid's, or 
 export function makeStarter({ store, orders, troubles, plan, source, changed }) {
   const fields = makeFields(troubles);
   const above = h("div", { class: "above" });
-  const tellAbove = changing(above, (/** @type {string[]} */ refusals) => refusals.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
-  const start = h("button", { type: "button", class: "plain primary start", on: { click: () => void begin() } }, icon("pictures"), "Start the capture");
+  const tellAbove = changing(above, (/** @type {string[]} */ refusals) =>
+    refusals.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })),
+  );
+  const start = h(
+    "button",
+    { type: "button", class: "plain primary start", on: { click: () => void begin() } },
+    icon("pictures"),
+    "Start the capture",
+  );
   /** What the last start was refused for, until something changes. @type {Problem | null} */
   let refused = null;
   let sending = false;
-  const element = h("div", { class: "stack", on: { input: edited, change: edited } }, fields.element, above, h("p", { class: "actions" }, start));
+  const element = h(
+    "div",
+    { class: "stack", on: { input: edited, change: edited } },
+    fields.element,
+    above,
+    h("p", { class: "actions" }, start),
+  );
 
   function edited() {
     refused = null;
@@ -59,7 +72,9 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   function tell(own) {
     const { problem, stale } = store.state.estimate;
     const of = (/** @type {Problem | null} */ document) => (document ? blamed(document, source()) : []);
-    const estimated = of(problem).filter(({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"));
+    const estimated = of(problem).filter(
+      ({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"),
+    );
     tellAbove(troubles.tell(distinct([...own, ...of(refused), ...estimated])));
     start.disabled = sending || own.length > 0 || problem?.status === 422;
   }
@@ -72,12 +87,26 @@ function makeFields(troubles) {
   const name = textField("Name", { value: usualName() });
   const label = textField("Label", { placeholder: "what it shows" });
   const licence = textField("Licence", { value: "all rights reserved" });
-  const codec = choiceField("Images as", [["tiff", "TIFF, keeps the full pace"], ["png", "PNG, half the room"]]);
-  const element = h("div", { class: "stack" }, asked([name.element], troubles.place("name")), asked([label.element], troubles.place("label")),
-    asked([licence.element], troubles.place("licence")), asked([codec.element]));
+  const codec = choiceField("Images as", [
+    ["tiff", "TIFF, keeps the full pace"],
+    ["png", "PNG, half the room"],
+  ]);
+  const element = h(
+    "div",
+    { class: "stack" },
+    asked([name.element], troubles.place("name")),
+    asked([label.element], troubles.place("label")),
+    asked([licence.element], troubles.place("licence")),
+    asked([codec.element]),
+  );
   let given = name.value();
   /** @returns {DraftWords} */
-  const read = () => ({ name: name.value() === given ? "" : name.value(), label: label.value(), licence: licence.value(), codec: /** @type {CodecName} */ (codec.value()) });
+  const read = () => ({
+    name: name.value() === given ? "" : name.value(),
+    label: label.value(),
+    licence: licence.value(),
+    codec: /** @type {CodecName} */ (codec.value()),
+  });
   return {
     element,
     /** @param {PlanRequest} plan @returns {CaptureRequest} */
@@ -106,5 +135,7 @@ function usualName() {
 
 /** @param {Trouble[]} troubles */
 function distinct(troubles) {
-  return troubles.filter(({ place, words }, index) => troubles.findIndex((each) => each.place === place && each.words === words) === index);
+  return troubles.filter(
+    ({ place, words }, index) => troubles.findIndex((each) => each.place === place && each.words === words) === index,
+  );
 }

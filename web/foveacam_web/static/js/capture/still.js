@@ -38,7 +38,12 @@ export function stillPanel({ store, commands, reader }) {
     if (!("status" in answer)) reader.follow(answer);
     show();
   };
-  const button = h("button", { type: "button", class: "plain primary start", on: { click: () => void take() } }, icon("pictures"), "Take a still");
+  const button = h(
+    "button",
+    { type: "button", class: "plain primary start", on: { click: () => void take() } },
+    icon("pictures"),
+    "Take a still",
+  );
   const show = () => {
     const { press, held } = reader;
     button.disabled = sending || store.state.stream === "down" || (press !== null && !press.over);
@@ -57,7 +62,10 @@ export function stillPanel({ store, commands, reader }) {
 function toldOf({ press, problem }) {
   if (press && !press.over) {
     const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";
-    return [bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }), h("p", { class: "why", text: words })];
+    return [
+      bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }),
+      h("p", { class: "why", text: words }),
+    ];
   }
   if (!problem) return [];
   return [h("p", { class: "refused", role: "alert" }, sentence(problem.detail), ` ${remedyOf(problem)}`)];

@@ -42,7 +42,9 @@ export class StillOrders {
    */
   async take(wish) {
     try {
-      return /** @type {JobDocument} */ (await request("POST", "/stills", { body: wish, headers: this.#commands.leaseHeader() }));
+      return /** @type {JobDocument} */ (
+        await request("POST", "/stills", { body: wish, headers: this.#commands.leaseHeader() })
+      );
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
@@ -55,7 +57,12 @@ export class StillOrders {
    * @param {string} name
    */
   async keep(id, name) {
-    const kept = await this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("POST", stillPath(id, "/keep"), { body: name === "" ? {} : { name } })));
+    const kept = await this.#commands.attempt(
+      () =>
+        /** @type {Promise<StillDocument>} */ (
+          request("POST", stillPath(id, "/keep"), { body: name === "" ? {} : { name } })
+        ),
+    );
     if (kept) this.sayKept(kept);
     this.#changed();
     return kept !== null;
@@ -64,7 +71,9 @@ export class StillOrders {
   /** @param {Named} still */
   sayKept({ id, name }) {
     this.#commands.say({
-      tone: "good", title: `“${name}” is kept`, detail: "",
+      tone: "good",
+      title: `“${name}” is kept`,
+      detail: "",
       action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("stills", id)) },
     });
   }
@@ -74,11 +83,15 @@ export class StillOrders {
    * @param {{label?: string, licence?: string}} change
    */
   describe(id, change) {
-    return this.#commands.attempt(() => /** @type {Promise<StillDocument>} */ (request("PATCH", stillPath(id), { body: change })));
+    return this.#commands.attempt(
+      () => /** @type {Promise<StillDocument>} */ (request("PATCH", stillPath(id), { body: change })),
+    );
   }
 
   /** @param {string} id */
   check(id) {
-    return this.#commands.attempt(() => /** @type {Promise<StillCheck>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })));
+    return this.#commands.attempt(
+      () => /** @type {Promise<StillCheck>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })),
+    );
   }
 }

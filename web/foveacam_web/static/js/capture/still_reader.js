@@ -78,7 +78,8 @@ export class StillReader {
       this.#take(/** @type {JobDocument} */ (await request("GET", `/jobs/${press.job_id}`)));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "not-found") this.press = null; // another data directory: nobody knows the job
+      if (error.slug === "not-found")
+        this.press = null; // another data directory: nobody knows the job
       else this.#watch();
       this.changed();
     }
@@ -99,7 +100,8 @@ export class StillReader {
     if (!over) return this.#watch();
     clearTimeout(this.#look);
     void this.readHeld();
-    if (job.state === "succeeded" && job.result_url) void this.#reads.read("taken", () => this.#tellTaken(job.result_url ?? ""));
+    if (job.state === "succeeded" && job.result_url)
+      void this.#reads.read("taken", () => this.#tellTaken(job.result_url ?? ""));
   }
 
   /** @param {string} url */

@@ -15,9 +15,18 @@ export const CAMERAS = Object.freeze(/** @type {const} */ ({ wide: "Wide", left:
  */
 export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, ay_deg }) {
   if (came === 0) return `none of ${count(asked)} frames`;
-  const frames = came < asked ? `${count(came)} of ${count(asked)} frames` : came === 1 ? "1 frame" : `${count(came)} frames`;
+  const frames =
+    came < asked ? `${count(came)} of ${count(asked)} frames` : came === 1 ? "1 frame" : `${count(came)} frames`;
   const looked = ax_deg === null ? "" : `${angle(ax_deg)} across, ${angle(ay_deg)} down`;
-  return [frames, `${bits} bits`, exposure_ms !== null && millis(exposure_ms), gain_db !== null && gain_db !== 0 && `${number(gain_db, 1)} dB`, looked].filter(Boolean).join(" · ");
+  return [
+    frames,
+    `${bits} bits`,
+    exposure_ms !== null && millis(exposure_ms),
+    gain_db !== null && gain_db !== 0 && `${number(gain_db, 1)} dB`,
+    looked,
+  ]
+    .filter(Boolean)
+    .join(" · ");
 }
 
 /**
@@ -25,8 +34,12 @@ export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, a
  * @param {StillDocument} still
  */
 export function missingWords({ cameras }) {
-  return cameras.filter(({ came, asked }) => came < asked).map(({ camera, came, asked, detail }) =>
-    `${CAMERAS[camera]}: ${came === 0 ? "none" : count(came)} of ${count(asked)} frames came. ${sentence(detail)}`);
+  return cameras
+    .filter(({ came, asked }) => came < asked)
+    .map(
+      ({ camera, came, asked, detail }) =>
+        `${CAMERAS[camera]}: ${came === 0 ? "none" : count(came)} of ${count(asked)} frames came. ${sentence(detail)}`,
+    );
 }
 
 /**
@@ -35,7 +48,10 @@ export function missingWords({ cameras }) {
  */
 export function stillWords({ cameras, stack_frames, stack_keep }) {
   const names = cameras.filter(({ came }) => came > 0).map(({ camera }) => CAMERAS[camera].toLowerCase());
-  const stack = stack_frames === 1 ? "one frame each" : `${count(stack_frames)} frames each, ${stack_keep === "all" ? "all kept" : "their mean"}`;
+  const stack =
+    stack_frames === 1
+      ? "one frame each"
+      : `${count(stack_frames)} frames each, ${stack_keep === "all" ? "all kept" : "their mean"}`;
   return [names.join(", "), stack].filter(Boolean).join(" · ");
 }
 

@@ -28,7 +28,13 @@ export function percent(share) {
   return share === null ? MISSING : `${number(100 * share, share < 0.1 && share > 0 ? 1 : 0)} %`;
 }
 
-const PHASES = Object.freeze({ survey: "measuring the scene's distance", rail: "moving along the rail", points: "", paused: "", closing: "writing the last points" });
+const PHASES = Object.freeze({
+  survey: "measuring the scene's distance",
+  rail: "moving along the rail",
+  points: "",
+  paused: "",
+  closing: "writing the last points",
+});
 
 /** @param {Capturing} capturing */
 export function stateWords({ state, asked, progress, why }) {
@@ -59,12 +65,23 @@ export function farWords({ progress, state }) {
 export function endWords({ name, end }) {
   const { job, state, why, problem, taken, planned } = end;
   const title = name ? `“${name}”` : "The capture";
-  if (state === "complete") return { tone: "good", head: `${title}: complete`, why: `${count(taken)} of ${count(planned)} points are on the disk.`, remedy: "" };
+  if (state === "complete")
+    return {
+      tone: "good",
+      head: `${title}: complete`,
+      why: `${count(taken)} of ${count(planned)} points are on the disk.`,
+      remedy: "",
+    };
   const cancelled = job === "cancelled";
-  const head = `${title}: ${cancelled ? "cancelled" : job === "failed" ? "failed" : state ?? "ended"}`;
+  const head = `${title}: ${cancelled ? "cancelled" : job === "failed" ? "failed" : (state ?? "ended")}`;
   const reason = sentence(problem && !cancelled ? problem.detail : why || problem?.detail);
   const told = reason.includes(`${taken} of ${planned}`);
-  const kept = state === null ? "Nothing was taken yet." : told ? "" : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
+  const kept =
+    state === null
+      ? "Nothing was taken yet."
+      : told
+        ? ""
+        : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
   const remedy = cancelled ? "" : remedyOf(problem);
   return { tone: cancelled ? "warn" : "bad", head, why: [reason, kept].filter(Boolean).join(" "), remedy };
 }

@@ -29,25 +29,36 @@ export function makeAbout(orders, reader) {
   const licence = makeEditable("Licence", { save: saver("licence"), usual: LICENCES });
   const facts = h("div", {});
   const showFacts = changing(facts, factsOf);
-  return { element: h("div", { class: "stack" }, label.element, licence.element, facts), show: (/** @type {CaptureDocument} */ dataset) => {
-    label.show(dataset.label);
-    licence.show(dataset.licence);
-    for (const { element } of [label, licence]) element.hidden = dataset.state === "damaged" || dataset.state === "starting";
-    showFacts({ ...dataset, progress: null });
-  } };
+  return {
+    element: h("div", { class: "stack" }, label.element, licence.element, facts),
+    show: (/** @type {CaptureDocument} */ dataset) => {
+      label.show(dataset.label);
+      licence.show(dataset.licence);
+      for (const { element } of [label, licence])
+        element.hidden = dataset.state === "damaged" || dataset.state === "starting";
+      showFacts({ ...dataset, progress: null });
+    },
+  };
 }
 
 /** @param {CaptureDocument} dataset */
 function factsOf(dataset) {
   const { scans, frames } = dataset.points;
-  return [figures(/** @type {[string, string][]} */ ([
-    ["Taken", whenWords(dataset.created_utc)],
-    ["Points", pointsWords(dataset)],
-    ["Pictures", frames > 0 ? [count(frames), scans > 1 && `in ${count(scans)} scans`].filter(Boolean).join(" ") : ""],
-    ["Size", dataset.size_bytes > 0 ? sizeWords(dataset.size_bytes) : ""],
-    ["Format", dataset.codec ? dataset.codec.toUpperCase() : ""],
-    ["Rig", dataset.rig_id ?? ""],
-    ["Id", dataset.id],
-    ["Folder", dataset.folder],
-  ]).filter(([, value]) => value !== ""))];
+  return [
+    figures(
+      /** @type {[string, string][]} */ ([
+        ["Taken", whenWords(dataset.created_utc)],
+        ["Points", pointsWords(dataset)],
+        [
+          "Pictures",
+          frames > 0 ? [count(frames), scans > 1 && `in ${count(scans)} scans`].filter(Boolean).join(" ") : "",
+        ],
+        ["Size", dataset.size_bytes > 0 ? sizeWords(dataset.size_bytes) : ""],
+        ["Format", dataset.codec ? dataset.codec.toUpperCase() : ""],
+        ["Rig", dataset.rig_id ?? ""],
+        ["Id", dataset.id],
+        ["Folder", dataset.folder],
+      ]).filter(([, value]) => value !== ""),
+    ),
+  ];
 }

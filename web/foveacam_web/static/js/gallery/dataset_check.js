@@ -28,18 +28,39 @@ export function makeCheck(orders) {
     say(told, "");
     if (checked) fill(found, ...resultOf(checked));
   };
-  const button = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("check"), "Check every file");
+  const button = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void act() } },
+    icon("check"),
+    "Check every file",
+  );
   const element = h("div", { class: "stack" }, h("p", { class: "actions" }, button, told), found);
-  return { element, show: (/** @type {CaptureDocument} */ dataset) => {
-    now = dataset;
-  } };
+  return {
+    element,
+    show: (/** @type {CaptureDocument} */ dataset) => {
+      now = dataset;
+    },
+  };
 }
 
 /** @param {CaptureChecked} checked */
 function resultOf({ sound, faults }) {
-  if (sound) return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
+  if (sound)
+    return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
   return [
-    h("p", { class: "state bad" }, icon("warn"), faults.length === 1 ? "One thing is not as it was written:" : `${count(faults.length)} things are not as they were written:`),
-    h("ul", { class: "sentences" }, faults.slice(0, MOST).map((text) => h("li", { text })), faults.length > MOST && h("li", { text: `… and ${count(faults.length - MOST)} more.` })),
+    h(
+      "p",
+      { class: "state bad" },
+      icon("warn"),
+      faults.length === 1
+        ? "One thing is not as it was written:"
+        : `${count(faults.length)} things are not as they were written:`,
+    ),
+    h(
+      "ul",
+      { class: "sentences" },
+      faults.slice(0, MOST).map((text) => h("li", { text })),
+      faults.length > MOST && h("li", { text: `… and ${count(faults.length - MOST)} more.` }),
+    ),
   ];
 }

@@ -36,7 +36,9 @@ export class DatasetOrders {
    * @returns {Promise<CaptureDocument | null>} null when it was refused
    */
   describe(id, change) {
-    return this.#commands.attempt(() => /** @type {Promise<CaptureDocument>} */ (request("PATCH", capturePath(id), { body: change })));
+    return this.#commands.attempt(
+      () => /** @type {Promise<CaptureDocument>} */ (request("PATCH", capturePath(id), { body: change })),
+    );
   }
 
   /**
@@ -45,7 +47,10 @@ export class DatasetOrders {
    * @returns {Promise<CaptureChecked | null>}
    */
   check(id) {
-    return this.#commands.attempt(() => /** @type {Promise<CaptureChecked>} */ (request("POST", capturePath(id, "/check"), { patience_ms: CHECK_MS })));
+    return this.#commands.attempt(
+      () =>
+        /** @type {Promise<CaptureChecked>} */ (request("POST", capturePath(id, "/check"), { patience_ms: CHECK_MS })),
+    );
   }
 
   /**
@@ -54,6 +59,10 @@ export class DatasetOrders {
    * @returns {Promise<boolean>}
    */
   async resume(id) {
-    return (await this.#commands.attempt(() => request("POST", capturePath(id, "/resume"), { headers: this.#commands.leaseHeader() }))) !== null;
+    return (
+      (await this.#commands.attempt(() =>
+        request("POST", capturePath(id, "/resume"), { headers: this.#commands.leaseHeader() }),
+      )) !== null
+    );
   }
 }

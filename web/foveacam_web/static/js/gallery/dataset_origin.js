@@ -13,13 +13,25 @@ import { conditionRows, planWords } from "./dataset_words.js";
 /** @param {Record<string, unknown> | null} plan */
 export function planOf(plan) {
   const words = planWords(plan);
-  return [words.length > 0 ? h("ul", { class: "sentences" }, words.map((text) => h("li", { text }))) : nothing("It says nothing of its plan."), asWritten("The plan as it is written", plan)];
+  return [
+    words.length > 0
+      ? h(
+          "ul",
+          { class: "sentences" },
+          words.map((text) => h("li", { text })),
+        )
+      : nothing("It says nothing of its plan."),
+    asWritten("The plan as it is written", plan),
+  ];
 }
 
 /** @param {Record<string, unknown> | null} conditions */
 export function conditionsOf(conditions) {
   const rows = conditionRows(conditions);
-  return [rows.length > 0 ? figures(rows) : nothing("It says nothing of what the rig ran with."), asWritten("The conditions as they are written", conditions)];
+  return [
+    rows.length > 0 ? figures(rows) : nothing("It says nothing of what the rig ran with."),
+    asWritten("The conditions as they are written", conditions),
+  ];
 }
 
 /**
@@ -28,7 +40,12 @@ export function conditionsOf(conditions) {
  */
 function asWritten(title, document) {
   if (!document || Object.keys(document).length === 0) return null;
-  return h("details", {}, h("summary", { text: title }), h("pre", { class: "code scroll-x", tabindex: "0", text: JSON.stringify(document, null, 1) }));
+  return h(
+    "details",
+    {},
+    h("summary", { text: title }),
+    h("pre", { class: "code scroll-x", tabindex: "0", text: JSON.stringify(document, null, 1) }),
+  );
 }
 
 /**
@@ -41,18 +58,28 @@ export function makeCalibration(store, signal) {
   let id = /** @type {string | null} */ (null);
   const update = () => show({ id, in_use: store.state.rig?.calibration?.id ?? null });
   store.on(["rig"], update, signal);
-  return { element, show: (/** @type {CaptureDocument} */ dataset) => {
-    id = dataset.calibration_id;
-    update();
-  } };
+  return {
+    element,
+    show: (/** @type {CaptureDocument} */ dataset) => {
+      id = dataset.calibration_id;
+      update();
+    },
+  };
 }
 
 /** @param {{id: string | null, in_use: string | null}} now */
 function calibrationOf({ id, in_use }) {
   if (id === null) return [nothing("It was taken without a calibration: no rectified pairs, no anaglyphs.")];
-  const word = in_use === null ? null : id === in_use ? badge("good", "in use now") : badge("plain", "another one is in use now");
+  const word =
+    in_use === null ? null : id === in_use ? badge("good", "in use now") : badge("plain", "another one is in use now");
   return [
     h("p", { class: "facts" }, h("span", { class: "number", text: id.slice(0, 10), title: id }), word),
-    h("p", { class: "lead" }, "Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses. ", h("a", { href: addressOf("overview"), text: "Calibrations" }), "."),
+    h(
+      "p",
+      { class: "lead" },
+      "Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses. ",
+      h("a", { href: addressOf("overview"), text: "Calibrations" }),
+      ".",
+    ),
   ];
 }

@@ -44,7 +44,16 @@ export function openDataset(id, context) {
 
 /** @param {string} missing */
 function missingOf(missing) {
-  return [nothing(sentence(missing)), h("p", { class: "lead" }, "It may be in the trash. ", h("a", { href: galleryAddress("datasets"), text: "To the datasets" }), ".")];
+  return [
+    nothing(sentence(missing)),
+    h(
+      "p",
+      { class: "lead" },
+      "It may be in the trash. ",
+      h("a", { href: galleryAddress("datasets"), text: "To the datasets" }),
+      ".",
+    ),
+  ];
 }
 
 /**
@@ -55,20 +64,43 @@ function missingOf(missing) {
  */
 function makePage(orders, reader, { store, signal }, reference) {
   const pictures = makePictures(signal, reference);
-  const [head, about, check, python, calibration] = [makeHead(orders), makeAbout(orders, reader), makeCheck(orders), makeSnippet(), makeCalibration(store, signal)];
+  const [head, about, check, python, calibration] = [
+    makeHead(orders),
+    makeAbout(orders, reader),
+    makeCheck(orders),
+    makeSnippet(),
+    makeCalibration(store, signal),
+  ];
   const [plan, conditions] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
   const showPlan = changing(plan, planOf);
   const showConditions = changing(conditions, conditionsOf);
-  const readable = [panel("In Python", python.element), panel("Plan", plan), panel("Conditions", conditions), panel("Calibration", calibration.element)];
-  const element = h("article", { class: "dataset-page" }, head.element,
-    h("div", { class: "dataset-body" }, pictures.element, h("div", { class: "column" }, panel("About", about.element), panel("Check", check.element), readable)));
-  return { element, show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
-    for (const part of [head, about, check, python, calibration]) part.show(dataset);
-    showPlan(dataset.plan);
-    showConditions(dataset.conditions);
-    for (const each of readable) each.hidden = points === null;
-    pictures.show(dataset, points);
-  } };
+  const readable = [
+    panel("In Python", python.element),
+    panel("Plan", plan),
+    panel("Conditions", conditions),
+    panel("Calibration", calibration.element),
+  ];
+  const element = h(
+    "article",
+    { class: "dataset-page" },
+    head.element,
+    h(
+      "div",
+      { class: "dataset-body" },
+      pictures.element,
+      h("div", { class: "column" }, panel("About", about.element), panel("Check", check.element), readable),
+    ),
+  );
+  return {
+    element,
+    show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
+      for (const part of [head, about, check, python, calibration]) part.show(dataset);
+      showPlan(dataset.plan);
+      showConditions(dataset.conditions);
+      for (const each of readable) each.hidden = points === null;
+      pictures.show(dataset, points);
+    },
+  };
 }
 
 /**
@@ -80,13 +112,38 @@ function makePictures(signal, reference) {
   const coverage = makeDrawn({ width: 720, height: 540 });
   const none = h("div", { class: "stack" });
   const showNone = changing(none, (/** @type {string} */ words) => (words === "" ? [] : [nothing(words)]));
-  const panels = [panel("Contact sheet", sheet.element), panel("Coverage", h("figure", { class: "cover-map" }, coverage.element, h("figcaption", { text: "The wide view at the middle of the plan, and what each fovea saw: left red, right cyan." })))];
-  return { element: h("div", { class: "column" }, none, panels, reference), show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
-    const empty = points === null || points.points.length === 0;
-    showNone(!empty ? "" : dataset.state === "damaged" ? "Its pictures are not shown, as it cannot be read. Its files were left alone." : "Nothing was taken yet.");
-    for (const each of panels) each.hidden = empty;
-    if (points === null || empty) return;
-    sheet.show(dataset, points);
-    coverage.show(fresh(`${dataset.url}/coverage.jpg`, String(points.points.length)), "Coverage: the wide view with the outlines of all foveae");
-  } };
+  const panels = [
+    panel("Contact sheet", sheet.element),
+    panel(
+      "Coverage",
+      h(
+        "figure",
+        { class: "cover-map" },
+        coverage.element,
+        h("figcaption", {
+          text: "The wide view at the middle of the plan, and what each fovea saw: left red, right cyan.",
+        }),
+      ),
+    ),
+  ];
+  return {
+    element: h("div", { class: "column" }, none, panels, reference),
+    show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
+      const empty = points === null || points.points.length === 0;
+      showNone(
+        !empty
+          ? ""
+          : dataset.state === "damaged"
+            ? "Its pictures are not shown, as it cannot be read. Its files were left alone."
+            : "Nothing was taken yet.",
+      );
+      for (const each of panels) each.hidden = empty;
+      if (points === null || empty) return;
+      sheet.show(dataset, points);
+      coverage.show(
+        fresh(`${dataset.url}/coverage.jpg`, String(points.points.length)),
+        "Coverage: the wide view with the outlines of all foveae",
+      );
+    },
+  };
 }

@@ -6,6 +6,4 @@ import { openMosaic } from "./mosaic.js";
 /** @typedef {import("./tabs.js").GalleryTab} GalleryTab */
 
 /** @type {readonly GalleryTab[]} */
-export const DATASET_PARTS = Object.freeze([
-  { name: "mosaic", title: "Mosaic", open: openMosaic },
-]);
+export const DATASET_PARTS = Object.freeze([{ name: "mosaic", title: "Mosaic", open: openMosaic }]);

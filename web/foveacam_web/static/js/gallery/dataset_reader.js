@@ -41,7 +41,9 @@ export class DatasetReader {
       try {
         const dataset = /** @type {CaptureDocument} */ (await request("GET", capturePath(this.#id)));
         const readable = dataset.state !== "damaged" && dataset.points.planned > 0;
-        const points = readable ? /** @type {PointsDocument} */ (await request("GET", capturePath(this.#id, "/points"))) : null;
+        const points = readable
+          ? /** @type {PointsDocument} */ (await request("GET", capturePath(this.#id, "/points")))
+          : null;
         Object.assign(this, { dataset, points, missing: "" });
       } catch (error) {
         if (!(error instanceof RequestError) || error.document.status !== 404) throw error;
@@ -63,7 +65,13 @@ export class DatasetReader {
     if (kind !== "capture.progress") return void (kind.startsWith("capture.") && this.readAll());
     const news = /** @type {any} */ (data); // any: a report of the server, as its document says
     const { dataset } = this;
-    if (!dataset || dataset.state !== news.state || dataset.progress?.phase !== news.phase || performance.now() > this.#due_ms) void this.readAll();
+    if (
+      !dataset ||
+      dataset.state !== news.state ||
+      dataset.progress?.phase !== news.phase ||
+      performance.now() > this.#due_ms
+    )
+      void this.readAll();
     if (dataset) this.adopt(withProgress(dataset, news));
   }
 }

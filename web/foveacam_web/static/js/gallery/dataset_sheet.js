@@ -36,14 +36,25 @@ export function makeSheet(signal) {
   const open = (/** @type {number} */ index) => {
     if (!now) return;
     const { dataset, points } = now;
-    view.open({ url: dataset.url, stamp: dataset.created_utc ?? "", points: points.points, planned: dataset.points.planned, scans: dataset.points.scans }, index);
+    view.open(
+      {
+        url: dataset.url,
+        stamp: dataset.created_utc ?? "",
+        points: points.points,
+        planned: dataset.points.planned,
+        scans: dataset.points.scans,
+      },
+      index,
+    );
   };
   cells.addEventListener("keydown", (event) => {
     const way = WAYS[event.key];
     const from = now?.points.points.find(({ index }) => String(index) === indexOf(event.target));
     if (!way || !from) return;
     event.preventDefault();
-    const to = now?.points.points.find((point) => point.sheet_row === from.sheet_row + way[0] && point.sheet_column === from.sheet_column + way[1]);
+    const to = now?.points.points.find(
+      (point) => point.sheet_row === from.sheet_row + way[0] && point.sheet_column === from.sheet_column + way[1],
+    );
     if (to) choose(to.index);
   });
   cells.addEventListener("click", (event) => {
@@ -52,14 +63,20 @@ export function makeSheet(signal) {
   });
   const showCells = changing(cells, cellsOf);
   const showSkipped = changing(skipped, skippedOf);
-  return { element: h("div", { class: "stack" }, h("div", { class: "scroll-x" }, frame), skipped), show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument} */ points) => {
-    now = { dataset, points };
-    frame.style.setProperty("--columns", String(points.columns));
-    frame.style.setProperty("--rows", String(points.rows));
-    drawn.show(fresh(`${dataset.url}/sheet.jpg`, String(points.points.length)), "Contact sheet: what the left fovea saw at every point");
-    showCells({ points: points.points, scans: dataset.points.scans });
-    showSkipped(points.skipped);
-  } };
+  return {
+    element: h("div", { class: "stack" }, h("div", { class: "scroll-x" }, frame), skipped),
+    show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument} */ points) => {
+      now = { dataset, points };
+      frame.style.setProperty("--columns", String(points.columns));
+      frame.style.setProperty("--rows", String(points.rows));
+      drawn.show(
+        fresh(`${dataset.url}/sheet.jpg`, String(points.points.length)),
+        "Contact sheet: what the left fovea saw at every point",
+      );
+      showCells({ points: points.points, scans: dataset.points.scans });
+      showSkipped(points.skipped);
+    },
+  };
 }
 
 /** @param {EventTarget | null} target */
@@ -70,7 +87,13 @@ function indexOf(target) {
 /** @param {{points: PointDocument[], scans: number}} now */
 function cellsOf({ points, scans }) {
   return points.map((point, number) => {
-    const cell = h("button", { type: "button", tabindex: number === 0 ? 0 : -1, data: { keep: String(point.index) }, "aria-label": [`Point ${point.index + 1}`, pointWords(point, scans)].filter(Boolean).join(": "), title: pointWords(point, scans) });
+    const cell = h("button", {
+      type: "button",
+      tabindex: number === 0 ? 0 : -1,
+      data: { keep: String(point.index) },
+      "aria-label": [`Point ${point.index + 1}`, pointWords(point, scans)].filter(Boolean).join(": "),
+      title: pointWords(point, scans),
+    });
     cell.style.gridArea = `${point.sheet_row + 1} / ${point.sheet_column + 1}`;
     return cell;
   });
@@ -79,6 +102,16 @@ function cellsOf({ points, scans }) {
 /** @param {PointsDocument["skipped"]} skipped */
 function skippedOf(skipped) {
   if (skipped.length === 0) return [];
-  return [h("details", {}, h("summary", { text: `Passed over: ${skipped.length}` }),
-    h("ul", { class: "sentences" }, skipped.map(({ index, why }) => h("li", { text: `Point ${index + 1}: ${sentence(why)}` }))))];
+  return [
+    h(
+      "details",
+      {},
+      h("summary", { text: `Passed over: ${skipped.length}` }),
+      h(
+        "ul",
+        { class: "sentences" },
+        skipped.map(({ index, why }) => h("li", { text: `Point ${index + 1}: ${sentence(why)}` })),
+      ),
+    ),
+  ];
 }

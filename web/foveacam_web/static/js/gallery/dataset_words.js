@@ -19,9 +19,20 @@ const STATES = Object.freeze({
 });
 
 /** @type {Readonly<Record<string, string>>} */
-const PHASES = Object.freeze({ survey: "measuring how far the scene is", rail: "moving on the rail", paused: "waiting", closing: "writing the last points" });
+const PHASES = Object.freeze({
+  survey: "measuring how far the scene is",
+  rail: "moving on the rail",
+  paused: "waiting",
+  closing: "writing the last points",
+});
 
-const CAMERAS = Object.freeze(/** @type {[string, string][]} */ ([["wide", "Wide camera"], ["left", "Left fovea"], ["right", "Right fovea"]]));
+const CAMERAS = Object.freeze(
+  /** @type {[string, string][]} */ ([
+    ["wide", "Wide camera"],
+    ["left", "Left fovea"],
+    ["right", "Right fovea"],
+  ]),
+);
 
 /** @param {CaptureDocument} dataset */
 export function stateWords({ state }) {
@@ -36,7 +47,10 @@ export function isLive({ state }) {
 /** @param {CaptureDocument} dataset */
 export function pointsWords({ points, state }) {
   if (state === "damaged" || points.planned === 0) return "";
-  const taken = points.taken === points.planned ? `${count(points.taken)} points` : `${count(points.taken)} of ${count(points.planned)} points`;
+  const taken =
+    points.taken === points.planned
+      ? `${count(points.taken)} points`
+      : `${count(points.taken)} of ${count(points.planned)} points`;
   return [taken, points.skipped > 0 && `${count(points.skipped)} passed over`].filter(Boolean).join(", ");
 }
 
@@ -48,7 +62,9 @@ export function progressWords({ progress, why }) {
   if (why) return sentence(why);
   if (!progress) return "Waiting for the rig.";
   const left = progress.left_s === null ? "" : `${span(progress.left_s)} left`;
-  return [`${count(progress.done)} of ${count(progress.total)}`, PHASES[progress.phase], left].filter(Boolean).join(" · ");
+  return [`${count(progress.done)} of ${count(progress.total)}`, PHASES[progress.phase], left]
+    .filter(Boolean)
+    .join(" · ");
 }
 
 /** @param {number} bytes */
@@ -67,8 +83,11 @@ export function whenWords(utc) {
 /** @param {PointDocument} point */
 export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }, scans = 1) {
   const aim = aim_ax_deg === null ? "" : `${angle(aim_ax_deg)} across, ${angle(aim_ay_deg)} down`;
-  const met = aim_ax_deg === null ? "" : distance_m === null ? "eyes parallel" : `eyes meet at ${number(distance_m, 2)} m`;
-  return [scans > 1 && `scan ${scan + 1}`, aim, met, rail_mm !== null && `rail at ${number(rail_mm, 1)} mm`].filter(Boolean).join(" · ");
+  const met =
+    aim_ax_deg === null ? "" : distance_m === null ? "eyes parallel" : `eyes meet at ${number(distance_m, 2)} m`;
+  return [scans > 1 && `scan ${scan + 1}`, aim, met, rail_mm !== null && `rail at ${number(rail_mm, 1)} mm`]
+    .filter(Boolean)
+    .join(" · ");
 }
 
 /**
@@ -77,29 +96,46 @@ export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }
  */
 export function planWords(plan) {
   if (!plan) return [];
-  return [sourceWords(part(plan["points"])), vergingWords(part(plan["verging"])), exposureWords(plan), WIDES[String(plan["wide"])] ?? "", railWords(plan["rail_positions_mm"])]
-    .filter((words) => words !== "");
+  return [
+    sourceWords(part(plan["points"])),
+    vergingWords(part(plan["verging"])),
+    exposureWords(plan),
+    WIDES[String(plan["wide"])] ?? "",
+    railWords(plan["rail_positions_mm"]),
+  ].filter((words) => words !== "");
 }
 
 /** @type {Readonly<Record<string, string>>} */
-const WIDES = Object.freeze({ point: "A wide picture with every point.", scan: "One wide picture a scan.", none: "No wide pictures." });
+const WIDES = Object.freeze({
+  point: "A wide picture with every point.",
+  scan: "One wide picture a scan.",
+  none: "No wide pictures.",
+});
 
 /** @param {Json} source */
 function sourceWords(source) {
-  if (source["kind"] === "set_points") return `${count(listOf(source["points"], () => true).length)} set points, in their order.`;
+  if (source["kind"] === "set_points")
+    return `${count(listOf(source["points"], () => true).length)} set points, in their order.`;
   const { columns, rows, half_width_deg, half_height_deg, centre_ax_deg, centre_ay_deg } = source;
   if (typeof columns !== "number" || typeof rows !== "number") return "";
   const order = source["order"] === "rows" ? "every row from the left" : "every other row backwards";
   const range = (/** @type {unknown} */ middle, /** @type {unknown} */ half) =>
-    typeof half === "number" ? `${angle(Number(middle ?? 0) - half, 1)} … ${angle(Number(middle ?? 0) + half, 1)}` : "as far as the rig steers";
+    typeof half === "number"
+      ? `${angle(Number(middle ?? 0) - half, 1)} … ${angle(Number(middle ?? 0) + half, 1)}`
+      : "as far as the rig steers";
   return `${columns} × ${rows} points, ${order}: ${range(centre_ax_deg, half_width_deg)} across, ${range(centre_ay_deg, half_height_deg)} down.`;
 }
 
 /** @param {Json} verging */
 function vergingWords({ mode, distance_m, each_point }) {
-  const where = distance_m === "infinity" ? "Both eyes look parallel"
-    : typeof distance_m === "number" ? `Both eyes meet at ${number(distance_m, 2)} m${mode === "scene" ? ", the scene's average as it was measured" : ""}`
-    : mode === "scene" ? "Both eyes meet at the scene's average distance" : "";
+  const where =
+    distance_m === "infinity"
+      ? "Both eyes look parallel"
+      : typeof distance_m === "number"
+        ? `Both eyes meet at ${number(distance_m, 2)} m${mode === "scene" ? ", the scene's average as it was measured" : ""}`
+        : mode === "scene"
+          ? "Both eyes meet at the scene's average distance"
+          : "";
   return where && `${where}${each_point === true ? "; verged anew at every point" : ""}.`;
 }
 
@@ -107,8 +143,14 @@ function vergingWords({ mode, distance_m, each_point }) {
 function exposureWords({ exposures_ms, stack_frames, stack_keep }) {
   if (!Array.isArray(exposures_ms)) return "";
   const bracket = listOf(exposures_ms, (value) => typeof value === "number");
-  const exposures = bracket.length > 0 ? `${bracket.length === 1 ? "Exposed for" : "Bracket of"} ${bracket.map((each) => plain(Number(each))).join(", ")} ms` : "Exposed as the cameras were set";
-  const stack = typeof stack_frames === "number" && stack_frames > 1 ? `, ${stack_frames} frames each, ${stack_keep === "all" ? "all kept" : "kept as their mean"}` : "";
+  const exposures =
+    bracket.length > 0
+      ? `${bracket.length === 1 ? "Exposed for" : "Bracket of"} ${bracket.map((each) => plain(Number(each))).join(", ")} ms`
+      : "Exposed as the cameras were set";
+  const stack =
+    typeof stack_frames === "number" && stack_frames > 1
+      ? `, ${stack_frames} frames each, ${stack_keep === "all" ? "all kept" : "kept as their mean"}`
+      : "";
   return `${exposures}${stack}.`;
 }
 
@@ -127,22 +169,35 @@ export function conditionRows(conditions) {
   if (!conditions) return [];
   const { scene, settle_us, low_pass_hz, rail_m, pan_rad, tilt_rad, survey_distances_m } = conditions;
   const cameras = part(conditions["cameras"]);
-  const survey = listOf(survey_distances_m, () => true).map((each) => (typeof each === "number" ? number(each, 2) : MISSING));
+  const survey = listOf(survey_distances_m, () => true).map((each) =>
+    typeof each === "number" ? number(each, 2) : MISSING,
+  );
   return /** @type {[string, string][]} */ ([
     ["Scene", typeof scene === "string" ? scene : ""],
     ["Wait after a move", typeof settle_us === "number" ? `${plain(settle_us / 1e3)} ms` : ""],
     ["Low pass of the mirrors", typeof low_pass_hz === "number" ? `${plain(low_pass_hz)} Hz` : ""],
     ...CAMERAS.map(([role, name]) => [name, cameraWords(part(cameras[role]))]),
     ["Rail", typeof rail_m === "number" ? `${number(1e3 * rail_m, 1)} mm` : ""],
-    ["Pan, tilt", typeof pan_rad === "number" && typeof tilt_rad === "number" ? `${angle(degrees(pan_rad))}, ${angle(degrees(tilt_rad))}` : ""],
+    [
+      "Pan, tilt",
+      typeof pan_rad === "number" && typeof tilt_rad === "number"
+        ? `${angle(degrees(pan_rad))}, ${angle(degrees(tilt_rad))}`
+        : "",
+    ],
     ["Scene measured at", survey.length > 0 ? `${survey.join(", ")} m` : ""],
   ]).filter(([, value]) => value !== "");
 }
 
 /** @param {Json} settings */
 function cameraWords({ exposure_ns, gain_db, pixel_format, frame_rate_hz }) {
-  return [typeof exposure_ns === "number" && `${plain(exposure_ns / 1e6)} ms`, typeof gain_db === "number" && `${plain(gain_db)} dB`,
-    typeof pixel_format === "string" && pixel_format, typeof frame_rate_hz === "number" && `${plain(frame_rate_hz)} Hz`].filter(Boolean).join(", ");
+  return [
+    typeof exposure_ns === "number" && `${plain(exposure_ns / 1e6)} ms`,
+    typeof gain_db === "number" && `${plain(gain_db)} dB`,
+    typeof pixel_format === "string" && pixel_format,
+    typeof frame_rate_hz === "number" && `${plain(frame_rate_hz)} Hz`,
+  ]
+    .filter(Boolean)
+    .join(", ");
 }
 
 /** @param {number} rad */

@@ -21,11 +21,21 @@ export function openList({ commands, follow, signal }) {
   const orders = new DatasetOrders({ commands, changed: () => reader.readAll() });
   const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
   const list = h("ul", { class: "cards" });
-  const showCards = cardsIn(list, { key: (/** @type {CaptureDocument} */ { removed, id, folder }) => `${removed} ${id} ${folder}`, make: () => makeCard(orders) });
+  const showCards = cardsIn(list, {
+    key: (/** @type {CaptureDocument} */ { removed, id, folder }) => `${removed} ${id} ${folder}`,
+    make: () => makeCard(orders),
+  });
   const showEmpty = changing(empty, (/** @type {string} */ words) => (words === "" ? [] : emptyOf(words)));
-  const search = makeSearch({ id: "dataset-search", placeholder: "Name, label, id or state", search: (text) => void reader.search(text), signal });
+  const search = makeSearch({
+    id: "dataset-search",
+    placeholder: "Name, label, id or state",
+    search: (text) => void reader.search(text),
+    signal,
+  });
   const trash = makeTrashDoor({
-    noun: { one: "dataset", many: "datasets" }, trash: orders.trash, turn: (open) => {
+    noun: { one: "dataset", many: "datasets" },
+    trash: orders.trash,
+    turn: (open) => {
       in_trash = open;
       search.hidden = open;
       show();
@@ -36,7 +46,17 @@ export function openList({ commands, follow, signal }) {
     trash.show(in_trash, reader.trash?.length ?? 0);
     showCards(shown ?? []);
     say(found, shown && shown.length > 0 ? summary(shown) : "");
-    showEmpty(shown === null ? "Loading …" : shown.length > 0 ? "" : in_trash ? "The trash is empty." : reader.searched ? `No dataset holds “${reader.searched}”.` : "none");
+    showEmpty(
+      shown === null
+        ? "Loading …"
+        : shown.length > 0
+          ? ""
+          : in_trash
+            ? "The trash is empty."
+            : reader.searched
+              ? `No dataset holds “${reader.searched}”.`
+              : "none",
+    );
   };
   follow(reader);
   return h("div", { class: "datasets" }, h("div", { class: "gallery-bar" }, search, found, trash.element), empty, list);
@@ -45,11 +65,22 @@ export function openList({ commands, follow, signal }) {
 /** @param {CaptureDocument[]} shown */
 function summary(shown) {
   const bytes = shown.reduce((sum, { size_bytes }) => sum + size_bytes, 0);
-  return [`${count(shown.length)} ${shown.length === 1 ? "dataset" : "datasets"}`, bytes > 0 && sizeWords(bytes)].filter(Boolean).join(", ");
+  return [`${count(shown.length)} ${shown.length === 1 ? "dataset" : "datasets"}`, bytes > 0 && sizeWords(bytes)]
+    .filter(Boolean)
+    .join(", ");
 }
 
 /** @param {string} words */
 function emptyOf(words) {
   if (words !== "none") return [nothing(words)];
-  return [nothing("No dataset yet."), h("p", { class: "lead" }, "A raster that is captured shows up here from its first point on. ", h("a", { href: "#/capture", text: "Plan a capture" }), ".")];
+  return [
+    nothing("No dataset yet."),
+    h(
+      "p",
+      { class: "lead" },
+      "A raster that is captured shows up here from its first point on. ",
+      h("a", { href: "#/capture", text: "Plan a capture" }),
+      ".",
+    ),
+  ];
 }

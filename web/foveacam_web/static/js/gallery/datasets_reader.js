@@ -21,7 +21,8 @@ export function readDatasets(changed) {
  * @param {EventDocument} event
  */
 function hear(reader, { kind, data }) {
-  if (kind === "capture.progress") progressed(reader, /** @type {any} */ (data)); // any: a report of the server, as its document says
+  if (kind === "capture.progress")
+    progressed(reader, /** @type {any} */ (data)); // any: a report of the server, as its document says
   else if (kind.startsWith("capture.")) void reader.readAll();
 }
 

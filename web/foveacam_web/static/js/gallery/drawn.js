@@ -11,7 +11,14 @@ const ROOT = "/api/v1";
  * @returns {{element: HTMLElement, image: HTMLImageElement, show: (url: string, alt: string) => void}}
  */
 export function makeDrawn({ lazy = false, width, height } = {}) {
-  const image = h("img", { alt: "", loading: lazy ? "lazy" : "eager", decoding: "async", width, height, draggable: "false" });
+  const image = h("img", {
+    alt: "",
+    loading: lazy ? "lazy" : "eager",
+    decoding: "async",
+    width,
+    height,
+    draggable: "false",
+  });
   const reason = h("p", { class: "no-picture", hidden: true });
   const element = h("div", { class: "drawn" }, image, reason);
   const settle = (/** @type {string} */ why) => {

@@ -11,7 +11,14 @@ let lists = 0;
 export function makeEditable(label, { save, usual = [], hint = "" }) {
   lists += 1;
   const id = `editable-${lists}`;
-  const input = h("input", { type: "text", id, maxlength: 400, placeholder: hint, list: usual.length > 0 ? `${id}-usual` : undefined, autocomplete: "off" });
+  const input = h("input", {
+    type: "text",
+    id,
+    maxlength: 400,
+    placeholder: hint,
+    list: usual.length > 0 ? `${id}-usual` : undefined,
+    autocomplete: "off",
+  });
   const told = h("span", { class: "why", role: "status" });
   let kept = "";
   let saving = false;
@@ -35,11 +42,26 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
     input.value = kept;
     input.blur();
   });
-  const element = h("div", { class: "field" }, h("label", { for: id, text: label }), input, told,
-    usual.length > 0 && h("datalist", { id: `${id}-usual` }, usual.map((value) => h("option", { value }))));
-  return { element, input, show: (/** @type {string} */ value) => {
-    const untouched = input.value === kept;
-    kept = value;
-    if (untouched && !saving) input.value = value;
-  } };
+  const element = h(
+    "div",
+    { class: "field" },
+    h("label", { for: id, text: label }),
+    input,
+    told,
+    usual.length > 0 &&
+      h(
+        "datalist",
+        { id: `${id}-usual` },
+        usual.map((value) => h("option", { value })),
+      ),
+  );
+  return {
+    element,
+    input,
+    show: (/** @type {string} */ value) => {
+      const untouched = input.value === kept;
+      kept = value;
+      if (untouched && !saving) input.value = value;
+    },
+  };
 }

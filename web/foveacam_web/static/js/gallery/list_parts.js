@@ -35,16 +35,30 @@ export function makeTrashDoor({ noun, trash, turn }) {
   const ask = (/** @type {boolean} */ asked) => show({ ...now, asked });
   const button = (/** @type {string} */ name, /** @type {() => void} */ act, /** @type {string} */ more = "") =>
     h("button", { type: "button", class: `plain ${more}`, on: { click: act } }, name);
-  const [question, face, words] = [h("span", { class: "why", role: "alert" }), h("span", { class: "face" }), h("span", {})];
+  const [question, face, words] = [
+    h("span", { class: "why", role: "alert" }),
+    h("span", { class: "face" }),
+    h("span", {}),
+  ];
   const empty = button("Empty the trash", () => ask(true));
-  const sure = button("Delete for good", () => { ask(false); void trash.empty(); }, "danger");
+  const sure = button(
+    "Delete for good",
+    () => {
+      ask(false);
+      void trash.empty();
+    },
+    "danger",
+  );
   const keep = button("Keep", () => ask(false));
   const door = h("button", { type: "button", class: "plain", on: { click: () => turn(!now.open) } }, face, words);
   // These stay the same elements, so that no click is lost when the number changes under it.
   const show = (/** @type {typeof now} */ next) => {
     now = { ...next, asked: next.asked && next.open && next.held > 0 };
     const { open, held, asked } = now;
-    say(question, asked ? `Delete ${held === 1 ? `this ${noun.one}` : `these ${count(held)} ${noun.many}`} for good?` : "");
+    say(
+      question,
+      asked ? `Delete ${held === 1 ? `this ${noun.one}` : `these ${count(held)} ${noun.many}`} for good?` : "",
+    );
     empty.hidden = asked || !open || held === 0;
     for (const each of [sure, keep]) each.hidden = !asked;
     if (face.dataset["open"] !== String(open)) fill(face, icon(open ? "back" : "trash"));
@@ -53,7 +67,10 @@ export function makeTrashDoor({ noun, trash, turn }) {
     door.setAttribute("aria-pressed", String(open));
   };
   const element = h("div", { class: "actions trash" }, question, empty, sure, keep, door);
-  return { element, show: (/** @type {boolean} */ open, /** @type {number} */ held) => show({ open, held, asked: now.asked }) };
+  return {
+    element,
+    show: (/** @type {boolean} */ open, /** @type {number} */ held) => show({ open, held, asked: now.asked }),
+  };
 }
 
 /**

@@ -68,7 +68,8 @@ export class MadeReader {
   /** @param {EventDocument} event */
   hear({ kind, data }) {
     const [of, what] = kind.split(".");
-    if (data?.["capture_id"] === this.#id && (of === this.#kind || (of === "capture" && what !== "progress"))) return void this.readAll();
+    if (data?.["capture_id"] === this.#id && (of === this.#kind || (of === "capture" && what !== "progress")))
+      return void this.readAll();
     const { document } = this;
     if (kind !== "job.updated" || !document?.job_id || data?.["id"] !== document.job_id) return;
     const job = /** @type {JobDocument} */ (/** @type {unknown} */ (data));

@@ -32,7 +32,12 @@ export function openMosaic(at, context) {
   const place = h("div", { class: "mosaic-place" }, nothing("Loading …"));
   const show = () => {
     const { document: mosaic, missing } = reader;
-    if (mosaic === null) return fill(place, nothing(sentence(missing)), h("p", { class: "lead" }, h("a", { href: galleryAddress("datasets"), text: "To the datasets" })));
+    if (mosaic === null)
+      return fill(
+        place,
+        nothing(sentence(missing)),
+        h("p", { class: "lead" }, h("a", { href: galleryAddress("datasets"), text: "To the datasets" })),
+      );
     if (place.firstChild !== page.element) fill(place, page.element);
     page.show(mosaic);
   };
@@ -49,20 +54,43 @@ export function openMosaic(at, context) {
 function makePage(id, orders, reader, signal) {
   const name = h("div", { class: "name" });
   const showName = changing(name, (/** @type {{name: string, word: [string, string]}} */ now) => [
-    h("a", { class: "tool", href: galleryAddress("datasets", id), "aria-label": "Back to the dataset", title: "Back to the dataset" }, icon("back")),
-    h("h3", { text: `Mosaic of ${now.name}`, tabindex: "-1" }), badge(...now.word)]);
+    h(
+      "a",
+      {
+        class: "tool",
+        href: galleryAddress("datasets", id),
+        "aria-label": "Back to the dataset",
+        title: "Back to the dataset",
+      },
+      icon("back"),
+    ),
+    h("h3", { text: `Mosaic of ${now.name}`, tabindex: "-1" }),
+    badge(...now.word),
+  ]);
   const making = makeMaking(orders, reader);
   const facts = makeFacts(orders);
   const picture = h("div", { class: "mosaic-picture" });
-  const showPicture = changing(picture, (/** @type {MadeMosaic | null} */ made) => (made ? pictureOf(made, signal) : []));
-  const element = h("article", { class: "mosaic-page" }, h("header", { class: "mosaic-head" }, name, facts.actions), making.element, picture, facts.element);
-  return { element, show: (/** @type {MosaicDocument} */ mosaic) => {
-    showName({ name: mosaic.name, word: wordOf(mosaic) });
-    making.show(mosaic);
-    facts.show(mosaic);
-    picture.hidden = mosaic.made === null;
-    showPicture(mosaic.made);
-  } };
+  const showPicture = changing(picture, (/** @type {MadeMosaic | null} */ made) =>
+    made ? pictureOf(made, signal) : [],
+  );
+  const element = h(
+    "article",
+    { class: "mosaic-page" },
+    h("header", { class: "mosaic-head" }, name, facts.actions),
+    making.element,
+    picture,
+    facts.element,
+  );
+  return {
+    element,
+    show: (/** @type {MosaicDocument} */ mosaic) => {
+      showName({ name: mosaic.name, word: wordOf(mosaic) });
+      making.show(mosaic);
+      facts.show(mosaic);
+      picture.hidden = mosaic.made === null;
+      showPicture(mosaic.made);
+    },
+  };
 }
 
 /**
@@ -88,14 +116,21 @@ function pictureOf(made, signal) {
     told: (reading) => {
       readout.show(reading);
       scale.show(reading?.z_m ?? null);
-    }, moved: zoom.show, signal });
+    },
+    moved: zoom.show,
+    signal,
+  });
   const mix = makeMix((now) => {
     viewer.show(now);
     scale.element.classList.toggle("idle", now.shown === "picture");
   }, made.near_m !== null);
   mix.begin();
   watch(viewer, signal);
-  return [h("div", { class: "mosaic-bar" }, mix.element, zoom.element), viewer.element, h("div", { class: "mosaic-bar" }, readout.element, scale.element)];
+  return [
+    h("div", { class: "mosaic-bar" }, mix.element, zoom.element),
+    viewer.element,
+    h("div", { class: "mosaic-bar" }, readout.element, scale.element),
+  ];
 }
 
 /**

@@ -1,7 +1,10 @@
 // Depth as the server's tiles carry it: metres in the colours of a PNG, and the colours in which people see them.
 
 // Turbo at 33 places, far to near, as the server's depth pictures have it; between them it is linear within 1 %.
-const TURBO = "30123b 392a73 4040a2 4456c7 466be3 4680f6 4294ff 37a8fa 28bceb 1ccdd8 18ddc2 1fe9af 32f298 4ef97d 6dfe62 8bff4b a4fc3c b7f735 cbed34 dde037 ecd13a f7c13a fdae35 fe992c fb8122 f56918 ec530f e14109 d23105 c12302 ac1701 950d01 7a0403".split(" ");
+const TURBO =
+  "30123b 392a73 4040a2 4456c7 466be3 4680f6 4294ff 37a8fa 28bceb 1ccdd8 18ddc2 1fe9af 32f298 4ef97d 6dfe62 8bff4b a4fc3c b7f735 cbed34 dde037 ecd13a f7c13a fdae35 fe992c fb8122 f56918 ec530f e14109 d23105 c12302 ac1701 950d01 7a0403".split(
+    " ",
+  );
 const SHADES = 256;
 
 /** @typedef {{near_m: number, far_m: number}} Span */
@@ -10,7 +13,8 @@ const SHADES = 256;
 const COLOURS = Uint8ClampedArray.from({ length: SHADES * 3 }, (_, index) => {
   const at = (Math.floor(index / 3) / (SHADES - 1)) * (TURBO.length - 1);
   const low = Math.min(TURBO.length - 2, Math.floor(at));
-  const part = (/** @type {number} */ knot) => Number.parseInt((TURBO[knot] ?? "").slice(2 * (index % 3), 2 * (index % 3) + 2), 16);
+  const part = (/** @type {number} */ knot) =>
+    Number.parseInt((TURBO[knot] ?? "").slice(2 * (index % 3), 2 * (index % 3) + 2), 16);
   return part(low) + (at - low) * (part(low + 1) - part(low));
 });
 
@@ -84,7 +88,10 @@ export async function depthTileOf(content, step_m) {
 
 /** The scale as a CSS gradient, near first. */
 export function gradient() {
-  return `linear-gradient(to right, ${[...TURBO].reverse().map((colour) => `#${colour}`).join(", ")})`;
+  return `linear-gradient(to right, ${[...TURBO]
+    .reverse()
+    .map((colour) => `#${colour}`)
+    .join(", ")})`;
 }
 
 /**

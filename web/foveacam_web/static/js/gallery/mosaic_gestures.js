@@ -36,14 +36,21 @@ export function listenToHands(element, mean) {
   for (const end of ["pointerup", "pointercancel"]) {
     element.addEventListener(end, (event) => pointers.delete(/** @type {PointerEvent} */ (event).pointerId));
   }
-  element.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && pointers.size === 0 && mean.point(null));
+  element.addEventListener(
+    "pointerleave",
+    (event) => event.pointerType === "mouse" && pointers.size === 0 && mean.point(null),
+  );
   element.addEventListener("dblclick", (event) => mean.zoom(at(event), event.shiftKey ? 0.5 : 2));
-  element.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-    const gain = event.ctrlKey ? 5 * WHEEL_STEP : WHEEL_STEP; // a trackpad's pinch comes as small wheel steps with Ctrl
-    mean.zoom(at(event), Math.exp(-event.deltaY * lines * gain));
-  }, { passive: false });
+  element.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+      const gain = event.ctrlKey ? 5 * WHEEL_STEP : WHEEL_STEP; // a trackpad's pinch comes as small wheel steps with Ctrl
+      mean.zoom(at(event), Math.exp(-event.deltaY * lines * gain));
+    },
+    { passive: false },
+  );
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !pressed(event, mean)) return;
     event.preventDefault();
@@ -80,10 +87,16 @@ function pressed({ key, shiftKey }, mean) {
   const middle = { x: width / 2, y: height / 2 };
   /** @type {Record<string, () => void>} */
   const acts = {
-    ArrowLeft: () => mean.pan(width * share, 0), ArrowRight: () => mean.pan(-width * share, 0),
-    ArrowUp: () => mean.pan(0, height * share), ArrowDown: () => mean.pan(0, -height * share),
-    "+": () => mean.zoom(middle, KEY_ZOOM), "=": () => mean.zoom(middle, KEY_ZOOM), "-": () => mean.zoom(middle, 1 / KEY_ZOOM),
-    "0": mean.fit, Home: mean.fit, "1": mean.whole,
+    ArrowLeft: () => mean.pan(width * share, 0),
+    ArrowRight: () => mean.pan(-width * share, 0),
+    ArrowUp: () => mean.pan(0, height * share),
+    ArrowDown: () => mean.pan(0, -height * share),
+    "+": () => mean.zoom(middle, KEY_ZOOM),
+    "=": () => mean.zoom(middle, KEY_ZOOM),
+    "-": () => mean.zoom(middle, 1 / KEY_ZOOM),
+    0: mean.fit,
+    Home: mean.fit,
+    1: mean.whole,
   };
   const act = acts[key];
   if (!act) return false;

@@ -27,10 +27,17 @@ export class MosaicOrders extends MadeOrders {
   /** @param {boolean} shown */
   async show(shown) {
     const path = `${this.path}/in_scene`;
-    const mosaic = await this.commands.attempt(() =>
-      /** @type {Promise<MosaicDocument>} */ (request(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS })));
+    const mosaic = await this.commands.attempt(
+      () => /** @type {Promise<MosaicDocument>} */ (request(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS })),
+    );
     if (!mosaic) return;
     this.reader.adopt(mosaic);
-    if (shown) this.commands.say({ tone: "good", title: "The surface is in the 3D view", detail: "It stays there until it is taken away.", action: { label: "Go there", act: () => (location.hash = addressOf(null)) } });
+    if (shown)
+      this.commands.say({
+        tone: "good",
+        title: "The surface is in the 3D view",
+        detail: "It stays there until it is taken away.",
+        action: { label: "Go there", act: () => (location.hash = addressOf(null)) },
+      });
   }
 }

@@ -117,7 +117,10 @@ export class TileLayer {
     const last = (/** @type {number} */ size) => Math.ceil((size * this.#cell) / side) - 1;
     const range = (/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ most) => {
       const first = Math.max(0, Math.floor(from / side));
-      return Array.from({ length: Math.max(0, Math.min(most, Math.floor(to / side)) - first + 1) }, (_, k) => first + k);
+      return Array.from(
+        { length: Math.max(0, Math.min(most, Math.floor(to / side)) - first + 1) },
+        (_, k) => first + k,
+      );
     };
     const rows = range(seen.top, seen.bottom, last(height));
     return rows.flatMap((y) => range(seen.left, seen.right, last(width)).map((x) => ({ level, x, y })));
@@ -136,11 +139,21 @@ export class TileLayer {
       const tile = this.#kept.get(keyOf(above));
       if (!tile) continue;
       const [left, top] = [((address.x % part) * side) / part, ((address.y % part) * side) / part];
-      const from = { left, top, right: Math.min(tile.width, left + side / part), bottom: Math.min(tile.height, top + side / part) };
+      const from = {
+        left,
+        top,
+        right: Math.min(tile.width, left + side / part),
+        bottom: Math.min(tile.height, top + side / part),
+      };
       if (from.right <= from.left || from.bottom <= from.top) return;
       const unit = this.#unit(level);
       const [x, y] = [above.x * side * unit, above.y * side * unit];
-      draw(tile.image, from, { left: x + from.left * unit, top: y + from.top * unit, right: x + from.right * unit, bottom: y + from.bottom * unit });
+      draw(tile.image, from, {
+        left: x + from.left * unit,
+        top: y + from.top * unit,
+        right: x + from.right * unit,
+        bottom: y + from.bottom * unit,
+      });
       return;
     }
   }

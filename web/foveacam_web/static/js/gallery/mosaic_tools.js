@@ -13,7 +13,11 @@ import { gradient, ticksOf } from "./mosaic_depth.js";
  */
 
 /** @type {[MosaicMix["shown"], string][]} */
-const CHOICES = [["picture", "Picture"], ["depth", "Depth"], ["both", "Both"]];
+const CHOICES = [
+  ["picture", "Picture"],
+  ["depth", "Depth"],
+  ["both", "Both"],
+];
 
 /**
  * The switch of layers, with the opacity of depth over the picture.
@@ -23,31 +27,72 @@ const CHOICES = [["picture", "Picture"], ["depth", "Depth"], ["both", "Both"]];
 export function makeMix(changed, has_depth) {
   /** @type {MosaicMix} */
   let mix = { shown: "picture", share: 0.6 };
-  const slider = h("input", { type: "range", min: 0, max: 100, value: 60, "aria-label": "Opacity of depth", on: { input: () => set({ share: slider.valueAsNumber / 100 }) } });
+  const slider = h("input", {
+    type: "range",
+    min: 0,
+    max: 100,
+    value: 60,
+    "aria-label": "Opacity of depth",
+    on: { input: () => set({ share: slider.valueAsNumber / 100 }) },
+  });
   const opacity = h("label", { class: "opacity" }, "Opacity", slider);
-  const buttons = CHOICES.map(([shown, text]) => ({ shown, button: h("button", {
-    type: "button", class: "chip", data: { layer: shown }, disabled: shown !== "picture" && !has_depth,
-    title: has_depth ? undefined : "No depth was found", on: { click: () => set({ shown }) } }, text) }));
+  const buttons = CHOICES.map(([shown, text]) => ({
+    shown,
+    button: h(
+      "button",
+      {
+        type: "button",
+        class: "chip",
+        data: { layer: shown },
+        disabled: shown !== "picture" && !has_depth,
+        title: has_depth ? undefined : "No depth was found",
+        on: { click: () => set({ shown }) },
+      },
+      text,
+    ),
+  }));
   const set = (/** @type {Partial<MosaicMix>} */ part) => {
     mix = { ...mix, ...part };
     for (const { shown, button } of buttons) button.setAttribute("aria-pressed", String(shown === mix.shown));
     opacity.hidden = mix.shown !== "both";
     changed(mix);
   };
-  const element = h("div", { class: "mosaic-mix", role: "group", "aria-label": "Layers" }, buttons.map(({ button }) => button), opacity);
+  const element = h(
+    "div",
+    { class: "mosaic-mix", role: "group", "aria-label": "Layers" },
+    buttons.map(({ button }) => button),
+    opacity,
+  );
   return { element, begin: () => set({}) };
 }
 
 /** @param {() => MosaicViewer} viewer */
 export function makeZoom(viewer) {
-  const tool = (/** @type {string} */ label, /** @type {import("../icons.js").IconName} */ name, /** @type {() => void} */ act) =>
+  const tool = (
+    /** @type {string} */ label,
+    /** @type {import("../icons.js").IconName} */ name,
+    /** @type {() => void} */ act,
+  ) =>
     h("button", { type: "button", class: "tool", "aria-label": label, title: label, on: { click: act } }, icon(name));
   const scale = h("output", { class: "number" });
-  const element = h("div", { class: "mosaic-zoom", role: "group", "aria-label": "Zoom" },
-    tool("Smaller (−)", "minus", () => viewer().zoom(1 / 1.5)), tool("Larger (+)", "plus", () => viewer().zoom(1.5)),
+  const element = h(
+    "div",
+    { class: "mosaic-zoom", role: "group", "aria-label": "Zoom" },
+    tool("Smaller (−)", "minus", () => viewer().zoom(1 / 1.5)),
+    tool("Larger (+)", "plus", () => viewer().zoom(1.5)),
     tool("All of it (0)", "fit", () => viewer().fit()),
-    h("button", { type: "button", class: "tool words", title: "Its own pixels (1)", on: { click: () => viewer().whole() } }, "1:1"), scale);
-  return { element, show: (/** @type {number} */ css_px) => say(scale, `${number(css_px * devicePixelRatio * 100, css_px < 0.1 ? 1 : 0)} %`) };
+    h(
+      "button",
+      { type: "button", class: "tool words", title: "Its own pixels (1)", on: { click: () => viewer().whole() } },
+      "1:1",
+    ),
+    scale,
+  );
+  return {
+    element,
+    show: (/** @type {number} */ css_px) =>
+      say(scale, `${number(css_px * devicePixelRatio * 100, css_px < 0.1 ? 1 : 0)} %`),
+  };
 }
 
 /**
@@ -66,19 +111,40 @@ export function makeScale({ near_m, far_m }) {
     return tick;
   });
   const mark = h("span", { class: "mark", hidden: true });
-  const element = h("div", { class: "mosaic-scale", role: "img", "aria-label": `Depth from ${number(near_m, 1)} m, red, to ${number(far_m, 1)} m, blue` },
-    colours, mark, h("div", { class: "scale" }, ticks));
-  return { element, show: (/** @type {number | null} */ z_m) => {
-    mark.hidden = z_m === null;
-    if (z_m !== null) mark.style.insetInlineStart = place(Math.min(far_m, Math.max(near_m, z_m)));
-  } };
+  const element = h(
+    "div",
+    {
+      class: "mosaic-scale",
+      role: "img",
+      "aria-label": `Depth from ${number(near_m, 1)} m, red, to ${number(far_m, 1)} m, blue`,
+    },
+    colours,
+    mark,
+    h("div", { class: "scale" }, ticks),
+  );
+  return {
+    element,
+    show: (/** @type {number | null} */ z_m) => {
+      mark.hidden = z_m === null;
+      if (z_m !== null) mark.style.insetInlineStart = place(Math.min(far_m, Math.max(near_m, z_m)));
+    },
+  };
 }
 
 /** What is at the pointer. */
 export function makeReadout() {
-  const [where, gaze, depth] = [h("dd", { class: "number" }), h("dd", { class: "number" }), h("dd", { class: "number" })];
-  const element = h("dl", { class: "mosaic-readout" },
-    h("div", {}, h("dt", { text: "Depth" }), depth), h("div", {}, h("dt", { text: "Angles" }), gaze), h("div", {}, h("dt", { text: "Pixel" }), where));
+  const [where, gaze, depth] = [
+    h("dd", { class: "number" }),
+    h("dd", { class: "number" }),
+    h("dd", { class: "number" }),
+  ];
+  const element = h(
+    "dl",
+    { class: "mosaic-readout" },
+    h("div", {}, h("dt", { text: "Depth" }), depth),
+    h("div", {}, h("dt", { text: "Angles" }), gaze),
+    h("div", {}, h("dt", { text: "Pixel" }), where),
+  );
   const show = (/** @type {Reading} */ reading) => {
     say(where, reading ? `${reading.pixel.x}, ${reading.pixel.y}` : MISSING);
     say(gaze, reading ? `${angle(reading.ax_deg, 3)}  ${angle(reading.ay_deg, 3)}` : MISSING);

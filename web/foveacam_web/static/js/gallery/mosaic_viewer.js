@@ -46,14 +46,30 @@ export class MosaicViewer {
     this.#viewport = new Viewport(made.width, made.height);
     const arrived = () => this.#redraw();
     this.#picture = new TileLayer(layerOf(made, "picture"), { cell: 1, read: pictureTile, arrived, signal });
-    this.#depth = new TileLayer(layerOf(made, "depth"), { cell: made.cell_px, read: (content) => depthTile(content, made), arrived, signal });
-    this.element = h("div", {
-      class: "mosaic-view", tabindex: "0", role: "application",
-      "aria-label": "Mosaic. Arrow keys move it, plus and minus zoom, 0 shows all of it, 1 its own pixels; the middle is read out.",
-    }, this.#canvas);
+    this.#depth = new TileLayer(layerOf(made, "depth"), {
+      cell: made.cell_px,
+      read: (content) => depthTile(content, made),
+      arrived,
+      signal,
+    });
+    this.element = h(
+      "div",
+      {
+        class: "mosaic-view",
+        tabindex: "0",
+        role: "application",
+        "aria-label":
+          "Mosaic. Arrow keys move it, plus and minus zoom, 0 shows all of it, 1 its own pixels; the middle is read out.",
+      },
+      this.#canvas,
+    );
     listenToHands(this.element, {
-      pan: (dx, dy) => this.#change(() => this.#viewport.pan(dx, dy)), zoom: (at, factor) => this.#change(() => this.#viewport.zoomAt(at, factor)),
-      fit: () => this.fit(), whole: () => this.whole(), point: (at) => this.#point(at), box: () => this.#box(),
+      pan: (dx, dy) => this.#change(() => this.#viewport.pan(dx, dy)),
+      zoom: (at, factor) => this.#change(() => this.#viewport.zoomAt(at, factor)),
+      fit: () => this.fit(),
+      whole: () => this.whole(),
+      point: (at) => this.#point(at),
+      box: () => this.#box(),
     });
     const sized = new ResizeObserver(() => this.#resize());
     sized.observe(this.element);
@@ -62,7 +78,12 @@ export class MosaicViewer {
 
   /** Whether all tiles that are seen have come. */
   get settled() {
-    return this.#drawn && this.#drawing === 0 && this.#picture.settled && (this.#mix.shown === "picture" || this.#depth.settled);
+    return (
+      this.#drawn &&
+      this.#drawing === 0 &&
+      this.#picture.settled &&
+      (this.#mix.shown === "picture" || this.#depth.settled)
+    );
   }
 
   /** @param {MosaicMix} mix */
@@ -116,11 +137,26 @@ export class MosaicViewer {
     const { shown, share } = this.#mix;
     const [origin, scale] = [this.#viewport.origin, this.#viewport.scale * devicePixelRatio];
     const [left, top] = [origin.x * devicePixelRatio, origin.y * devicePixelRatio];
-    const seen = { left: -left / scale, top: -top / scale, right: (this.#canvas.width - left) / scale, bottom: (this.#canvas.height - top) / scale };
+    const seen = {
+      left: -left / scale,
+      top: -top / scale,
+      right: (this.#canvas.width - left) / scale,
+      bottom: (this.#canvas.height - top) / scale,
+    };
     const draw = (/** @type {CanvasImageSource} */ image, /** @type {Box} */ from, /** @type {Box} */ to) => {
       const [x, y] = [Math.round(left + to.left * scale), Math.round(top + to.top * scale)]; // on whole px: no seams between tiles
       const [right, bottom] = [Math.round(left + to.right * scale), Math.round(top + to.bottom * scale)];
-      context.drawImage(image, from.left, from.top, from.right - from.left, from.bottom - from.top, x, y, right - x, bottom - y);
+      context.drawImage(
+        image,
+        from.left,
+        from.top,
+        from.right - from.left,
+        from.bottom - from.top,
+        x,
+        y,
+        right - x,
+        bottom - y,
+      );
     };
     context.reset();
     context.beginPath();
@@ -152,9 +188,13 @@ export class MosaicViewer {
     const pixel = { x: Math.round(place.x), y: Math.round(place.y) };
     if (!this.#viewport.holds(place)) return this.#told(null);
     const { f_px, u0_px, v0_px } = this.#made;
-    const angles = { ax_deg: DEGREES * Math.atan((place.x + u0_px) / f_px), ay_deg: DEGREES * Math.atan((place.y + v0_px) / f_px) };
+    const angles = {
+      ax_deg: DEGREES * Math.atan((place.x + u0_px) / f_px),
+      ay_deg: DEGREES * Math.atan((place.y + v0_px) / f_px),
+    };
     const found = await this.#depth.finestAt(pixel.x, pixel.y);
-    if (asked === this.#asked && this.#at !== null) this.#told({ pixel, ...angles, z_m: found?.tile.depth.at(found.column, found.row) ?? null });
+    if (asked === this.#asked && this.#at !== null)
+      this.#told({ pixel, ...angles, z_m: found?.tile.depth.at(found.column, found.row) ?? null });
   }
 }
 

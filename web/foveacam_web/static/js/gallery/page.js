@@ -18,9 +18,21 @@ import { TABS } from "./tabs.js";
  * @param {GalleryTools} tools
  */
 export function mountGallery(place, tools) {
-  const links = TABS.map(({ name, title }) => ({ name, link: h("a", { href: galleryAddress(name), id: `to-${name}`, text: title }) }));
+  const links = TABS.map(({ name, title }) => ({
+    name,
+    link: h("a", { href: galleryAddress(name), id: `to-${name}`, text: title }),
+  }));
   const body = h("div", { class: "gallery-body", tabindex: "-1" });
-  fill(place, head(), h("nav", { class: "wizard-tabs", "aria-label": "Parts of the gallery" }, links.map(({ link }) => link)), body);
+  fill(
+    place,
+    head(),
+    h(
+      "nav",
+      { class: "wizard-tabs", "aria-label": "Parts of the gallery" },
+      links.map(({ link }) => link),
+    ),
+    body,
+  );
   let leave = new AbortController();
   tools.store.on(["gallery"], ({ gallery }) => {
     leave.abort();
@@ -41,14 +53,29 @@ export function mountGallery(place, tools) {
  */
 function opened(at, tools, signal) {
   const tab = TABS.find(({ name }) => name === at.tab);
-  if (!tab) return h("p", { class: "empty" }, "There is no such page. ", h("a", { href: GALLERY_ADDRESS, text: "To the datasets" }), ".");
+  if (!tab)
+    return h(
+      "p",
+      { class: "empty" },
+      "There is no such page. ",
+      h("a", { href: GALLERY_ADDRESS, text: "To the datasets" }),
+      ".",
+    );
   return tab.open(at, { ...tools, signal, follow: (reader) => tools.reader.follow(reader, signal) });
 }
 
 function head() {
-  return h("div", { class: "wizard-head" },
+  return h(
+    "div",
+    { class: "wizard-head" },
     h("h2", { id: "gallery-title", tabindex: "-1", text: "Gallery" }),
-    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+    h(
+      "a",
+      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
+      icon("back"),
+      h("span", { text: "Console" }),
+    ),
+  );
 }
 
 /**

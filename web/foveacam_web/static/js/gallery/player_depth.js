@@ -39,7 +39,8 @@ export function makeDepth(id, { orders, at }) {
   button.addEventListener("click", () => void compute());
   const stale = h("span", { class: "why" });
   return {
-    element: h("div", { class: "stack" }, h("div", { class: "actions" }, button, stale), told, drawn.element), compute,
+    element: h("div", { class: "stack" }, h("div", { class: "actions" }, button, stale), told, drawn.element),
+    compute,
     move: (/** @type {number} */ at_s) => say(stale, `of the moment shown, ${clockWords(at_s)}`),
   };
 }
@@ -51,11 +52,23 @@ function wordsOf({ waiting, refused, found }) {
   if (found === null) return [];
   const centre = found.z_m === null ? "Nothing could be matched at the centre" : distanceText(found.z_m, found.sigma_m);
   return [
-    h("p", { class: "depth-centre" }, found.z_m === null ? sentence(centre) : [h("strong", { text: centre }), " at the centre of the left fovea"]),
-    h("p", { class: "why", text: [
-      `At ${clockWords(found.t_s)}: ${number(100 * found.known, 0)} % of the pixels have depth`,
-      found.verged_z_m === null ? "the eyes look parallel" : `the eyes meet at ${number(found.verged_z_m, 2)} m`,
-      found.apart_ms > FAR_APART_MS ? `the eyes were exposed ${number(found.apart_ms, 0)} ms apart: what moves is wrong` : "",
-    ].filter(Boolean).join("; ") + "." }),
+    h(
+      "p",
+      { class: "depth-centre" },
+      found.z_m === null ? sentence(centre) : [h("strong", { text: centre }), " at the centre of the left fovea"],
+    ),
+    h("p", {
+      class: "why",
+      text:
+        [
+          `At ${clockWords(found.t_s)}: ${number(100 * found.known, 0)} % of the pixels have depth`,
+          found.verged_z_m === null ? "the eyes look parallel" : `the eyes meet at ${number(found.verged_z_m, 2)} m`,
+          found.apart_ms > FAR_APART_MS
+            ? `the eyes were exposed ${number(found.apart_ms, 0)} ms apart: what moves is wrong`
+            : "",
+        ]
+          .filter(Boolean)
+          .join("; ") + ".",
+    }),
   ];
 }

@@ -49,9 +49,19 @@ class Newest {
 function makePane(name, label, { width, height }) {
   const readout = h("span", { class: "number" });
   const reason = h("p", { class: "no-picture", hidden: true, text: "This frame could not be shown." });
-  const surface = h("div", { class: "player-surface" }, h("img", { alt: `${label}: no frame yet`, width, height, hidden: true }), reason);
+  const surface = h(
+    "div",
+    { class: "player-surface" },
+    h("img", { alt: `${label}: no frame yet`, width, height, hidden: true }),
+    reason,
+  );
   surface.style.aspectRatio = `${width} / ${height}`;
-  const element = h("figure", { class: `player-pane player-${name}`, data: { pane: name } }, surface, h("figcaption", {}, h("b", { text: label }), readout));
+  const element = h(
+    "figure",
+    { class: `player-pane player-${name}`, data: { pane: name } },
+    surface,
+    h("figcaption", {}, h("b", { text: label }), readout),
+  );
   const load = async (/** @type {string} */ url) => {
     const image = new Image(width, height);
     image.alt = label;
@@ -76,8 +86,12 @@ function makePane(name, label, { width, height }) {
 export function makePanes(id, timeline) {
   const streams = new Map(timeline.streams.map((stream) => [stream.role, stream]));
   const root = `/api/v1${recordingPath(id)}`;
-  const panes = new Map(timeline.streams.map((stream) => [stream.role, makePane(stream.role, CAMERAS[stream.role], stream)]));
-  const both = EYES.every((role) => streams.has(role)) ? makePane("anaglyph", "Anaglyph: left red, right cyan", streams.get("left") ?? { width: 4, height: 3 }) : null;
+  const panes = new Map(
+    timeline.streams.map((stream) => [stream.role, makePane(stream.role, CAMERAS[stream.role], stream)]),
+  );
+  const both = EYES.every((role) => streams.has(role))
+    ? makePane("anaglyph", "Anaglyph: left red, right cyan", streams.get("left") ?? { width: 4, height: 3 })
+    : null;
   const prints = s("svg", { class: "player-prints", "aria-hidden": "true" });
   const wide = streams.get("wide");
   if (wide) {
@@ -92,25 +106,44 @@ export function makePanes(id, timeline) {
     }
   });
   const tell = (/** @type {MomentDocument} */ moment) => {
-    fill(prints, EYES.map((role) => printOf(role, moment)));
-    for (const [role, { readout }] of panes) say(readout, role === "wide" ? meetingWords(moment) : gazeWords(role, moment));
+    fill(
+      prints,
+      EYES.map((role) => printOf(role, moment)),
+    );
+    for (const [role, { readout }] of panes)
+      say(readout, role === "wide" ? meetingWords(moment) : gazeWords(role, moment));
   };
-  const element = h("div", { class: "player-panes" }, panes.get("wide")?.element, h("div", { class: "player-eyes" }, EYES.map((role) => panes.get(role)?.element ?? null), both?.element ?? null));
-  return { element, anaglyphs: both !== null, show: (/** @type {Wanted} */ { at_s, playing, anaglyph }) => {
-    const indexes = [...panes].map(([role, pane]) => {
-      const index = frameAt(/** @type {import("#api").TimelineStream} */ (streams.get(role)), at_s);
-      const hidden = anaglyph && role !== "wide";
-      pane.element.hidden = hidden;
-      if (!hidden) void pane.newest.want(`${root}/frames/${role}/${index}.jpg${playing ? "?scale=2" : ""}`);
-      return [role, index];
-    });
-    const left = streams.get("left");
-    if (both) {
-      both.element.hidden = !anaglyph;
-      if (anaglyph && left) void both.newest.want(`${root}/anaglyph.jpg?t_s=${momentOf(left.t_s, frameAt(left, at_s))}`);
-    }
-    void told.want(momentOfAll(indexes, streams, at_s));
-  } };
+  const element = h(
+    "div",
+    { class: "player-panes" },
+    panes.get("wide")?.element,
+    h(
+      "div",
+      { class: "player-eyes" },
+      EYES.map((role) => panes.get(role)?.element ?? null),
+      both?.element ?? null,
+    ),
+  );
+  return {
+    element,
+    anaglyphs: both !== null,
+    show: (/** @type {Wanted} */ { at_s, playing, anaglyph }) => {
+      const indexes = [...panes].map(([role, pane]) => {
+        const index = frameAt(/** @type {import("#api").TimelineStream} */ (streams.get(role)), at_s);
+        const hidden = anaglyph && role !== "wide";
+        pane.element.hidden = hidden;
+        if (!hidden) void pane.newest.want(`${root}/frames/${role}/${index}.jpg${playing ? "?scale=2" : ""}`);
+        return [role, index];
+      });
+      const left = streams.get("left");
+      if (both) {
+        both.element.hidden = !anaglyph;
+        if (anaglyph && left)
+          void both.newest.want(`${root}/anaglyph.jpg?t_s=${momentOf(left.t_s, frameAt(left, at_s))}`);
+      }
+      void told.want(momentOfAll(indexes, streams, at_s));
+    },
+  };
 }
 
 /**
@@ -140,7 +173,11 @@ function momentOfAll(indexes, streams, at_s) {
 function printOf(role, moment) {
   const corners = moment.frames[role]?.footprint_px;
   if (!corners) return null;
-  return s("polygon", { class: role, points: corners.map((corner) => corner.join(",")).join(" "), "vector-effect": "non-scaling-stroke" });
+  return s("polygon", {
+    class: role,
+    points: corners.map((corner) => corner.join(",")).join(" "),
+    "vector-effect": "non-scaling-stroke",
+  });
 }
 
 /**

@@ -33,7 +33,8 @@ export class RecordingOrders {
    * @returns {Promise<boolean>} whether the server took it
    */
   async describe(id, label) {
-    const taken = (await this.#commands.attempt(() => request("PATCH", recordingPath(id), { body: { label } }))) !== null;
+    const taken =
+      (await this.#commands.attempt(() => request("PATCH", recordingPath(id), { body: { label } }))) !== null;
     if (taken) this.#changed();
     return taken;
   }
@@ -46,7 +47,9 @@ export class RecordingOrders {
    */
   async depth(id, t_s) {
     try {
-      return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}&backend=live`), { patience_ms: DEPTH_MS });
+      return await request("GET", recordingPath(id, `/depth?t_s=${t_s.toFixed(6)}&backend=live`), {
+        patience_ms: DEPTH_MS,
+      });
     } catch (error) {
       if (error instanceof RequestError) return error;
       throw error;

@@ -25,8 +25,11 @@ export const CAMERAS = Object.freeze({ wide: "Wide", left: "Left", right: "Right
 
 /** @type {Readonly<Record<string, string>>} */
 const LOSSES = Object.freeze({
-  queue: "the disk was slower than the cameras", format: "the camera's format had changed", disk: "the disk took no more",
-  closed: "they came after the end", deadline: "they still waited when it had to end",
+  queue: "the disk was slower than the cameras",
+  format: "the camera's format had changed",
+  disk: "the disk took no more",
+  closed: "they came after the end",
+  deadline: "they still waited when it had to end",
 });
 
 /**
@@ -63,7 +66,13 @@ export function framesOf({ streams }) {
 export function tallyWords(recording) {
   const dropped = droppedOf(recording);
   const counted = recording.streams.some((stream) => stream.dropped !== null);
-  return [`${count(framesOf(recording))} frames`, counted && (dropped > 0 ? `${count(dropped)} dropped` : "none dropped"), sizeWords(recording.size_bytes)].filter(Boolean).join(", ");
+  return [
+    `${count(framesOf(recording))} frames`,
+    counted && (dropped > 0 ? `${count(dropped)} dropped` : "none dropped"),
+    sizeWords(recording.size_bytes),
+  ]
+    .filter(Boolean)
+    .join(", ");
 }
 
 /**
@@ -80,7 +89,12 @@ export function boundWords({ left_s, room_s, room_bytes }) {
  * @param {RecordedStreamDocument} stream
  */
 export function lossWords({ losses }) {
-  return sentence(Object.entries(losses).filter(([, lost]) => lost > 0).map(([reason, lost]) => `${count(lost)}: ${LOSSES[reason] ?? reason}`).join("; "));
+  return sentence(
+    Object.entries(losses)
+      .filter(([, lost]) => lost > 0)
+      .map(([reason, lost]) => `${count(lost)}: ${LOSSES[reason] ?? reason}`)
+      .join("; "),
+  );
 }
 
 /**

@@ -22,7 +22,12 @@ export function makeSnippet() {
   const show = changing(element, (/** @type {string} */ text) => {
     const code = h("pre", { class: "code scroll-x", tabindex: "0", "aria-label": "Python", text });
     const told = h("span", { class: "why", role: "status" });
-    const copy = h("button", { type: "button", class: "plain", data: { keep: "copy" }, on: { click: () => void copyOf(code, told) } }, icon("file"), "Copy");
+    const copy = h(
+      "button",
+      { type: "button", class: "plain", data: { keep: "copy" }, on: { click: () => void copyOf(code, told) } },
+      icon("file"),
+      "Copy",
+    );
     return [code, h("p", { class: "actions" }, copy, told)];
   });
   return { element, show: (/** @type {CaptureDocument} */ dataset) => show(snippet(dataset)) };

@@ -23,14 +23,30 @@ export function makeStillCheck(orders) {
     button.disabled = false;
     if (checked) fill(found, ...resultOf(checked));
   };
-  const button = h("button", { type: "button", class: "plain", on: { click: () => void act() } }, icon("check"), "Check every file");
-  return { element: h("div", { class: "stack" }, h("p", { class: "actions" }, button), found), show: (/** @type {StillDocument} */ still) => {
-    now = still;
-  } };
+  const button = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void act() } },
+    icon("check"),
+    "Check every file",
+  );
+  return {
+    element: h("div", { class: "stack" }, h("p", { class: "actions" }, button), found),
+    show: (/** @type {StillDocument} */ still) => {
+      now = still;
+    },
+  };
 }
 
 /** @param {StillCheck} checked */
 function resultOf({ sound, faults }) {
-  if (sound) return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
-  return [h("p", { class: "state bad" }, icon("warn"), "Not all is as it was written:"), h("ul", { class: "sentences" }, faults.map((text) => h("li", { text: sentence(text) })))];
+  if (sound)
+    return [h("p", { class: "state good" }, icon("check"), "Every file, size, hash and row is as it was written.")];
+  return [
+    h("p", { class: "state bad" }, icon("warn"), "Not all is as it was written:"),
+    h(
+      "ul",
+      { class: "sentences" },
+      faults.map((text) => h("li", { text: sentence(text) })),
+    ),
+  ];
 }

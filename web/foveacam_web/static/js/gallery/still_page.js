@@ -30,7 +30,18 @@ export function openStill(id, context) {
   const place = h("div", { class: "dataset" }, nothing("Loading …"));
   const show = () => {
     const { still, missing } = reader;
-    if (still === null) return fill(place, nothing(sentence(missing)), h("p", { class: "lead" }, "It may be in the trash. ", h("a", { href: galleryAddress("stills"), text: "To the stills" }), "."));
+    if (still === null)
+      return fill(
+        place,
+        nothing(sentence(missing)),
+        h(
+          "p",
+          { class: "lead" },
+          "It may be in the trash. ",
+          h("a", { href: galleryAddress("stills"), text: "To the stills" }),
+          ".",
+        ),
+      );
     if (place.firstChild !== page.element) fill(place, page.element);
     page.show(still);
   };
@@ -43,23 +54,54 @@ export function openStill(id, context) {
  * @param {OneStillReader} reader
  */
 function makePage(orders, reader) {
-  const [head, pictures, pair, facts, table] = [h("header", { class: "dataset-head" }), h("div", { class: "still-pictures" }), h("div", {}), h("div", {}), h("div", {})];
-  const label = makeEditable("Label", { hint: "a line for people", save: async (value) => {
-    const now = reader.still && (await orders.describe(reader.still.id, { label: value }));
-    if (now) reader.adopt(now);
-    return Boolean(now);
-  } });
+  const [head, pictures, pair, facts, table] = [
+    h("header", { class: "dataset-head" }),
+    h("div", { class: "still-pictures" }),
+    h("div", {}),
+    h("div", {}),
+    h("div", {}),
+  ];
+  const label = makeEditable("Label", {
+    hint: "a line for people",
+    save: async (value) => {
+      const now = reader.still && (await orders.describe(reader.still.id, { label: value }));
+      if (now) reader.adopt(now);
+      return Boolean(now);
+    },
+  });
   const check = makeStillCheck(orders);
   const parts = /** @type {((still: StillDocument) => void)[]} */ ([
-    changing(head, (still) => headOf(still, orders)), changing(pictures, picturesOf), changing(pair, pairOf), changing(facts, factsOf), changing(table, camerasOf)]);
-  const element = h("article", { class: "dataset-page still-page" }, head, h("div", { class: "dataset-body" },
-    h("div", { class: "column" }, panel("Pictures", pictures), pair),
-    h("div", { class: "column" }, panel("About", h("div", { class: "stack" }, label.element, facts)), panel("Cameras", table), panel("Check", check.element))));
-  return { element, show: (/** @type {StillDocument} */ still) => {
-    for (const showPart of parts) showPart(still);
-    label.show(still.label);
-    check.show(still);
-  } };
+    changing(head, (still) => headOf(still, orders)),
+    changing(pictures, picturesOf),
+    changing(pair, pairOf),
+    changing(facts, factsOf),
+    changing(table, camerasOf),
+  ]);
+  const element = h(
+    "article",
+    { class: "dataset-page still-page" },
+    head,
+    h(
+      "div",
+      { class: "dataset-body" },
+      h("div", { class: "column" }, panel("Pictures", pictures), pair),
+      h(
+        "div",
+        { class: "column" },
+        panel("About", h("div", { class: "stack" }, label.element, facts)),
+        panel("Cameras", table),
+        panel("Check", check.element),
+      ),
+    ),
+  );
+  return {
+    element,
+    show: (/** @type {StillDocument} */ still) => {
+      for (const showPart of parts) showPart(still);
+      label.show(still.label);
+      check.show(still);
+    },
+  };
 }
 
 /**
@@ -74,12 +116,58 @@ function headOf(still, orders) {
   const readable = still.trouble === "";
   const wrong = readable ? missingWords(still) : [sentence(still.trouble)];
   return [
-    h("div", { class: "name" }, h("a", { class: "tool", href: back, "aria-label": "Back to the stills", title: "Back to the stills" }, icon("back")), h("h3", { text: still.name, tabindex: "-1" })),
-    h("div", { class: "actions" },
-      still.state === "held" && h("button", { type: "button", class: "plain primary", data: { keep: "keep" }, on: { click: () => void orders.keep(still.id, "") } }, icon("check"), "Keep"),
-      readable && h("a", { class: "plain", href: `${still.url}/download.zip`, download: `${still.name}.zip` }, icon("down"), "Download ZIP"),
-      h("button", { type: "button", class: "plain", data: { keep: "remove" }, title: "It can be restored until the trash is emptied", on: { click: () => void remove() } }, icon("trash"), "Put in the trash")),
-    h("div", { class: "far" }, [...wrong, ...still.warnings.map(sentence)].map((text) => h("p", { class: readable ? "strip warn" : "strip bad" }, icon("warn"), text))),
+    h(
+      "div",
+      { class: "name" },
+      h(
+        "a",
+        { class: "tool", href: back, "aria-label": "Back to the stills", title: "Back to the stills" },
+        icon("back"),
+      ),
+      h("h3", { text: still.name, tabindex: "-1" }),
+    ),
+    h(
+      "div",
+      { class: "actions" },
+      still.state === "held" &&
+        h(
+          "button",
+          {
+            type: "button",
+            class: "plain primary",
+            data: { keep: "keep" },
+            on: { click: () => void orders.keep(still.id, "") },
+          },
+          icon("check"),
+          "Keep",
+        ),
+      readable &&
+        h(
+          "a",
+          { class: "plain", href: `${still.url}/download.zip`, download: `${still.name}.zip` },
+          icon("down"),
+          "Download ZIP",
+        ),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "plain",
+          data: { keep: "remove" },
+          title: "It can be restored until the trash is emptied",
+          on: { click: () => void remove() },
+        },
+        icon("trash"),
+        "Put in the trash",
+      ),
+    ),
+    h(
+      "div",
+      { class: "far" },
+      [...wrong, ...still.warnings.map(sentence)].map((text) =>
+        h("p", { class: readable ? "strip warn" : "strip bad" }, icon("warn"), text),
+      ),
+    ),
   ];
 }
 
@@ -89,31 +177,67 @@ function pairOf({ cameras, calibration_id, url }) {
   if (!both || calibration_id === null) return [];
   const drawn = makeDrawn({ width: 720, height: 540 });
   drawn.show(`${url}/anaglyph.jpg`, "Both eyes, rectified, in red and cyan");
-  return [panel("Both eyes", h("figure", { class: "cover-map" }, drawn.element, h("figcaption", { text: "Rectified: left in red, right in green and blue." })))];
+  return [
+    panel(
+      "Both eyes",
+      h(
+        "figure",
+        { class: "cover-map" },
+        drawn.element,
+        h("figcaption", { text: "Rectified: left in red, right in green and blue." }),
+      ),
+    ),
+  ];
 }
 
 /** @param {StillDocument} still */
 function factsOf(still) {
   const pan = still.pan_deg === null ? "" : `${angle(still.pan_deg)}, ${angle(still.tilt_deg)}`;
-  return [figures(/** @type {[string, string][]} */ ([
-    ["Taken", whenWords(still.created_utc)],
-    ["What", stillWords(still)],
-    ["Gazes cross", still.calibration_id === null ? "" : crossingWords(still)],
-    ["Rail", still.rail_mm === null ? "" : `${number(still.rail_mm, 1)} mm`],
-    ["Pan, tilt", pan],
-    ["Size", sizeWords(still.size_bytes)],
-    ["Rig", still.rig_id ?? ""],
-    ["Calibration", still.calibration_id ?? ""],
-    ["Id", still.id],
-    ["Folder", still.folder],
-  ]).filter(([, value]) => value !== ""))];
+  return [
+    figures(
+      /** @type {[string, string][]} */ ([
+        ["Taken", whenWords(still.created_utc)],
+        ["What", stillWords(still)],
+        ["Gazes cross", still.calibration_id === null ? "" : crossingWords(still)],
+        ["Rail", still.rail_mm === null ? "" : `${number(still.rail_mm, 1)} mm`],
+        ["Pan, tilt", pan],
+        ["Size", sizeWords(still.size_bytes)],
+        ["Rig", still.rig_id ?? ""],
+        ["Calibration", still.calibration_id ?? ""],
+        ["Id", still.id],
+        ["Folder", still.folder],
+      ]).filter(([, value]) => value !== ""),
+    ),
+  ];
 }
 
 /** @param {StillDocument} still */
 function camerasOf(still) {
-  return still.cameras.map((camera) => h("section", { class: "still-camera" }, h("h4", { text: CAMERAS[camera.camera] }), figures(cameraRows(camera)),
-    camera.came > 0 && h("p", { class: "actions" }, /** @type {const} */ (["png", "tiff"]).map((form) =>
-      h("a", { class: "plain", href: `${still.url}/cameras/${camera.camera}.${form}`, download: `${still.name} ${camera.camera}.${form}` }, icon("down"), `${camera.bits > 8 ? "Full depth" : "Picture"}, ${form.toUpperCase()}`)))));
+  return still.cameras.map((camera) =>
+    h(
+      "section",
+      { class: "still-camera" },
+      h("h4", { text: CAMERAS[camera.camera] }),
+      figures(cameraRows(camera)),
+      camera.came > 0 &&
+        h(
+          "p",
+          { class: "actions" },
+          /** @type {const} */ (["png", "tiff"]).map((form) =>
+            h(
+              "a",
+              {
+                class: "plain",
+                href: `${still.url}/cameras/${camera.camera}.${form}`,
+                download: `${still.name} ${camera.camera}.${form}`,
+              },
+              icon("down"),
+              `${camera.bits > 8 ? "Full depth" : "Picture"}, ${form.toUpperCase()}`,
+            ),
+          ),
+        ),
+    ),
+  );
 }
 
 /**

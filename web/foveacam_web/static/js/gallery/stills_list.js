@@ -22,11 +22,18 @@ export function openStillsList({ commands, follow, signal }) {
   const orders = new StillOrders({ commands, changed: () => reader.readAll() });
   const [found, empty] = [h("p", { class: "why found", role: "status" }), h("div", {})];
   const list = h("ul", { class: "cards" });
-  const search = makeSearch({ id: "still-search", placeholder: "Name, label or id", search: (text) => void reader.search(text), signal });
+  const search = makeSearch({
+    id: "still-search",
+    placeholder: "Name, label or id",
+    search: (text) => void reader.search(text),
+    signal,
+  });
   const showCards = changing(list, cardsOf(orders));
   const showEmpty = changing(empty, emptyOf);
   const trash = makeTrashDoor({
-    noun: { one: "still", many: "stills" }, trash: orders.trash, turn: (open) => {
+    noun: { one: "still", many: "stills" },
+    trash: orders.trash,
+    turn: (open) => {
       in_trash = open;
       search.hidden = open;
       show();
@@ -37,11 +44,26 @@ export function openStillsList({ commands, follow, signal }) {
     trash.show(in_trash, reader.trash?.length ?? 0);
     showCards(shown ?? []);
     say(found, shown && shown.length > 0 ? summary(shown) : "");
-    const words = shown === null ? "Loading …" : shown.length > 0 ? "" : in_trash ? "The trash is empty." : reader.searched ? `No still holds “${reader.searched}”.` : "none";
+    const words =
+      shown === null
+        ? "Loading …"
+        : shown.length > 0
+          ? ""
+          : in_trash
+            ? "The trash is empty."
+            : reader.searched
+              ? `No still holds “${reader.searched}”.`
+              : "none";
     showEmpty({ words, waiting: in_trash ? 0 : reader.waiting });
   };
   follow(reader);
-  return h("div", { class: "datasets stills" }, h("div", { class: "gallery-bar" }, search, found, trash.element), empty, list);
+  return h(
+    "div",
+    { class: "datasets stills" },
+    h("div", { class: "gallery-bar" }, search, found, trash.element),
+    empty,
+    list,
+  );
 }
 
 /**
@@ -53,10 +75,12 @@ function cardsOf(orders) {
   let cards = new Map();
   return (/** @type {StillDocument[]} */ stills) => {
     const known = cards;
-    cards = new Map(stills.map((still) => {
-      const key = JSON.stringify(still);
-      return [key, known.get(key) ?? stillCard(still, orders)];
-    }));
+    cards = new Map(
+      stills.map((still) => {
+        const key = JSON.stringify(still);
+        return [key, known.get(key) ?? stillCard(still, orders)];
+      }),
+    );
     return [...cards.values()];
   };
 }
@@ -70,8 +94,27 @@ function summary(shown) {
 function emptyOf({ words, waiting }) {
   const there = h("a", { href: "#/capture", text: "Look at them" });
   return [
-    waiting > 0 && h("p", { class: "strip warn" }, icon("info"), h("span", {}, `${count(waiting)} ${waiting === 1 ? "still was" : "stills were"} taken and neither kept nor discarded. `, there, ".")),
+    waiting > 0 &&
+      h(
+        "p",
+        { class: "strip warn" },
+        icon("info"),
+        h(
+          "span",
+          {},
+          `${count(waiting)} ${waiting === 1 ? "still was" : "stills were"} taken and neither kept nor discarded. `,
+          there,
+          ".",
+        ),
+      ),
     words !== "" && nothing(words === "none" ? "No still yet." : words),
-    words === "none" && h("p", { class: "lead" }, "A still is a stack of pictures of every camera, taken where the mirrors stand. ", h("a", { href: "#/capture", text: "Take one" }), "."),
+    words === "none" &&
+      h(
+        "p",
+        { class: "lead" },
+        "A still is a stack of pictures of every camera, taken where the mirrors stand. ",
+        h("a", { href: "#/capture", text: "Take one" }),
+        ".",
+      ),
   ];
 }

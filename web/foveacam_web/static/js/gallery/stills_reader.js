@@ -30,8 +30,13 @@ export class StillsReader {
   readAll() {
     return this.#reads.read("stills", async () => {
       const text = this.#text;
-      const of = (/** @type {string} */ query) => /** @type {Promise<StillDocument[]>} */ (request("GET", `/stills?${query}`));
-      const [list, trash, held] = await Promise.all([of(`text=${encodeURIComponent(text)}`), of("state=removed"), of("state=held")]);
+      const of = (/** @type {string} */ query) =>
+        /** @type {Promise<StillDocument[]>} */ (request("GET", `/stills?${query}`));
+      const [list, trash, held] = await Promise.all([
+        of(`text=${encodeURIComponent(text)}`),
+        of("state=removed"),
+        of("state=held"),
+      ]);
       Object.assign(this, { list, trash, waiting: held.length, searched: text.trim() });
       this.#changed();
     });

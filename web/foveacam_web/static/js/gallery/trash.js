@@ -32,15 +32,29 @@ export class Trash {
    */
   async remove({ id, name }, became = "is in the trash") {
     const gone = await this.#commands.attempt(() => request("DELETE", this.#path(id)).then(() => true));
-    if (gone) this.#commands.say({ tone: "info", title: `“${name}” ${became}`, detail: "", stay_ms: UNDO_MS, action: { label: "Undo", act: () => this.restore({ id, name }) } });
+    if (gone)
+      this.#commands.say({
+        tone: "info",
+        title: `“${name}” ${became}`,
+        detail: "",
+        stay_ms: UNDO_MS,
+        action: { label: "Undo", act: () => this.restore({ id, name }) },
+      });
     this.#changed();
     return gone === true;
   }
 
   /** @param {Named} what */
   async restore({ id, name }) {
-    const back = await this.#commands.attempt(() => /** @type {Promise<Named>} */ (request("POST", `${this.#path(id)}/restore`)));
-    if (back && back.name !== name) this.#commands.say({ tone: "info", title: `Restored as “${back.name}”`, detail: `There is another “${name}” by now.` });
+    const back = await this.#commands.attempt(
+      () => /** @type {Promise<Named>} */ (request("POST", `${this.#path(id)}/restore`)),
+    );
+    if (back && back.name !== name)
+      this.#commands.say({
+        tone: "info",
+        title: `Restored as “${back.name}”`,
+        detail: `There is another “${name}” by now.`,
+      });
     this.#changed();
   }
 

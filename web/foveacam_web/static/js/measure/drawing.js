@@ -40,8 +40,10 @@ export function visibleIn(state, view) {
 function standsAt(mirrors, gaze) {
   if (!gaze || !mirrors?.left || !mirrors.right) return false;
   const off_v = [
-    (mirrors.left.x_v ?? NaN) - gaze.left_v[0], (mirrors.left.y_v ?? NaN) - gaze.left_v[1],
-    (mirrors.right.x_v ?? NaN) - gaze.right_v[0], (mirrors.right.y_v ?? NaN) - gaze.right_v[1],
+    (mirrors.left.x_v ?? NaN) - gaze.left_v[0],
+    (mirrors.left.y_v ?? NaN) - gaze.left_v[1],
+    (mirrors.right.x_v ?? NaN) - gaze.right_v[0],
+    (mirrors.right.y_v ?? NaN) - gaze.right_v[1],
   ];
   return off_v.every((off) => Math.abs(off) < SAME_GAZE_V);
 }
@@ -55,10 +57,13 @@ function standsAt(mirrors, gaze) {
 export function drawMeasurement(measured, view, viewport, { selected, box }) {
   const places = (measured.drawn_px[view] ?? []).map(([x, y]) => viewport.toCss({ x, y }));
   const line = pathOf(places, measured.kind === "plane");
-  return s("g", { class: selected ? "measured selected" : "measured", data: { id: measured.id } },
+  return s(
+    "g",
+    { class: selected ? "measured selected" : "measured", data: { id: measured.id } },
     places.length > 1 ? [s("path", { class: "under", d: line }), s("path", { class: "line", d: line })] : null,
     measured.kind === "plane" ? null : places.map(({ x, y }) => cross(x, y)),
-    selected ? label(valueText(measured), places, box) : null);
+    selected ? label(valueText(measured), places, box) : null,
+  );
 }
 
 /**
@@ -70,8 +75,13 @@ export function drawDraft({ kind, from, to }, viewport) {
   const b = viewport.toCss(to);
   const places = kind === "plane" ? [a, { x: b.x, y: a.y }, b, { x: a.x, y: b.y }] : [a, b];
   const line = pathOf(places, kind === "plane");
-  return s("g", { class: "measured draft" }, s("path", { class: "under", d: line }), s("path", { class: "line", d: line }),
-    kind === "plane" ? null : cross(a.x, a.y));
+  return s(
+    "g",
+    { class: "measured draft" },
+    s("path", { class: "under", d: line }),
+    s("path", { class: "line", d: line }),
+    kind === "plane" ? null : cross(a.x, a.y),
+  );
 }
 
 /**

@@ -35,7 +35,11 @@ export class MeasureLayer {
     this.#pane = pane;
     this.#view = view;
     this.#mean = mean;
-    this.element = h("div", { class: "measure-layer" }, s("svg", { class: "measure-marks", "aria-hidden": "true" }, this.#marks, this.#draft));
+    this.element = h(
+      "div",
+      { class: "measure-layer" },
+      s("svg", { class: "measure-marks", "aria-hidden": "true" }, this.#marks, this.#draft),
+    );
     pane.surface.append(this.element);
     for (const kind of ["pointerdown", "pointermove", "pointerup", "pointercancel"]) {
       this.element.addEventListener(kind, (event) => this.#hear(/** @type {PointerEvent} */ (event)));
@@ -54,7 +58,12 @@ export class MeasureLayer {
       const box = { width: this.#pane.surface.clientWidth, height: this.#pane.surface.clientHeight };
       const chosen = state.selected_measurement;
       const shown = visibleIn(state, this.#view).sort((a, b) => Number(a.id === chosen) - Number(b.id === chosen));
-      fill(this.#marks, ...shown.map((measured) => drawMeasurement(measured, this.#view, viewport, { selected: measured.id === chosen, box })));
+      fill(
+        this.#marks,
+        ...shown.map((measured) =>
+          drawMeasurement(measured, this.#view, viewport, { selected: measured.id === chosen, box }),
+        ),
+      );
       if (!state.measuring) fill(this.#draft);
       else this.#drawDraft(null);
     };

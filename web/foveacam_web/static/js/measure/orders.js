@@ -47,8 +47,12 @@ export class MeasureOrders {
    * @returns {Promise<MeasurementDocument | null>}
    */
   async measure(kind, points) {
-    const made = await this.#commands.attempt(() =>
-      /** @type {Promise<MeasurementDocument>} */ (request("POST", "/measurements", { body: { kind, points }, patience_ms: PATIENCE_MS })));
+    const made = await this.#commands.attempt(
+      () =>
+        /** @type {Promise<MeasurementDocument>} */ (
+          request("POST", "/measurements", { body: { kind, points }, patience_ms: PATIENCE_MS })
+        ),
+    );
     if (!made) return null;
     const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
     this.#store.set({ measurements: [made, ...others], selected_measurement: made.id });
@@ -66,9 +70,15 @@ export class MeasureOrders {
   /** @param {MeasurementDocument} measured taken off the list now, deleted when the time to undo is over */
   remove({ id, label }) {
     this.#store.set({ hidden_measurements: [...this.#store.state.hidden_measurements, id] });
-    this.#deletions.set(id, setTimeout(() => void this.#deleteNow(id), UNDO_MS));
+    this.#deletions.set(
+      id,
+      setTimeout(() => void this.#deleteNow(id), UNDO_MS),
+    );
     this.#commands.say({
-      tone: "info", title: `Deleted “${label}”`, detail: "", stay_ms: UNDO_MS,
+      tone: "info",
+      title: `Deleted “${label}”`,
+      detail: "",
+      stay_ms: UNDO_MS,
       action: { label: "Undo", act: () => this.#restore(id) },
     });
   }

@@ -22,9 +22,15 @@ export function mountMeasurements(place, { store, orders, exports }) {
   const list = h("ul", { class: "targets measurements" });
   const empty = h("p", { class: "empty" });
   fill(place, list, empty);
-  const links = ["csv", "json"].map((kind) => h("a", {
-    class: "aside", href: `/api/v1/measurements.${kind}`, download: `measurements.${kind}`, text: kind.toUpperCase(), title: `Save all as ${kind.toUpperCase()}`,
-  }));
+  const links = ["csv", "json"].map((kind) =>
+    h("a", {
+      class: "aside",
+      href: `/api/v1/measurements.${kind}`,
+      download: `measurements.${kind}`,
+      text: kind.toUpperCase(),
+      title: `Save all as ${kind.toUpperCase()}`,
+    }),
+  );
   fill(exports, links);
   tabs.onChoose((index) => (exports.hidden = index !== 1));
   let chosen = "";
@@ -50,7 +56,12 @@ export function mountMeasurements(place, { store, orders, exports }) {
     });
     empty.hidden = shown.length > 0;
     links.forEach((link) => (link.hidden = shown.length === 0));
-    say(empty, state.measurements === null ? "Loading …" : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.");
+    say(
+      empty,
+      state.measurements === null
+        ? "Loading …"
+        : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.",
+    );
   });
 }
 
@@ -87,23 +98,53 @@ function mountListTabs() {
  * @returns {Row}
  */
 function makeRow(measured, store, orders) {
-  const label = h("input", { class: "label", type: "text", "aria-label": "Name of the measurement", maxlength: "80", spellcheck: "false", autocomplete: "off" });
-  const button = (/** @type {string} */ name, /** @type {import("../icons.js").IconName} */ picture, /** @type {() => void} */ act) =>
+  const label = h("input", {
+    class: "label",
+    type: "text",
+    "aria-label": "Name of the measurement",
+    maxlength: "80",
+    spellcheck: "false",
+    autocomplete: "off",
+  });
+  const button = (
+    /** @type {string} */ name,
+    /** @type {import("../icons.js").IconName} */ picture,
+    /** @type {() => void} */ act,
+  ) =>
     h("button", { type: "button", class: "tool", "aria-label": name, title: name, on: { click: act } }, icon(picture));
-  const toggle = () => store.set({ selected_measurement: store.state.selected_measurement === row.measured.id ? null : row.measured.id });
+  const toggle = () =>
+    store.set({ selected_measurement: store.state.selected_measurement === row.measured.id ? null : row.measured.id });
   /** @type {Row} */
   const row = {
-    element: h("li", {}), label, measured, told: "",
-    value: h("span", { class: "distance number" }), more: h("div", { class: "more" }), pick: button("Details", "info", toggle),
+    element: h("li", {}),
+    label,
+    measured,
+    told: "",
+    value: h("span", { class: "distance number" }),
+    more: h("div", { class: "more" }),
+    pick: button("Details", "info", toggle),
   };
-  row.element.append(label, row.value, h("span", { class: "tools" }, row.pick, button("Delete", "trash", () => orders.remove(row.measured))), row.more);
+  row.element.append(
+    label,
+    row.value,
+    h(
+      "span",
+      { class: "tools" },
+      row.pick,
+      button("Delete", "trash", () => orders.remove(row.measured)),
+    ),
+    row.more,
+  );
   label.addEventListener("change", () => void orders.rename(row.measured.id, label.value.trim() || row.measured.label));
   label.addEventListener("keydown", (event) => {
     if (event.key === "Escape") label.value = row.measured.label;
     if (event.key === "Escape" || event.key === "Enter") label.blur();
     event.stopPropagation(); // the keys belong to the name, not to the console
   });
-  row.element.addEventListener("click", (event) => (event.target === row.element || event.target === row.value) && toggle());
+  row.element.addEventListener(
+    "click",
+    (event) => (event.target === row.element || event.target === row.value) && toggle(),
+  );
   return row;
 }
 
@@ -124,6 +165,13 @@ function updateRow(row, measured, selected) {
   row.more.hidden = !selected;
   if (!selected || row.told === measured.id) return;
   row.told = measured.id; // a measurement never changes but for its name
-  fill(row.more, measured.profile && profilePlot(measured.profile),
-    h("dl", { class: "facts" }, factsOf(measured).flatMap(([name, value]) => [h("dt", { text: name }), h("dd", { text: value })])));
+  fill(
+    row.more,
+    measured.profile && profilePlot(measured.profile),
+    h(
+      "dl",
+      { class: "facts" },
+      factsOf(measured).flatMap(([name, value]) => [h("dt", { text: name }), h("dd", { text: value })]),
+    ),
+  );
 }

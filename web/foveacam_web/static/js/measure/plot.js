@@ -22,18 +22,40 @@ export function profilePlot(profile) {
   const margin_m = Math.max(0.05 * (high_m - low_m), LEAST_SHARE * high_m);
   const span = { low: low_m - margin_m, high: high_m + margin_m };
   const x = (/** @type {number} */ along_m) => PAD.left + (along_m / long_m) * (WIDTH - PAD.left - PAD.right);
-  const y = (/** @type {number} */ z_m) => HEIGHT - PAD.bottom - ((z_m - span.low) / (span.high - span.low)) * (HEIGHT - PAD.top - PAD.bottom);
+  const y = (/** @type {number} */ z_m) =>
+    HEIGHT - PAD.bottom - ((z_m - span.low) / (span.high - span.low)) * (HEIGHT - PAD.top - PAD.bottom);
   const words = `Depth along ${number(long_m, 3)} m: from ${number(low_m, 3)} to ${number(high_m, 3)} m`;
-  return s("svg", { class: "profile-plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words },
+  return s(
+    "svg",
+    { class: "profile-plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words },
     ticksOf(span.low, span.high).flatMap(({ at, text }) => [
       s("line", { class: "grid", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(at), y2: y(at) }),
       s("text", { class: "tick", x: PAD.left - 5, y: y(at) + 3, "text-anchor": "end", text }),
     ]),
-    ticksOf(0, long_m).map(({ at, text }) => s("text", { class: "tick", x: x(at), y: HEIGHT - PAD.bottom + 13, "text-anchor": "middle", text })),
-    s("text", { class: "tick", x: (WIDTH + PAD.left) / 2, y: HEIGHT - 4, "text-anchor": "middle", text: "along the line, m" }),
-    s("text", { class: "tick", transform: `translate(10 ${(HEIGHT - PAD.bottom) / 2}) rotate(-90)`, "text-anchor": "middle", text: "Z, m" }),
+    ticksOf(0, long_m).map(({ at, text }) =>
+      s("text", { class: "tick", x: x(at), y: HEIGHT - PAD.bottom + 13, "text-anchor": "middle", text }),
+    ),
+    s("text", {
+      class: "tick",
+      x: (WIDTH + PAD.left) / 2,
+      y: HEIGHT - 4,
+      "text-anchor": "middle",
+      text: "along the line, m",
+    }),
+    s("text", {
+      class: "tick",
+      transform: `translate(10 ${(HEIGHT - PAD.bottom) / 2}) rotate(-90)`,
+      "text-anchor": "middle",
+      text: "Z, m",
+    }),
     runs.map((run) => s("path", { class: "band", d: bandOf(run, x, y) })),
-    runs.map((run) => s("path", { class: "curve", d: `M${run.map(({ along_m, z_m }) => `${x(along_m).toFixed(1)} ${y(z_m).toFixed(1)}`).join("L")}` })));
+    runs.map((run) =>
+      s("path", {
+        class: "curve",
+        d: `M${run.map(({ along_m, z_m }) => `${x(along_m).toFixed(1)} ${y(z_m).toFixed(1)}`).join("L")}`,
+      }),
+    ),
+  );
 }
 
 /**
@@ -56,7 +78,8 @@ function runsOf({ samples }) {
  * @param {(z_m: number) => number} y
  */
 function bandOf(run, x, y) {
-  const side = (/** @type {number} */ sign) => run.map(({ along_m, z_m, z_sigma_m }) => `${x(along_m).toFixed(1)} ${y(z_m + sign * z_sigma_m).toFixed(1)}`);
+  const side = (/** @type {number} */ sign) =>
+    run.map(({ along_m, z_m, z_sigma_m }) => `${x(along_m).toFixed(1)} ${y(z_m + sign * z_sigma_m).toFixed(1)}`);
   return `M${[...side(1), ...side(-1).reverse()].join("L")}Z`;
 }
 
@@ -72,5 +95,8 @@ function ticksOf(low, high) {
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const first = Math.ceil(low / step - 1e-9);
   const count = Math.floor(high / step + 1e-9) - first + 1;
-  return Array.from({ length: count }, (_, index) => ({ at: (first + index) * step, text: number((first + index) * step, decimals) }));
+  return Array.from({ length: count }, (_, index) => ({
+    at: (first + index) * step,
+    text: number((first + index) * step, decimals),
+  }));
 }

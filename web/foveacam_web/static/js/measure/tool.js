@@ -72,10 +72,18 @@ export class MeasureTool {
   /** @param {MeasuredView} view */
   #equip(view) {
     const pane = this.#views.pane(view);
-    const button = h("button", {
-      class: "tool measure-button", type: "button", "aria-pressed": "false", "aria-label": `Measure in the view ${pane.title.textContent}`,
-      title: "Measure (M)", on: { click: () => this.toggle(view) },
-    }, icon("ruler"));
+    const button = h(
+      "button",
+      {
+        class: "tool measure-button",
+        type: "button",
+        "aria-pressed": "false",
+        "aria-label": `Measure in the view ${pane.title.textContent}`,
+        title: "Measure (M)",
+        on: { click: () => this.toggle(view) },
+      },
+      icon("ruler"),
+    );
     pane.tools.prepend(button);
     const layer = new MeasureLayer(pane, view, {
       kind: () => this.#store.state.measuring?.kind ?? null,
@@ -89,26 +97,55 @@ export class MeasureTool {
       button.setAttribute("aria-pressed", String(measuring?.view === view));
       bar.show(measuring?.view === view ? measuring : null);
     });
-    this.#store.on(["measurements", "hidden_measurements", "selected_measurement", "measuring", "clouds", "rig", "settings"],
-      (state) => layer.draw(state));
+    this.#store.on(
+      ["measurements", "hidden_measurements", "selected_measurement", "measuring", "clouds", "rig", "settings"],
+      (state) => layer.draw(state),
+    );
   }
 
   /** The kinds to choose from, what to do, and the way out. */
   #bar() {
     const hint = h("span", { class: "hint", role: "status" });
-    const kinds = ORDER.map((kind, index) => h("button", {
-      type: "button", text: KINDS[kind].title, title: `${KINDS[kind].title} (${index + 1}): ${KINDS[kind].hint}`,
-      on: { click: () => this.choose(index + 1) },
-    }));
-    const done = h("button", { class: "tool", type: "button", "aria-label": "Stop measuring", title: "Stop measuring (Escape)", on: { click: () => this.end() } }, icon("close"));
-    const element = h("div", { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true }, h("span", { class: "kinds" }, kinds), done, hint);
+    const kinds = ORDER.map((kind, index) =>
+      h("button", {
+        type: "button",
+        text: KINDS[kind].title,
+        title: `${KINDS[kind].title} (${index + 1}): ${KINDS[kind].hint}`,
+        on: { click: () => this.choose(index + 1) },
+      }),
+    );
+    const done = h(
+      "button",
+      {
+        class: "tool",
+        type: "button",
+        "aria-label": "Stop measuring",
+        title: "Stop measuring (Escape)",
+        on: { click: () => this.end() },
+      },
+      icon("close"),
+    );
+    const element = h(
+      "div",
+      { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true },
+      h("span", { class: "kinds" }, kinds),
+      done,
+      hint,
+    );
     return {
       element,
       show: (/** @type {import("#page").Measuring | null} */ measuring) => {
         element.hidden = measuring === null;
         if (!measuring) return;
         ORDER.forEach((kind, index) => kinds[index]?.setAttribute("aria-pressed", String(kind === measuring.kind)));
-        say(hint, measuring.busy ? "Measuring …" : measuring.start ? "Click the second point, in any view" : KINDS[measuring.kind].hint);
+        say(
+          hint,
+          measuring.busy
+            ? "Measuring …"
+            : measuring.start
+              ? "Click the second point, in any view"
+              : KINDS[measuring.kind].hint,
+        );
       },
     };
   }

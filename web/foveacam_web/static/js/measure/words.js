@@ -21,7 +21,8 @@ export const KINDS = Object.freeze({
  */
 export function valueText({ length, plane, profile, points: [point] }) {
   if (length) return distanceText(length.length_m, length.length_sigma_m);
-  if (plane) return `pan ${angle(plane.pan_deg, 1)}, tilt ${angle(plane.tilt_deg, 1)} ± ${number(plane.normal_sigma_deg, plane.normal_sigma_deg < 0.1 ? 2 : 1)}°`;
+  if (plane)
+    return `pan ${angle(plane.pan_deg, 1)}, tilt ${angle(plane.tilt_deg, 1)} ± ${number(plane.normal_sigma_deg, plane.normal_sigma_deg < 0.1 ? 2 : 1)}°`;
   if (profile) return `${number(profile.samples.at(-1)?.along_m, 3)} m long`;
   return point ? distanceText(point.distance_m, point.distance_sigma_m) : MISSING;
 }
@@ -34,12 +35,20 @@ export function valueText({ length, plane, profile, points: [point] }) {
 export function factsOf(measured) {
   const { length, plane, profile, points } = measured;
   /** @type {[string, string][]} */
-  const facts = points.flatMap((point, index) => axes(points.length > 1 ? `${"AB"[index]} ` : "", point.point_rig_m, point.point_sigma_m));
-  if (length) facts.push(["Errors", length.same_look ? "one look: what both points share is taken once" : "two looks: taken as independent"]);
+  const facts = points.flatMap((point, index) =>
+    axes(points.length > 1 ? `${"AB"[index]} ` : "", point.point_rig_m, point.point_sigma_m),
+  );
+  if (length)
+    facts.push([
+      "Errors",
+      length.same_look ? "one look: what both points share is taken once" : "two looks: taken as independent",
+    ]);
   if (plane) facts.push(...ofPlane(plane));
   if (profile) {
-    facts.push(["Median Z", distanceText(profile.median_z_m, profile.shared_sigma_m)],
-      ["Known", `${number(100 * profile.known_fraction, 0)} % of the line`]);
+    facts.push(
+      ["Median Z", distanceText(profile.median_z_m, profile.shared_sigma_m)],
+      ["Known", `${number(100 * profile.known_fraction, 0)} % of the line`],
+    );
   }
   const snapped = Math.max(0, ...points.map(({ snapped_px }) => snapped_px));
   if (snapped > 0) facts.push(["Moved", `${number(snapped, 1)} px to the nearest pixel with depth`]);

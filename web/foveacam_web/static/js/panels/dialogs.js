@@ -12,44 +12,80 @@ import { changeSettings } from "../store.js";
 
 /** @type {[string, [string, string][]][]} */
 const HELP = [
-  ["On the wide view", [
-    ["Click or tap", "Look there with both eyes"],
-    ["Drag, or press long and drag", "Look at a rectangle"],
-    ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
-    ["Wheel, pinch, + and −", "Zoom where the pointer is"],
-    ["Shift or middle button + drag, two fingers", "Move the picture"],
-    ["Double click, 0", "Fit the picture"],
-    ["Right click, D", "How far is this pixel"],
-    ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
-    ["Enter", "Look at the crosshair"],
-  ]],
-  ["Measuring", [
-    ["M, or the ruler on a view", "Take or put away the tool; Escape puts it away"],
-    ["1, 2, 3, 4", "Point, length, plane, profile"],
-    ["Click, drag, Enter at the crosshair", "Measure in what the foveae have looked at"],
-  ]],
-  ["In a recording", [
-    ["K", "Play, pause"],
-    ["← and →, with Shift a second", "One frame back or on"],
-    ["Home, End", "To its begin, to its end"],
-    ["Comma, full stop", "Slower, faster"],
-    ["A", "Both foveae in red and cyan"],
-    ["D", "Depth of the moment shown"],
-  ]],
-  ["Everywhere", [
-    ["Space", "STOP: park the mirrors now"],
-    ["Escape", "Cancel the fixation; close what is open"],
-    ["I", "Rate and age of every view, on and off"],
-    ["F", "Footprints of the foveae, on and off"],
-    ["?", "This sheet"],
-  ]],
+  [
+    "On the wide view",
+    [
+      ["Click or tap", "Look there with both eyes"],
+      ["Drag, or press long and drag", "Look at a rectangle"],
+      ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
+      ["Wheel, pinch, + and −", "Zoom where the pointer is"],
+      ["Shift or middle button + drag, two fingers", "Move the picture"],
+      ["Double click, 0", "Fit the picture"],
+      ["Right click, D", "How far is this pixel"],
+      ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
+      ["Enter", "Look at the crosshair"],
+    ],
+  ],
+  [
+    "Measuring",
+    [
+      ["M, or the ruler on a view", "Take or put away the tool; Escape puts it away"],
+      ["1, 2, 3, 4", "Point, length, plane, profile"],
+      ["Click, drag, Enter at the crosshair", "Measure in what the foveae have looked at"],
+    ],
+  ],
+  [
+    "In a recording",
+    [
+      ["K", "Play, pause"],
+      ["← and →, with Shift a second", "One frame back or on"],
+      ["Home, End", "To its begin, to its end"],
+      ["Comma, full stop", "Slower, faster"],
+      ["A", "Both foveae in red and cyan"],
+      ["D", "Depth of the moment shown"],
+    ],
+  ],
+  [
+    "Everywhere",
+    [
+      ["Space", "STOP: park the mirrors now"],
+      ["Escape", "Cancel the fixation; close what is open"],
+      ["I", "Rate and age of every view, on and off"],
+      ["F", "Footprints of the foveae, on and off"],
+      ["?", "This sheet"],
+    ],
+  ],
 ];
 
 /** @type {{key: keyof Settings, label: string, options?: [string, string][]}[]} */
 const SETTINGS = [
-  { key: "theme", label: "Colours", options: [["system", "as the system"], ["dark", "dark"], ["light", "light"]] },
-  { key: "wide_size", label: "Wide view", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
-  { key: "fovea_size", label: "Other views", options: [["auto", "as large as shown"], ["full", "full size"], ["half", "half size"]] },
+  {
+    key: "theme",
+    label: "Colours",
+    options: [
+      ["system", "as the system"],
+      ["dark", "dark"],
+      ["light", "light"],
+    ],
+  },
+  {
+    key: "wide_size",
+    label: "Wide view",
+    options: [
+      ["auto", "as large as shown"],
+      ["full", "full size"],
+      ["half", "half size"],
+    ],
+  },
+  {
+    key: "fovea_size",
+    label: "Other views",
+    options: [
+      ["auto", "as large as shown"],
+      ["full", "full size"],
+      ["half", "half size"],
+    ],
+  },
   { key: "footprints", label: "Footprints of the foveae" },
   { key: "field", label: "Where both eyes, one or none can look" },
   { key: "marks", label: "Targets on the wide view" },
@@ -66,7 +102,11 @@ const SETTINGS = [
  */
 export function sheet(title, ...content) {
   const dialog = h("dialog", { class: "sheet", "aria-label": title });
-  const close = h("button", { type: "button", class: "tool", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"));
+  const close = h(
+    "button",
+    { type: "button", class: "tool", "aria-label": "Close", on: { click: () => dialog.close() } },
+    icon("close"),
+  );
   dialog.append(h("header", {}, h("h2", { text: title }), close), ...content);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
@@ -75,14 +115,40 @@ export function sheet(title, ...content) {
 
 /** @param {{showHints: () => void}} context */
 export function makeHelp({ showHints }) {
-  const groups = HELP.map(([title, rows]) => h("section", {}, h("h3", { text: title }),
-    h("dl", { class: "keys" }, rows.flatMap(([keys, what]) => [h("dt", { text: keys }), h("dd", { text: what })]))));
-  const links = h("p", { class: "lead" }, "Programs do all of this by REST: ",
-    h("a", { href: "/docs", target: "_blank", rel: "noopener", text: "reference" }), ".");
-  const hints = h("p", { class: "lead" }, h("button", { type: "button", class: "plain", text: "Mark good targets on the wide view", on: { click: () => {
-    showHints();
-    dialog.close();
-  } } }));
+  const groups = HELP.map(([title, rows]) =>
+    h(
+      "section",
+      {},
+      h("h3", { text: title }),
+      h(
+        "dl",
+        { class: "keys" },
+        rows.flatMap(([keys, what]) => [h("dt", { text: keys }), h("dd", { text: what })]),
+      ),
+    ),
+  );
+  const links = h(
+    "p",
+    { class: "lead" },
+    "Programs do all of this by REST: ",
+    h("a", { href: "/docs", target: "_blank", rel: "noopener", text: "reference" }),
+    ".",
+  );
+  const hints = h(
+    "p",
+    { class: "lead" },
+    h("button", {
+      type: "button",
+      class: "plain",
+      text: "Mark good targets on the wide view",
+      on: {
+        click: () => {
+          showHints();
+          dialog.close();
+        },
+      },
+    }),
+  );
   const dialog = sheet("Help", hints, ...groups, links);
   return dialog;
 }
@@ -90,7 +156,11 @@ export function makeHelp({ showHints }) {
 /** @param {Store} store */
 export function makeSettings(store) {
   const rows = SETTINGS.map((entry) => settingRow(entry, store));
-  return sheet("Settings", h("div", { class: "settings" }, rows), h("p", { class: "lead", text: "Kept in this browser." }));
+  return sheet(
+    "Settings",
+    h("div", { class: "settings" }, rows),
+    h("p", { class: "lead", text: "Kept in this browser." }),
+  );
 }
 
 /**
@@ -98,13 +168,18 @@ export function makeSettings(store) {
  * @param {Store} store
  */
 function settingRow({ key, label, options }, store) {
-  const change = (/** @type {unknown} */ value) => changeSettings(store, /** @type {Partial<Settings>} */ ({ [key]: value }));
+  const change = (/** @type {unknown} */ value) =>
+    changeSettings(store, /** @type {Partial<Settings>} */ ({ [key]: value }));
   if (!options) {
     const box = h("input", { type: "checkbox", on: { change: () => change(box.checked) } });
     store.on(["settings"], ({ settings }) => (box.checked = Boolean(settings[key])));
     return h("label", { class: "setting" }, label, box);
   }
-  const select = h("select", { on: { change: () => change(select.value) } }, options.map(([value, text]) => h("option", { value, text })));
+  const select = h(
+    "select",
+    { on: { change: () => change(select.value) } },
+    options.map(([value, text]) => h("option", { value, text })),
+  );
   store.on(["settings"], ({ settings }) => (select.value = String(settings[key])));
   return h("label", { class: "setting" }, label, select);
 }
@@ -114,15 +189,29 @@ export function makeLease({ store, commands }) {
   const state = h("p", { class: "lead" });
   const name = h("input", { type: "text", id: "holder", maxlength: "60", value: "operator", autocomplete: "name" });
   const take = h("button", { type: "button", class: "plain", on: { click: () => void act() } });
-  const give = h("button", { type: "button", class: "plain", text: "Give it back", on: { click: () => void commands.giveLease() } });
+  const give = h("button", {
+    type: "button",
+    class: "plain",
+    text: "Give it back",
+    on: { click: () => void commands.giveLease() },
+  });
   const act = () => commands.takeLease(name.value.trim() || "operator", Boolean(store.state.lease?.holder));
-  const dialog = sheet("Control", state, h("div", { class: "setting" }, h("label", { for: "holder", text: "Your name" }), name),
-    h("p", { class: "buttons" }, take, give));
+  const dialog = sheet(
+    "Control",
+    state,
+    h("div", { class: "setting" }, h("label", { for: "holder", text: "Your name" }), name),
+    h("p", { class: "buttons" }, take, give),
+  );
   store.on(["lease", "lease_token"], ({ lease, lease_token }) => {
     const mine = Boolean(lease_token);
-    say(state, mine ? "You have control: others can look, and stop, but not move the mirrors."
-      : lease?.holder ? `${lease.holder} has control. Taking it over is written into the event log.`
-      : "Nobody holds control: everybody may move the mirrors. Take it to be alone.");
+    say(
+      state,
+      mine
+        ? "You have control: others can look, and stop, but not move the mirrors."
+        : lease?.holder
+          ? `${lease.holder} has control. Taking it over is written into the event log.`
+          : "Nobody holds control: everybody may move the mirrors. Take it to be alone.",
+    );
     say(take, lease?.holder ? "Take over" : "Take control");
     take.hidden = mine;
     give.hidden = !mine;
@@ -137,7 +226,15 @@ export function makeLease({ store, commands }) {
 export function makeSteerDistance(store) {
   const nearest_m = 0.5;
   const text = h("output", { class: "number", for: "steer-distance" });
-  const slider = h("input", { type: "range", id: "steer-distance", min: "0", max: "1", step: "0.01", value: "0", "aria-label": "Distance for steering" });
+  const slider = h("input", {
+    type: "range",
+    id: "steer-distance",
+    min: "0",
+    max: "1",
+    step: "0.01",
+    value: "0",
+    "aria-label": "Distance for steering",
+  });
   slider.addEventListener("input", () => {
     const closeness = Number(slider.value);
     store.set({ steer_distance_m: closeness < 0.01 ? null : nearest_m / closeness });
@@ -147,6 +244,11 @@ export function makeSteerDistance(store) {
     say(text, words);
     slider.setAttribute("aria-valuetext", steer_distance_m === null ? "infinity, eyes parallel" : words);
   });
-  return h("div", { class: "steering", title: "How far away Alt + drag points both eyes" },
-    h("label", { for: "steer-distance", text: "Steer at" }), slider, text);
+  return h(
+    "div",
+    { class: "steering", title: "How far away Alt + drag points both eyes" },
+    h("label", { for: "steer-distance", text: "Steer at" }),
+    slider,
+    text,
+  );
 }

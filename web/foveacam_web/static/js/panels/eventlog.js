@@ -11,7 +11,12 @@ import { icon } from "../icons.js";
 
 const MOST = 200;
 const NOISE = new Set([
-  "fixation.step", "mirrors.steered", "job.updated", "calibration.progress", "calibration.sample", "calibration.pose",
+  "fixation.step",
+  "mirrors.steered",
+  "job.updated",
+  "calibration.progress",
+  "calibration.sample",
+  "calibration.pose",
 ]); // shown where they belong, not here
 
 /**
@@ -65,7 +70,16 @@ function folded(log) {
 /** @param {{event: EventDocument, times: number}} entry */
 function line({ event, times }) {
   const bad = event.level === "error" || event.level === "warning";
-  return h("li", { class: event.level }, h("time", { datetime: event.t_utc, text: clockTime(event.t_utc) }),
+  return h(
+    "li",
+    { class: event.level },
+    h("time", { datetime: event.t_utc, text: clockTime(event.t_utc) }),
     bad ? icon("warn") : h("span", {}),
-    h("span", { class: "message", title: event.kind }, event.message, times > 1 && h("span", { class: "times", text: ` ×${times}` })));
+    h(
+      "span",
+      { class: "message", title: event.kind },
+      event.message,
+      times > 1 && h("span", { class: "times", text: ` ×${times}` }),
+    ),
+  );
 }

@@ -15,9 +15,14 @@ import { drawSteps } from "./stepplot.js";
  * @typedef {import("#api").FixationRequest} FixationRequest
  */
 
-const RUNNING = Object.freeze(/** @type {Record<string, string>} */ ({
-  sending: "Sending", queued: "Waiting its turn", running: "Verging", cancelling: "Cancelling",
-}));
+const RUNNING = Object.freeze(
+  /** @type {Record<string, string>} */ ({
+    sending: "Sending",
+    queued: "Waiting its turn",
+    running: "Verging",
+    cancelling: "Cancelling",
+  }),
+);
 
 /**
  * @param {HTMLElement} place
@@ -59,7 +64,9 @@ function redrawSteps(plot, current) {
 function outcomes(head, commands) {
   const run = running(commands);
   const [end, files] = [h("div", { class: "part" }), h("div", { class: "part" })];
-  const showEnd = changing(end, (/** @type {CurrentFixation | null} */ current) => (current?.fixation ? ended(current.fixation, commands) : otherwise(current)));
+  const showEnd = changing(end, (/** @type {CurrentFixation | null} */ current) =>
+    current?.fixation ? ended(current.fixation, commands) : otherwise(current),
+  );
   const showFiles = changing(files, (/** @type {string | null} */ cloud_id) => [cloud_id && downloads(cloud_id)]);
   fill(head, run.element, end, files);
   return (current) => {
@@ -76,24 +83,48 @@ function outcomes(head, commands) {
 /** @param {CurrentFixation | null} current */
 function otherwise(current) {
   if (current?.state === "failed") return failed(current);
-  if (current) return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
-  return [h("p", { class: "big quiet", text: MISSING }), h("p", { class: "lead", text: "Click on something in the wide view: both foveae look at it, and its distance appears here." })];
+  if (current)
+    return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
+  return [
+    h("p", { class: "big quiet", text: MISSING }),
+    h("p", {
+      class: "lead",
+      text: "Click on something in the wide view: both foveae look at it, and its distance appears here.",
+    }),
+  ];
 }
 
 /** @param {Commands} commands */
 function running(commands) {
   const state = h("span", {});
   const note = h("p", { class: "lead number" });
-  const cancel = h("button", { type: "button", class: "plain", on: { click: () => void commands.cancel() } }, "Cancel ", h("kbd", { text: "Esc" }));
-  const element = h("div", { class: "part" },
-    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), state), note, cancel);
-  return { element, show: (/** @type {CurrentFixation} */ current) => {
-    const last = current.steps.at(-1);
-    const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
-    say(state, RUNNING[current.state] ?? current.state);
-    say(note, [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") || asked(current.request));
-    cancel.disabled = current.state === "cancelling" || !current.job_id;
-  } };
+  const cancel = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void commands.cancel() } },
+    "Cancel ",
+    h("kbd", { text: "Esc" }),
+  );
+  const element = h(
+    "div",
+    { class: "part" },
+    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), state),
+    note,
+    cancel,
+  );
+  return {
+    element,
+    show: (/** @type {CurrentFixation} */ current) => {
+      const last = current.steps.at(-1);
+      const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
+      say(state, RUNNING[current.state] ?? current.state);
+      say(
+        note,
+        [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") ||
+          asked(current.request),
+      );
+      cancel.disabled = current.state === "cancelling" || !current.job_id;
+    },
+  };
 }
 
 /** @param {CurrentFixation} current */
@@ -118,7 +149,11 @@ function ended(fixation, commands) {
   const why = reasonBeside(fixation);
   return [
     title(end.tone, end.title, basis ? basisMeaning(basis) : ""),
-    answer.distance_m !== null ? far(answer) : answer.bound ? h("p", { class: "big limits", data: { role: "bound" }, text: boundText(answer.bound) }) : null,
+    answer.distance_m !== null
+      ? far(answer)
+      : answer.bound
+        ? h("p", { class: "big limits", data: { role: "bound" }, text: boundText(answer.bound) })
+        : null,
     alternatives(fixation, commands),
     why && !chosen ? h("p", { class: "lead", text: why }) : null,
     basis || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
@@ -140,8 +175,13 @@ function reasonBeside({ reason, bound }) {
 /** @param {import("../answers.js").Answer} answer */
 function far({ distance_m, distance_sigma_m }) {
   const { value, sigma, unit } = distance(distance_m, distance_sigma_m);
-  return h("p", { class: "big", data: { role: "distance" } }, h("span", { class: "value", text: value }),
-    sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }), h("span", { class: "unit", text: ` ${unit}` }));
+  return h(
+    "p",
+    { class: "big", data: { role: "distance" } },
+    h("span", { class: "value", text: value }),
+    sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }),
+    h("span", { class: "unit", text: ` ${unit}` }),
+  );
 }
 
 /** @param {FixationDocument} fixation */
@@ -157,15 +197,24 @@ function numbers(fixation) {
     ["Direction", `${angle(fixation.target.ax_deg)} ${angle(fixation.target.ay_deg)}`],
     ["Point x y z", x === null ? MISSING : `${number(x, 3)}  ${number(y, 3)}  ${number(z, 3)} m`],
   ];
-  return h("dl", { class: "numbers" }, rows.flatMap(([name, text]) => [h("dt", { text: name }), h("dd", { class: "number", text })]));
+  return h(
+    "dl",
+    { class: "numbers" },
+    rows.flatMap(([name, text]) => [h("dt", { text: name }), h("dd", { class: "number", text })]),
+  );
 }
 
 /** @param {string} cloud_id */
 function downloads(cloud_id) {
   const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
     h("a", { href: `/api/v1/clouds/${cloud_id}${path}`, download: "", title: what }, icon("down"), name);
-  return h("p", { class: "downloads" }, link("PLY", ".ply", "Point cloud with colour and standard error"),
-    link("GLB", ".glb", "Textured depth mesh"), link("Depth picture", "/depth.png", "Colour-coded depth"));
+  return h(
+    "p",
+    { class: "downloads" },
+    link("PLY", ".ply", "Point cloud with colour and standard error"),
+    link("GLB", ".glb", "Textured depth mesh"),
+    link("Depth picture", "/depth.png", "Colour-coded depth"),
+  );
 }
 
 /**
@@ -174,7 +223,12 @@ function downloads(cloud_id) {
  * @param {string} [meaning]
  */
 function title(tone, text, meaning = "") {
-  return h("p", { class: `state ${tone}`, title: meaning }, icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn"), text);
+  return h(
+    "p",
+    { class: `state ${tone}`, title: meaning },
+    icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn"),
+    text,
+  );
 }
 
 /** @param {FixationRequest | null} request */

@@ -32,42 +32,87 @@ export function mountRigStatus(place, store) {
  */
 function tables(state, rig) {
   return [
-    h("table", { class: "status" }, h("caption", { text: "Cameras" }),
-      head(["", "Camera", "Rate", "Age", "Dropped"]), h("tbody", {}, rig.cameras.map(cameraRow))),
-    h("table", { class: "status" }, h("caption", { text: "Views" }), head(["", "Served", "Shown", "Age"]), h("tbody", {}, viewRows(state))),
+    h(
+      "table",
+      { class: "status" },
+      h("caption", { text: "Cameras" }),
+      head(["", "Camera", "Rate", "Age", "Dropped"]),
+      h("tbody", {}, rig.cameras.map(cameraRow)),
+    ),
+    h(
+      "table",
+      { class: "status" },
+      h("caption", { text: "Views" }),
+      head(["", "Served", "Shown", "Age"]),
+      h("tbody", {}, viewRows(state)),
+    ),
     h("p", { class: "more" }, h("a", { href: RIG_ADDRESS, text: "Set cameras, test the trigger, see the controller" })),
     pairs("Mirrors", mirrorRows(rig.mirrors, state)),
     pairs("Calibration", calibrationRows(rig, state.health)),
-    pairs("Server", [["Clock", clockTime(rig.clock.utc)], ["Rig", `${rig.name} (${rig.rig_id ?? MISSING})`], ["Scene", rig.scene ?? MISSING], ["Baseline", baseline(rig.baseline_m)]]),
+    pairs("Server", [
+      ["Clock", clockTime(rig.clock.utc)],
+      ["Rig", `${rig.name} (${rig.rig_id ?? MISSING})`],
+      ["Scene", rig.scene ?? MISSING],
+      ["Baseline", baseline(rig.baseline_m)],
+    ]),
   ];
 }
 
 /** @param {string[]} names */
 function head(names) {
-  return h("thead", {}, h("tr", {}, names.map((text) => h("th", { scope: "col", class: text === "Camera" ? "device" : "", text }))));
+  return h(
+    "thead",
+    {},
+    h(
+      "tr",
+      {},
+      names.map((text) => h("th", { scope: "col", class: text === "Camera" ? "device" : "", text })),
+    ),
+  );
 }
 
 /** @param {CameraDocument} camera */
 function cameraRow(camera) {
   const name = [camera.vendor, camera.model].filter(Boolean).join(" ") || MISSING;
-  const state = camera.connected ? h("span", { class: "lamp good", title: "connected" }) : h("span", { class: "lamp bad", title: "missing" });
+  const state = camera.connected
+    ? h("span", { class: "lamp good", title: "connected" })
+    : h("span", { class: "lamp bad", title: "missing" });
   const exposure = camera.exposure_ms === null ? "" : `, ${number(camera.exposure_ms, 2)} ms`;
-  return h("tr", { class: camera.connected ? "" : "missing" },
+  return h(
+    "tr",
+    { class: camera.connected ? "" : "missing" },
     h("th", { scope: "row" }, state, camera.role),
-    h("td", { class: "device", title: `${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}`, text: camera.connected ? name : "missing" }),
+    h("td", {
+      class: "device",
+      title: `${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}`,
+      text: camera.connected ? name : "missing",
+    }),
     h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
     h("td", { text: millis(camera.frame_age_ms) }),
-    h("td", { text: count(camera.dropped), title: `${count(camera.delivered)} delivered, ${count(camera.skipped)} skipped for newer ones` }));
+    h("td", {
+      text: count(camera.dropped),
+      title: `${count(camera.delivered)} delivered, ${count(camera.skipped)} skipped for newer ones`,
+    }),
+  );
 }
 
 /** @param {ConsoleState} state */
 function viewRows({ views, server_stats, shown }) {
-  return views.filter(({ name }) => shown[name]?.count).map(({ name }) => {
-    const served = server_stats[name];
-    return h("tr", {}, h("th", { scope: "row", text: name }),
-      h("td", { text: served?.rate_hz === null || served === undefined ? MISSING : `${number(served.rate_hz, 1)} Hz` }),
-      h("td", { text: `${number(shown[name]?.fps, 1)} fps` }), h("td", { text: millis(shown[name]?.age_ms) }));
-  });
+  return views
+    .filter(({ name }) => shown[name]?.count)
+    .map(({ name }) => {
+      const served = server_stats[name];
+      return h(
+        "tr",
+        {},
+        h("th", { scope: "row", text: name }),
+        h("td", {
+          text: served?.rate_hz === null || served === undefined ? MISSING : `${number(served.rate_hz, 1)} Hz`,
+        }),
+        h("td", { text: `${number(shown[name]?.fps, 1)} fps` }),
+        h("td", { text: millis(shown[name]?.age_ms) }),
+      );
+    });
 }
 
 /**
@@ -103,16 +148,27 @@ function mirrorRows(mirrors, { overlay }) {
  */
 function calibrationRows({ calibration, calibration_problem, steering }, health) {
   const calibrate = h("a", { href: addressOf("overview"), text: "Calibrate, check, records" });
-  if (!calibration) return [["State", calibration_problem ?? "none"], ["", calibrate]];
+  if (!calibration)
+    return [
+      ["State", calibration_problem ?? "none"],
+      ["", calibrate],
+    ];
   const field = steering
     ? `${number(steering.ax_min_deg, 1)}° … ${number(steering.ax_max_deg, 1)}° × ${number(steering.ay_min_deg, 1)}° … ${number(steering.ay_max_deg, 1)}°`
     : MISSING;
   return [
-    ["Name", calibration.label || calibration.origin], ["Origin", calibration.origin], ["Id", calibration.id.slice(0, 16)],
-    ["Age", span(calibration.age_s)], ["Health", healthOf(health)],
+    ["Name", calibration.label || calibration.origin],
+    ["Origin", calibration.origin],
+    ["Id", calibration.id.slice(0, 16)],
+    ["Age", span(calibration.age_s)],
+    ["Health", healthOf(health)],
     ["Mirror σ", calibration.mirror_sigma_deg === null ? MISSING : `${number(calibration.mirror_sigma_deg, 4)}°`],
-    ["Rectification σ", calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`],
-    ["Steerable", field], ["", calibrate],
+    [
+      "Rectification σ",
+      calibration.rectify_sigma_px === null ? MISSING : `${number(calibration.rectify_sigma_px, 2)} px`,
+    ],
+    ["Steerable", field],
+    ["", calibrate],
   ];
 }
 
@@ -128,6 +184,16 @@ function healthOf(health) {
  * @param {[string, string | Node][]} rows
  */
 function pairs(caption, rows) {
-  return h("table", { class: "status pairs" }, h("caption", { text: caption }), h("tbody", {}, rows.map(([name, value]) =>
-    h("tr", {}, h("th", { scope: "row", text: name }), h("td", { class: "long" }, value)))));
+  return h(
+    "table",
+    { class: "status pairs" },
+    h("caption", { text: caption }),
+    h(
+      "tbody",
+      {},
+      rows.map(([name, value]) =>
+        h("tr", {}, h("th", { scope: "row", text: name }), h("td", { class: "long" }, value)),
+      ),
+    ),
+  );
 }

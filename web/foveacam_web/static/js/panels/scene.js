@@ -88,34 +88,77 @@ export class Scene {
       inside.addEventListener("focusin", () => this.#giveFocusBack());
     };
     this.#frame = h("iframe", {
-      on: { load }, title: "3D view of the rig and of what it measured", src: sceneUrl(this.#store.state, null), loading: "lazy" });
+      on: { load },
+      title: "3D view of the rig and of what it measured",
+      src: sceneUrl(this.#store.state, null),
+      loading: "lazy",
+    });
     fill(this.#place, this.#frame);
   }
 
   #failed() {
     this.#frame = null;
-    const again = h("button", { type: "button", class: "plain", text: "Try again", on: { click: () => {
-      this.#loaded_for = null;
-      void this.#update(this.#store.state);
-    } } });
-    fill(this.#place, h("div", { class: "notice" }, h("strong", { text: "The 3D pane does not answer" }),
-      h("p", { text: "Everything else works. The server's log says why it could not start." }), again));
+    const again = h("button", {
+      type: "button",
+      class: "plain",
+      text: "Try again",
+      on: {
+        click: () => {
+          this.#loaded_for = null;
+          void this.#update(this.#store.state);
+        },
+      },
+    });
+    fill(
+      this.#place,
+      h(
+        "div",
+        { class: "notice" },
+        h("strong", { text: "The 3D pane does not answer" }),
+        h("p", { text: "Everything else works. The server's log says why it could not start." }),
+        again,
+      ),
+    );
   }
 
   #offer() {
     this.#frame = null;
     this.#loaded_for = null;
-    fill(this.#place, h("div", { class: "notice" }, icon("cube"), h("p", { text: "The 3D pane is switched off in the settings." })));
+    fill(
+      this.#place,
+      h("div", { class: "notice" }, icon("cube"), h("p", { text: "The 3D pane is switched off in the settings." })),
+    );
   }
 
   /** @param {ConsoleState} state */
   #offerFiles({ clouds }) {
     const newest = clouds[0];
     const picture = newest && h("img", { src: newest.depth_url, alt: "Colour-coded depth of the last fixation" });
-    const files = newest && h("p", { class: "downloads" }, h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"), newest.glb_url && h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"));
-    fill(this.#place, h("div", { class: "notice no-webgl" }, picture,
-      h("div", {}, h("strong", { text: "No 3D here: this browser has no WebGL" }),
-        h("p", { text: "Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured shape in another program." }), files)));
+    const files =
+      newest &&
+      h(
+        "p",
+        { class: "downloads" },
+        h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"),
+        newest.glb_url && h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"),
+      );
+    fill(
+      this.#place,
+      h(
+        "div",
+        { class: "notice no-webgl" },
+        picture,
+        h(
+          "div",
+          {},
+          h("strong", { text: "No 3D here: this browser has no WebGL" }),
+          h("p", {
+            text: "Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured shape in another program.",
+          }),
+          files,
+        ),
+      ),
+    );
   }
 }
 
@@ -132,7 +175,8 @@ function hasWebGL() {
  */
 function sceneUrl({ settings }, point_rig_m) {
   const url = new URL("/viser/", location.href);
-  const dark = settings.theme === "dark" || (settings.theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
+  const dark =
+    settings.theme === "dark" || (settings.theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
   url.searchParams.set("embedded", "1");
   if (dark) url.searchParams.set("darkMode", "");
   if (point_rig_m) {

@@ -19,10 +19,16 @@ const FEWEST_STEPS = 6;
  */
 export function drawSteps(place, steps) {
   if (steps.length === 0) {
-    fill(place, h("p", { class: "empty", text: "The residual between the eyes, step by step, appears here during a fixation." }));
+    fill(
+      place,
+      h("p", { class: "empty", text: "The residual between the eyes, step by step, appears here during a fixation." }),
+    );
     return;
   }
-  const top = Math.max(10, ...steps.flatMap((step) => [step.residual_x_px, step.residual_y_px].map((px) => Math.abs(px ?? 0))));
+  const top = Math.max(
+    10,
+    ...steps.flatMap((step) => [step.residual_x_px, step.residual_y_px].map((px) => Math.abs(px ?? 0))),
+  );
   const decades = { low: Math.log10(FLOOR_PX), high: Math.ceil(Math.log10(top)) };
   const last = Math.max(FEWEST_STEPS - 1, ...steps.map(({ index }) => index));
   const x = (/** @type {number} */ index) => PAD.left + (index / last) * (WIDTH - PAD.left - PAD.right);
@@ -30,16 +36,30 @@ export function drawSteps(place, steps) {
     const part = (Math.log10(Math.max(FLOOR_PX, Math.abs(px))) - decades.low) / (decades.high - decades.low);
     return HEIGHT - PAD.bottom - part * (HEIGHT - PAD.top - PAD.bottom);
   };
-  fill(place, s("svg", { class: "stepplot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": inWords(steps) },
-    grid(decades, y),
-    s("line", { class: "goal", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(GOAL_PX), y2: y(GOAL_PX) }),
-    s("text", { class: "goal-name", x: WIDTH - PAD.right, y: y(GOAL_PX) - 3, "text-anchor": "end", text: "0.5 px" }),
-    ticks(steps, x, last),
-    steps.every((step) => step.residual_x_px === null)
-      ? s("text", { class: "nothing", x: WIDTH / 2, y: HEIGHT / 2 + 16, "text-anchor": "middle", text: "No step found a match" }) : null,
-    series(steps, "vertical", (step) => step.residual_y_px, x, y),
-    series(steps, "along", (step) => step.residual_x_px, x, y)),
-  legend(), table(steps));
+  fill(
+    place,
+    s(
+      "svg",
+      { class: "stepplot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": inWords(steps) },
+      grid(decades, y),
+      s("line", { class: "goal", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(GOAL_PX), y2: y(GOAL_PX) }),
+      s("text", { class: "goal-name", x: WIDTH - PAD.right, y: y(GOAL_PX) - 3, "text-anchor": "end", text: "0.5 px" }),
+      ticks(steps, x, last),
+      steps.every((step) => step.residual_x_px === null)
+        ? s("text", {
+            class: "nothing",
+            x: WIDTH / 2,
+            y: HEIGHT / 2 + 16,
+            "text-anchor": "middle",
+            text: "No step found a match",
+          })
+        : null,
+      series(steps, "vertical", (step) => step.residual_y_px, x, y),
+      series(steps, "along", (step) => step.residual_x_px, x, y),
+    ),
+    legend(),
+    table(steps),
+  );
 }
 
 /**
@@ -65,8 +85,15 @@ function grid({ low, high }, y) {
  */
 function ticks(steps, x, last) {
   const every = Math.ceil((last + 1) / 12);
-  return steps.filter(({ index }) => index % every === 0).map(({ index, phase }) =>
-    s("text", { class: "tick", x: x(index), y: HEIGHT - 6, "text-anchor": "middle", text: `${index + 1}` }, s("title", { text: phase })));
+  return steps
+    .filter(({ index }) => index % every === 0)
+    .map(({ index, phase }) =>
+      s(
+        "text",
+        { class: "tick", x: x(index), y: HEIGHT - 6, "text-anchor": "middle", text: `${index + 1}` },
+        s("title", { text: phase }),
+      ),
+    );
 }
 
 /**
@@ -84,33 +111,74 @@ function series(steps, kind, of, x, y) {
   const line = known.map(({ step, px }) => `${x(step.index)} ${y(px)}`).join("L");
   return [
     known.length > 1 ? s("path", { class: `line ${kind}`, d: `M${line}` }) : null,
-    ...known.map(({ step, px }) => s("circle", { class: `dot ${kind}`, cx: x(step.index), cy: y(px), r: 2.6 },
-      s("title", { text: `step ${step.index + 1}, ${step.phase}: ${number(px, 3)} px` }))),
+    ...known.map(({ step, px }) =>
+      s(
+        "circle",
+        { class: `dot ${kind}`, cx: x(step.index), cy: y(px), r: 2.6 },
+        s("title", { text: `step ${step.index + 1}, ${step.phase}: ${number(px, 3)} px` }),
+      ),
+    ),
   ];
 }
 
 function legend() {
-  return h("p", { class: "legend" },
-    h("span", { class: "key along", text: "along", title: "along the epipolar line" }), h("span", { class: "key vertical", text: "across", title: "across the epipolar line" }),
-    h("span", { class: "unit", text: "|left − right|, fovea px" }));
+  return h(
+    "p",
+    { class: "legend" },
+    h("span", { class: "key along", text: "along", title: "along the epipolar line" }),
+    h("span", { class: "key vertical", text: "across", title: "across the epipolar line" }),
+    h("span", { class: "unit", text: "|left − right|, fovea px" }),
+  );
 }
 
 /** @param {StepDocument[]} steps */
 function table(steps) {
   const head = ["", "Phase", "Left ax, ay", "Right ax, ay", "Δx px", "Δy px", "Score", "Compute"];
-  const rows = steps.map((step) => h("tr", {}, [
-    step.index + 1, step.phase,
-    `${angle(step.left_ax_deg, 3)} ${angle(step.left_ay_deg, 3)}`, `${angle(step.right_ax_deg, 3)} ${angle(step.right_ay_deg, 3)}`,
-    number(step.residual_x_px, 2), number(step.residual_y_px, 2), number(step.score, 3), millis(step.compute_ms),
-  ].map((text) => h("td", { text: String(text) }))));
-  return h("details", { class: "steps" }, h("summary", { text: `${steps.length} ${steps.length === 1 ? "step" : "steps"} in numbers` }),
-    h("div", { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Steps in numbers" },
-      h("table", {}, h("thead", {}, h("tr", {}, head.map((text) => h("th", { scope: "col", text })))), h("tbody", {}, rows))));
+  const rows = steps.map((step) =>
+    h(
+      "tr",
+      {},
+      [
+        step.index + 1,
+        step.phase,
+        `${angle(step.left_ax_deg, 3)} ${angle(step.left_ay_deg, 3)}`,
+        `${angle(step.right_ax_deg, 3)} ${angle(step.right_ay_deg, 3)}`,
+        number(step.residual_x_px, 2),
+        number(step.residual_y_px, 2),
+        number(step.score, 3),
+        millis(step.compute_ms),
+      ].map((text) => h("td", { text: String(text) })),
+    ),
+  );
+  return h(
+    "details",
+    { class: "steps" },
+    h("summary", { text: `${steps.length} ${steps.length === 1 ? "step" : "steps"} in numbers` }),
+    h(
+      "div",
+      { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Steps in numbers" },
+      h(
+        "table",
+        {},
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            head.map((text) => h("th", { scope: "col", text })),
+          ),
+        ),
+        h("tbody", {}, rows),
+      ),
+    ),
+  );
 }
 
 /** @param {StepDocument[]} steps */
 function inWords(steps) {
   const last = steps.at(-1);
-  const end = last?.residual_x_px === null || last === undefined ? "not matched" : `${number(last.residual_x_px, 2)} px`;
+  const end =
+    last?.residual_x_px === null || last === undefined ? "not matched" : `${number(last.residual_x_px, 2)} px`;
   return `Residual per step: ${steps.length} steps, the last one ${end}.`;
 }

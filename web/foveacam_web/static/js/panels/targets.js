@@ -47,20 +47,43 @@ export function mountTargets(place, context) {
  * @returns {Row}
  */
 function makeRow(target, { commands, select }) {
-  const label = h("input", { class: "label", type: "text", "aria-label": "Name of the target", maxlength: "80", spellcheck: "false", autocomplete: "off" });
+  const label = h("input", {
+    class: "label",
+    type: "text",
+    "aria-label": "Name of the target",
+    maxlength: "80",
+    spellcheck: "false",
+    autocomplete: "off",
+  });
   const distance = h("span", { class: "distance number" });
   const basis = h("span", { class: "basis", hidden: true });
   const known = h("span", { class: "known" }, distance, basis);
-  const button = (/** @type {string} */ name, /** @type {import("../icons.js").IconName} */ picture, /** @type {() => void} */ act) =>
+  const button = (
+    /** @type {string} */ name,
+    /** @type {import("../icons.js").IconName} */ picture,
+    /** @type {() => void} */ act,
+  ) =>
     h("button", { type: "button", class: "tool", "aria-label": name, title: name, on: { click: act } }, icon(picture));
   /** @type {Row} */
   const row = {
-    element: h("li", {}), label, distance, basis, target,
+    element: h("li", {}),
+    label,
+    distance,
+    basis,
+    target,
     pick: button("Show in the 3D pane", "cube", () => select(row.target)),
   };
-  row.element.append(label, known, h("span", { class: "tools" }, row.pick,
-    button("Look again", "again", () => void commands.lookAgain(row.target.id)),
-    button("Delete", "trash", () => commands.remove(row.target.id, row.target.label))));
+  row.element.append(
+    label,
+    known,
+    h(
+      "span",
+      { class: "tools" },
+      row.pick,
+      button("Look again", "again", () => void commands.lookAgain(row.target.id)),
+      button("Delete", "trash", () => commands.remove(row.target.id, row.target.label)),
+    ),
+  );
   label.addEventListener("change", () => void commands.rename(row.target.id, label.value.trim() || row.target.label));
   label.addEventListener("keydown", (event) => {
     if (event.key === "Escape") label.value = row.target.label;
@@ -88,6 +111,9 @@ function updateRow(row, target, selected) {
   row.distance.title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}${target.bound ? `, ${boundText(target.bound)}` : ""}`;
   row.element.dataset["basis"] = target.basis;
   row.basis.hidden = target.basis === "both_foveae" && !target.corrections?.length;
-  say(row.basis, [basisWords(target.basis, target), target.corrections?.length ? "corrected" : ""].filter(Boolean).join(", "));
+  say(
+    row.basis,
+    [basisWords(target.basis, target), target.corrections?.length ? "corrected" : ""].filter(Boolean).join(", "),
+  );
   row.basis.title = basisMeaning(target.basis);
 }

@@ -17,12 +17,14 @@ import { icon } from "../icons.js";
  * @typedef {import("#page").ConsoleState} ConsoleState
  */
 
-const STATES = Object.freeze(/** @type {Record<string, {text: string, tone: string}>} */ ({
-  opening: { text: "Opening", tone: "warn" },
-  ready: { text: "Ready", tone: "good" },
-  degraded: { text: "Degraded", tone: "warn" },
-  stopped: { text: "Stopped", tone: "bad" },
-}));
+const STATES = Object.freeze(
+  /** @type {Record<string, {text: string, tone: string}>} */ ({
+    opening: { text: "Opening", tone: "warn" },
+    ready: { text: "Ready", tone: "good" },
+    degraded: { text: "Degraded", tone: "warn" },
+    stopped: { text: "Stopped", tone: "bad" },
+  }),
+);
 
 /**
  * Fill the badges of the top bar.
@@ -58,9 +60,14 @@ export function mountBadges(place, { store, openLease }) {
  * @param {ConsoleState} now
  */
 function showState(badge, { rig, stream, stop }) {
-  const word = stream === "down" ? { text: "Offline", tone: "bad" }
-    : stop?.engaged ? STATES["stopped"]
-    : rig ? STATES[rig.state] : { text: "Connecting", tone: "warn" };
+  const word =
+    stream === "down"
+      ? { text: "Offline", tone: "bad" }
+      : stop?.engaged
+        ? STATES["stopped"]
+        : rig
+          ? STATES[rig.state]
+          : { text: "Connecting", tone: "warn" };
   badge.className = `badge ${word?.tone ?? "warn"}`;
   say(badge, word?.text ?? rig?.state ?? "");
   badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
@@ -88,7 +95,9 @@ function showCapture(badge, { capturing }) {
   const waits = capturing.state === "paused" ? "Capture paused" : "Capturing";
   badge.className = `badge link ${capturing.why ? "warn" : "plain mine"}`;
   say(badge, [waits, share === null ? "" : `${Math.floor(100 * share)} %`].filter(Boolean).join(" "));
-  badge.title = sentence([capturing.name, capturing.why || stateWords(capturing), farWords(capturing)].filter(Boolean).join(", "));
+  badge.title = sentence(
+    [capturing.name, capturing.why || stateWords(capturing), farWords(capturing)].filter(Boolean).join(", "),
+  );
 }
 
 /** @param {import("#page").Work} work */
@@ -96,7 +105,11 @@ function runningWords(work) {
   const { step, done, total, note } = work;
   const name = step === "drift" ? "Checking drift" : "Calibrating";
   const far = placeOf(work) ?? (total && done > 0 ? `${Math.floor((100 * done) / total)} %` : "");
-  return { tone: "plain mine", text: [name, far].filter(Boolean).join(step === "all" ? ", " : " "), reason: sentence(note) };
+  return {
+    tone: "plain mine",
+    text: [name, far].filter(Boolean).join(step === "all" ? ", " : " "),
+    reason: sentence(note),
+  };
 }
 
 /**
@@ -105,7 +118,11 @@ function runningWords(work) {
  */
 function showLease(badge, { lease, lease_token }) {
   badge.classList.toggle("mine", Boolean(lease_token));
-  fill(badge, icon("hand"), lease_token ? "You have control" : lease?.holder ? `${lease.holder} has control` : "Control is free");
+  fill(
+    badge,
+    icon("hand"),
+    lease_token ? "You have control" : lease?.holder ? `${lease.holder} has control` : "Control is free",
+  );
   badge.title = "Who may move the mirrors. Stopping needs no control.";
 }
 
@@ -118,14 +135,21 @@ function showLease(badge, { lease, lease_token }) {
 export function mountStop(button, strip, { store, commands }) {
   button.addEventListener("click", () => void commands.stop());
   const text = h("span", {});
-  const release = h("button", { type: "button", class: "plain", text: "Release", on: { click: () => void commands.releaseStop() } });
+  const release = h("button", {
+    type: "button",
+    class: "plain",
+    text: "Release",
+    on: { click: () => void commands.releaseStop() },
+  });
   fill(strip, icon("warn"), text, release);
   store.on(["stop"], ({ stop }) => {
     const engaged = Boolean(stop?.engaged);
     strip.hidden = !engaged;
     button.classList.toggle("engaged", engaged);
     button.setAttribute("aria-pressed", String(engaged));
-    const by = [stop?.by && `by ${stop.by}`, stop?.since_utc && `at ${clockTime(stop.since_utc)}`].filter(Boolean).join(" ");
+    const by = [stop?.by && `by ${stop.by}`, stop?.since_utc && `at ${clockTime(stop.since_utc)}`]
+      .filter(Boolean)
+      .join(" ");
     say(text, engaged ? `Stopped ${by}: the mirrors are parked and take no orders.` : "");
   });
 }
@@ -136,7 +160,9 @@ export function mountStop(button, strip, { store, commands }) {
  * @param {Store} store
  */
 export function mountOffline(strip, store) {
-  const text = h("span", { text: "No connection to the server. The page shows what was last known and reconnects by itself." });
+  const text = h("span", {
+    text: "No connection to the server. The page shows what was last known and reconnects by itself.",
+  });
   fill(strip, h("span", { class: "spinner", "aria-hidden": "true" }), text);
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let later;
@@ -157,9 +183,30 @@ export function mountProblems(strip, store) {
     const problems = rig?.problems ?? [];
     const stale = rig?.calibration && health?.verdict === "recalibrate" ? health : null;
     strip.hidden = problems.length === 0 && !stale;
-    fill(strip, icon("warn"), h("ul", {}, problems.map((problem) =>
-      h("li", {}, problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
-        `${sentence(problem.detail)} `, h("span", { class: "remedy", text: remedyOf(problem) }))),
-      stale && h("li", {}, h("b", { text: "calibration " }), `${healthReason(stale)} `, h("a", { href: addressOf("overview"), text: "Check its drift, or calibrate again." }))));
+    fill(
+      strip,
+      icon("warn"),
+      h(
+        "ul",
+        {},
+        problems.map((problem) =>
+          h(
+            "li",
+            {},
+            problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
+            `${sentence(problem.detail)} `,
+            h("span", { class: "remedy", text: remedyOf(problem) }),
+          ),
+        ),
+        stale &&
+          h(
+            "li",
+            {},
+            h("b", { text: "calibration " }),
+            `${healthReason(stale)} `,
+            h("a", { href: addressOf("overview"), text: "Check its drift, or calibrate again." }),
+          ),
+      ),
+    );
   });
 }

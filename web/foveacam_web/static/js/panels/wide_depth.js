@@ -54,7 +54,8 @@ export class WideDepth {
   /** @param {EventDocument} event */
   hear({ kind, data }) {
     if (kind === "wide_depth.changed") this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
-    else if (kind === "job.updated" && data?.["kind"] === KIND) this.#follow(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));
+    else if (kind === "job.updated" && data?.["kind"] === KIND)
+      this.#follow(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));
     else {
       if (kind.startsWith("calibration.")) void this.readAll();
       return;
@@ -67,7 +68,8 @@ export class WideDepth {
     const ended = ["cancelled", "failed", "succeeded"].includes(job.state);
     this.#job = ended ? null : job;
     if (!ended) return;
-    if (job.state === "failed") this.#commands.say({ tone: "bad", title: "The look around has failed", detail: job.problem?.detail ?? "" });
+    if (job.state === "failed")
+      this.#commands.say({ tone: "bad", title: "The look around has failed", detail: job.problem?.detail ?? "" });
     this.#said.textContent = job.state === "succeeded" ? "The look around is done" : "The look around has ended early";
     void this.readAll();
   }
@@ -76,9 +78,13 @@ export class WideDepth {
     if (this.#asked) return;
     this.#asked = true;
     const job = this.#job;
-    const answer = await this.#commands.attempt(() => job
-      ? request("POST", `/jobs/${job.id}/cancel`)
-      : /** @type {Promise<JobDocument>} */ (request("POST", "/wide_depth/surveys", { headers: this.#commands.leaseHeader() })));
+    const answer = await this.#commands.attempt(() =>
+      job
+        ? request("POST", `/jobs/${job.id}/cancel`)
+        : /** @type {Promise<JobDocument>} */ (
+            request("POST", "/wide_depth/surveys", { headers: this.#commands.leaseHeader() })
+          ),
+    );
     this.#asked = false;
     if (answer && !job) this.#job = this.#job ?? /** @type {JobDocument} */ (answer);
     this.#draw();
@@ -89,16 +95,21 @@ export class WideDepth {
     const share = known ? Math.round(100 * known.known_fraction) : 0;
     this.#words.hidden = !known || known.known_cells === 0;
     this.#words.textContent = `${share} % known`;
-    this.#words.title = known ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture` : "";
+    this.#words.title = known
+      ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture`
+      : "";
     const progress = this.#job?.progress;
     const done = progress?.total ? `${progress.done} of ${progress.total}` : "waiting";
     fill(this.#button, this.#job ? `Cancel (${done})` : "Look around");
     this.#button.title = this.#job ? "End the look around; what it has found stays" : TITLE;
-    this.#button.disabled = !this.#job && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
+    this.#button.disabled =
+      !this.#job && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
   }
 }
 
 /** @param {WideDepthDocument} known */
 function spanWords({ nearest_m, farthest_m }) {
-  return nearest_m === null || farthest_m === null ? "" : `, from ${nearest_m.toFixed(1)} to ${farthest_m.toFixed(1)} m`;
+  return nearest_m === null || farthest_m === null
+    ? ""
+    : `, from ${nearest_m.toFixed(1)} to ${farthest_m.toFixed(1)} m`;
 }

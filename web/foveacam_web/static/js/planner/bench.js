@@ -86,10 +86,21 @@ export class Bench {
   /** What is wrong now, each with its place on the page. */
   get troubles() {
     const empty = unfilled(this.plan.settings);
-    const asked = empty.length > 0 ? [] : [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
+    const asked =
+      empty.length > 0
+        ? []
+        : [this.standoff.problem, this.regions.problem].filter((problem) => problem?.status !== 0).flatMap(blamed);
     const map = this.#own ? null : this.#drawn.answer.problem;
     const found = [...empty, ...asked, ...blamed(map).map(({ words }) => ({ place: "map", words }))];
-    const lost = this.#own && !this.#mine ? [{ place: "map", words: `No ${this.plan.map.kind === "picture" ? "picture" : "map"} of your own is in this browser: load a file, or choose a random map` }] : [];
+    const lost =
+      this.#own && !this.#mine
+        ? [
+            {
+              place: "map",
+              words: `No ${this.plan.map.kind === "picture" ? "picture" : "map"} of your own is in this browser: load a file, or choose a random map`,
+            },
+          ]
+        : [];
     return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
   }
 
@@ -141,7 +152,9 @@ export class Bench {
    */
   async give({ body, name, picture, kind }) {
     try {
-      const document = /** @type {MapDocument} */ (await request("POST", "/planner/map", { body, patience_ms: PATIENCE_MS }));
+      const document = /** @type {MapDocument} */ (
+        await request("POST", "/planner/map", { body, patience_ms: PATIENCE_MS })
+      );
       this.#given = { document, name, picture };
       keepMap(this.#given);
       this.setMap({ kind });
@@ -180,6 +193,8 @@ export class Bench {
     this.#standoff.want({ ring, clutter, domain_m2: settings.own_domain ? settings.domain_m2 : null });
     const ground = this.map;
     const asked = ground && this.targets_m.length > 0;
-    this.#regions.want(asked ? { map: ground.map, targets_m: this.targets_m, ring, agent_radius_m: settings.agent_radius_m } : null);
+    this.#regions.want(
+      asked ? { map: ground.map, targets_m: this.targets_m, ring, agent_radius_m: settings.agent_radius_m } : null,
+    );
   }
 }

@@ -35,7 +35,10 @@ export function blamed(problem) {
     const found = pattern && place?.startsWith("$") ? (pattern.exec(words)?.[1] ?? null) : place;
     const [, given, needed] = ASKED.exec(words) ?? [];
     const said = given && needed ? `${given} was given; needed is ${needed}` : words;
-    return { place: found, words: found === "domain_m2" ? `${said.replace(/\.$/, "")}; give more, or let it follow the ring` : said };
+    return {
+      place: found,
+      words: found === "domain_m2" ? `${said.replace(/\.$/, "")}; give more, or let it follow the ring` : said,
+    };
   });
 }
 
@@ -45,6 +48,7 @@ export function blamed(problem) {
  * @returns {Trouble[]}
  */
 export function unfilled(settings) {
-  return NAMES.filter((name) => !Number.isFinite(settings[name]) && (name !== "domain_m2" || settings.own_domain))
-    .map((name) => ({ place: name, words: `${NUMBERS[name].label} is empty: type in a number` }));
+  return NAMES.filter((name) => !Number.isFinite(settings[name]) && (name !== "domain_m2" || settings.own_domain)).map(
+    (name) => ({ place: name, words: `${NUMBERS[name].label} is empty: type in a number` }),
+  );
 }

@@ -71,7 +71,9 @@ export function drawScene(scene, layout) {
     s("defs", {}, clip),
     s("rect", { class: "paper", x: 0, y: 0, width, height: layout.height }),
     s("g", { "clip-path": "url(#plan-frame)", class: scene.stale ? "stale" : "" }, [
-      ...ground(scene, sheet), ...surfaces(scene, sheet), ...rings(scene, sheet),
+      ...ground(scene, sheet),
+      ...surfaces(scene, sheet),
+      ...rings(scene, sheet),
     ]),
     s("g", { class: "sights", "clip-path": "url(#plan-frame)" }),
     ...scene.targets_m.map((place, index) => marker(sheet, place, index)),
@@ -96,8 +98,11 @@ function ground({ map, picture }, sheet) {
  * @param {Sheet} sheet
  */
 function surfaces({ map, regions }, sheet) {
-  const surface = (/** @type {Outlines} */ outlines, /** @type {string} */ name) => s("path", { class: name, "fill-rule": "evenodd", d: sheet.path(outlines) });
-  const own = featuresOf(regions?.geojson, "region").map((feature, index) => surface(outlinesOf(feature.geometry), `region hue-${index % HUES}`));
+  const surface = (/** @type {Outlines} */ outlines, /** @type {string} */ name) =>
+    s("path", { class: name, "fill-rule": "evenodd", d: sheet.path(outlines) });
+  const own = featuresOf(regions?.geojson, "region").map((feature, index) =>
+    surface(outlinesOf(feature.geometry), `region hue-${index % HUES}`),
+  );
   const union = featuresOf(regions?.geojson, "union").map((feature) => surface(outlinesOf(feature.geometry), "union"));
   const obstacles = featuresOf(map.map, "obstacle").map((feature) => surface(outlinesOf(feature.geometry), "obstacle"));
   return [...own, ...union, ...obstacles];
@@ -111,7 +116,8 @@ function rings({ targets_m, ring }, sheet) {
   if (!ring) return [];
   return targets_m.flatMap((place, index) => {
     const { x: cx, y: cy } = sheet.toDrawing(place);
-    const circle = (/** @type {number} */ radius_m, /** @type {string} */ name) => s("circle", { class: `bound ${name} hue-${index % HUES}`, cx, cy, r: radius_m * sheet.scale });
+    const circle = (/** @type {number} */ radius_m, /** @type {string} */ name) =>
+      s("circle", { class: `bound ${name} hue-${index % HUES}`, cx, cy, r: radius_m * sheet.scale });
     return [circle(ring.inner_m, "near"), circle(ring.outer_m, "far")];
   });
 }
@@ -123,8 +129,13 @@ function rings({ targets_m, ring }, sheet) {
  */
 function marker(sheet, place, index) {
   const { x, y } = sheet.toDrawing(place);
-  return s("g", { class: `target hue-${index % HUES}`, transform: `translate(${x.toFixed(2)} ${y.toFixed(2)})` },
-    s("circle", { class: "grip", r: 16 }), s("circle", { class: "disc", r: 9 }), s("text", { y: 4, text: String(index) }));
+  return s(
+    "g",
+    { class: `target hue-${index % HUES}`, transform: `translate(${x.toFixed(2)} ${y.toFixed(2)})` },
+    s("circle", { class: "grip", r: 16 }),
+    s("circle", { class: "disc", r: 9 }),
+    s("text", { y: 4, text: String(index) }),
+  );
 }
 
 /**
@@ -151,13 +162,18 @@ function foot(scene, { width, plan, sheet }) {
   const length_m = niceLength((0.3 * width) / sheet.scale);
   const length = length_m * sheet.scale;
   const y = plan + 14;
-  const bar = s("g", { class: "scale-bar" },
+  const bar = s(
+    "g",
+    { class: "scale-bar" },
     s("path", { d: `M${EDGE} ${y - 5}v5h${length.toFixed(2)}v-5` }),
-    s("text", { x: EDGE + length + 8, y, text: `${plainly(length_m)} m` }));
-  const rows = legendRows(scene, width).flatMap((row, line) => row.map(({ x, name, text }) => {
-    const top = plan + 34 + line * ROW;
-    return s("g", { class: "entry" }, sample(name, x, top), s("text", { x: x + (name ? 22 : 0), y: top, text }));
-  }));
+    s("text", { x: EDGE + length + 8, y, text: `${plainly(length_m)} m` }),
+  );
+  const rows = legendRows(scene, width).flatMap((row, line) =>
+    row.map(({ x, name, text }) => {
+      const top = plan + 34 + line * ROW;
+      return s("g", { class: "entry" }, sample(name, x, top), s("text", { x: x + (name ? 22 : 0), y: top, text }));
+    }),
+  );
   return [bar, ...rows];
 }
 
@@ -168,8 +184,10 @@ function foot(scene, { width, plan, sheet }) {
  */
 function sample(name, x, y) {
   if (!name) return null;
-  if (name.startsWith("bound") || name === "union") return s("line", { class: name, x1: x, y1: y - 4, x2: x + 16, y2: y - 4 });
-  if (name.startsWith("target")) return s("g", { class: name }, s("circle", { class: "disc", cx: x + 8, cy: y - 4, r: 5 }));
+  if (name.startsWith("bound") || name === "union")
+    return s("line", { class: name, x1: x, y1: y - 4, x2: x + 16, y2: y - 4 });
+  if (name.startsWith("target"))
+    return s("g", { class: name }, s("circle", { class: "disc", cx: x + 8, cy: y - 4, r: 5 }));
   return s("rect", { class: name, x, y: y - 10, width: 16, height: 11 });
 }
 
@@ -181,10 +199,16 @@ function sample(name, x, y) {
 function legendRows({ map, ring, regions, targets_m }, width) {
   const entries = [{ name: "target hue-0", text: "target" }];
   if (regions && !regions.empty_because) {
-    entries.push({ name: "region hue-0", text: "its region, in its colour" }, { name: "union", text: "union of the regions" });
+    entries.push(
+      { name: "region hue-0", text: "its region, in its colour" },
+      { name: "union", text: "union of the regions" },
+    );
   }
   if (ring && targets_m.length > 0) {
-    entries.push({ name: "bound near", text: `nearest, ${plainly(ring.inner_m)} m` }, { name: "bound far", text: `D_max, ${plainly(ring.outer_m)} m` });
+    entries.push(
+      { name: "bound near", text: `nearest, ${plainly(ring.inner_m)} m` },
+      { name: "bound far", text: `D_max, ${plainly(ring.outer_m)} m` },
+    );
   }
   if (map.obstacles > 0) entries.push({ name: "obstacle", text: "obstacle" });
   if (regions) entries.push({ name: "", text: areasText(regions) });
@@ -203,5 +227,7 @@ function legendRows({ map, ring, regions, targets_m }, width) {
 
 /** @param {RegionsDocument} regions */
 function areasText({ areas, regions }) {
-  return regions.length === 1 ? `area ${area(areas.multi_m2)}` : `multi ${area(areas.multi_m2)}, single ${area(areas.single_m2)}`;
+  return regions.length === 1
+    ? `area ${area(areas.multi_m2)}`
+    : `multi ${area(areas.multi_m2)}, single ${area(areas.single_m2)}`;
 }

@@ -39,13 +39,15 @@ export class Sheet {
 
   /** @param {Outlines} outlines */
   path(outlines) {
-    return outlines.map((outline) => {
-      const corners = outline.map((place) => {
-        const { x, y } = this.toDrawing(place);
-        return `${x.toFixed(2)} ${y.toFixed(2)}`;
-      });
-      return corners.length > 0 ? `M${corners.join("L")}Z` : "";
-    }).join("");
+    return outlines
+      .map((outline) => {
+        const corners = outline.map((place) => {
+          const { x, y } = this.toDrawing(place);
+          return `${x.toFixed(2)} ${y.toFixed(2)}`;
+        });
+        return corners.length > 0 ? `M${corners.join("L")}Z` : "";
+      })
+      .join("");
   }
 }
 
@@ -107,5 +109,7 @@ export function niceLength(length) {
 export function ticksTo(last) {
   if (!(last > 0)) return [0];
   const step = niceLength(last / 3);
-  return Array.from({ length: Math.floor(last / step + 1e-9) + 1 }, (_, index) => Number((index * step).toPrecision(6)));
+  return Array.from({ length: Math.floor(last / step + 1e-9) + 1 }, (_, index) =>
+    Number((index * step).toPrecision(6)),
+  );
 }

@@ -79,7 +79,10 @@ export class Newest {
    */
   async #send(body) {
     try {
-      return { document: /** @type {T} */ (await request("POST", this.#path, { body, patience_ms: PATIENCE_MS })), problem: null };
+      return {
+        document: /** @type {T} */ (await request("POST", this.#path, { body, patience_ms: PATIENCE_MS })),
+        problem: null,
+      };
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       return { document: this.#answer.document, problem: error.document };

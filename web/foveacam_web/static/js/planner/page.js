@@ -28,7 +28,11 @@ export function mountPlannerPage(place, { store }) {
   const troubles = new Troubles();
   const above = h("div", { class: "above" });
   const controls = makeControls({ troubles, changed: (part) => bench.set(part) });
-  const source = makeSource({ place: troubles.place("map"), changed: (part) => bench.setMap(part), give: (given) => bench.give(given) });
+  const source = makeSource({
+    place: troubles.place("map"),
+    changed: (part) => bench.setMap(part),
+    give: (given) => bench.give(given),
+  });
   const orders = targetOrders(bench);
   const targets = makeTargets(orders);
   const view = new PlanView(orders);
@@ -46,13 +50,42 @@ export function mountPlannerPage(place, { store }) {
     fill(above, ...homeless.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
     plans.classList.toggle("no-map", map === null);
     const stale = regions.stale || regions.problem !== null;
-    if (map) view.show({ map, picture: bench.picture, targets_m, ring: ringOf(bench), regions: regions.document, stale, whole: bench.whole });
+    if (map)
+      view.show({
+        map,
+        picture: bench.picture,
+        targets_m,
+        ring: ringOf(bench),
+        regions: regions.document,
+        stale,
+        whole: bench.whole,
+      });
   };
-  const plans = h("div", { class: "column planner-plan" },
+  const plans = h(
+    "div",
+    { class: "column planner-plan" },
     h("p", { class: "empty no-map-yet", text: "No map yet: choose under “Map” where it comes from." }),
-    panel("Plan", toolbar(bench, view), nowhere, view.element), panel("Targets", targets.element, troubles.place("targets")));
-  fill(place, head(), above, h("div", { class: "planner-body" }, controls.element, plans,
-    h("div", { class: "column planner-figures" }, panel("Map", source.element), panel("Room on the map", room.element), panel("Ring and chances", chances.element))));
+    panel("Plan", toolbar(bench, view), nowhere, view.element),
+    panel("Targets", targets.element, troubles.place("targets")),
+  );
+  fill(
+    place,
+    head(),
+    above,
+    h(
+      "div",
+      { class: "planner-body" },
+      controls.element,
+      plans,
+      h(
+        "div",
+        { class: "column planner-figures" },
+        panel("Map", source.element),
+        panel("Room on the map", room.element),
+        panel("Ring and chances", chances.element),
+      ),
+    ),
+  );
   window.addEventListener("hashchange", () => bench.open());
   store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());
   store.on(["planner_page"], ({ planner_page }) => {
@@ -82,7 +115,8 @@ function targetOrders(bench) {
   const add = (/** @type {MapPoint} */ place = middle()) => bench.setTargets([...bench.targets_m, place]);
   return {
     add,
-    move: (/** @type {number} */ index, /** @type {MapPoint} */ place) => bench.setTargets(bench.targets_m.map((each, other) => (other === index ? place : each))),
+    move: (/** @type {number} */ index, /** @type {MapPoint} */ place) =>
+      bench.setTargets(bench.targets_m.map((each, other) => (other === index ? place : each))),
     remove: (/** @type {number} */ index) => bench.setTargets(bench.targets_m.filter((_, other) => other !== index)),
     reset: () => bench.setTargets(null),
   };
@@ -94,22 +128,48 @@ function targetOrders(bench) {
  * @param {PlanView} view
  */
 function toolbar(bench, view) {
-  const seen = segments("What is seen", [["map", "Map"], ["rings", "Rings whole"]]);
+  const seen = segments("What is seen", [
+    ["map", "Map"],
+    ["rings", "Rings whole"],
+  ]);
   seen.element.addEventListener("change", () => bench.seeWhole(seen.value() === "rings"));
   const button = (/** @type {string} */ text, /** @type {() => unknown} */ act) =>
-    h("button", { type: "button", class: "plain", "aria-label": `Save the plan as ${text}`, on: { click: () => void act() } }, icon("down"), text);
+    h(
+      "button",
+      { type: "button", class: "plain", "aria-label": `Save the plan as ${text}`, on: { click: () => void act() } },
+      icon("down"),
+      text,
+    );
   const geojson = () => bench.regions.document?.geojson ?? bench.map?.map;
-  return h("div", { class: "plan-tools" }, seen.element, h("span", { class: "actions" },
-    button("PNG", async () => hand(await pngOf(view.drawing), "plan.png")),
-    button("SVG", () => hand(new Blob([svgText(view.drawing)], { type: "image/svg+xml" }), "plan.svg")),
-    button("GeoJSON", () => hand(new Blob([JSON.stringify(geojson(), null, 1)], { type: "application/geo+json" }), "plan.geojson"))));
+  return h(
+    "div",
+    { class: "plan-tools" },
+    seen.element,
+    h(
+      "span",
+      { class: "actions" },
+      button("PNG", async () => hand(await pngOf(view.drawing), "plan.png")),
+      button("SVG", () => hand(new Blob([svgText(view.drawing)], { type: "image/svg+xml" }), "plan.svg")),
+      button("GeoJSON", () =>
+        hand(new Blob([JSON.stringify(geojson(), null, 1)], { type: "application/geo+json" }), "plan.geojson"),
+      ),
+    ),
+  );
 }
 
 function head() {
-  return h("div", { class: "wizard-head" },
+  return h(
+    "div",
+    { class: "wizard-head" },
     h("h2", { id: "planner-title", tabindex: "-1", text: "Where to stand" }),
     h("p", { class: "lead", text: "Near enough to resolve a feature, too far to be noticed. Needs no rig." }),
-    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+    h(
+      "a",
+      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
+      icon("back"),
+      h("span", { text: "Console" }),
+    ),
+  );
 }
 
 /**

@@ -11,7 +11,8 @@ import { plainly } from "../rig/scale.js";
  * @typedef {{name: string, url: string, width: number, height: number}} Picture `url`: a data URL
  */
 
-const NO_SCALE = "The picture has no scale: press both ends of a known length and type it in, or type in the metres a pixel";
+const NO_SCALE =
+  "The picture has no scale: press both ends of a known length and type it in, or type in the metres a pixel";
 
 /**
  * The sheet that asks for the scale.
@@ -22,7 +23,11 @@ export function makePictureSheet(take) {
   let picture = null;
   /** @type {Point[]} */
   let ends = [];
-  const drawing = s("svg", { class: "scale-drawing", role: "img", "aria-label": "The picture; press two points whose distance you know" });
+  const drawing = s("svg", {
+    class: "scale-drawing",
+    role: "img",
+    "aria-label": "The picture; press two points whose distance you know",
+  });
   const length = numberField("Its length", { min: 0, step: "any", unit: "m" });
   const scale = numberField("Metres a pixel", { min: 0, step: "any", unit: "m/px" });
   const line = h("p", { class: "why", role: "status" });
@@ -37,12 +42,21 @@ export function makePictureSheet(take) {
     const unit = Math.max(width, height) / 400;
     drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const [one, other] = ends;
-    fill(drawing, s("image", { href: url, width, height }),
+    fill(
+      drawing,
+      s("image", { href: url, width, height }),
       one && other ? s("line", { x1: one.x, y1: one.y, x2: other.x, y2: other.y, "stroke-width": 2 * unit }) : null,
-      ends.map(({ x, y }) => s("circle", { cx: x, cy: y, r: 4 * unit, "stroke-width": 1.5 * unit })));
-    say(line, ends.length < 2 ? "Press the two ends of something whose length you know, or type in the scale." : `The line is ${plainly(long_px())} px long.`);
+      ends.map(({ x, y }) => s("circle", { cx: x, cy: y, r: 4 * unit, "stroke-width": 1.5 * unit })),
+    );
+    say(
+      line,
+      ends.length < 2
+        ? "Press the two ends of something whose length you know, or type in the scale."
+        : `The line is ${plainly(long_px())} px long.`,
+    );
     const known_m = length.value();
-    if (ends.length === 2 && known_m && long_px() > 0) scale.input.value = String(Number((known_m / long_px()).toPrecision(5)));
+    if (ends.length === 2 && known_m && long_px() > 0)
+      scale.input.value = String(Number((known_m / long_px()).toPrecision(5)));
   };
   drawing.addEventListener("click", (event) => {
     if (!picture) return;
@@ -54,18 +68,35 @@ export function makePictureSheet(take) {
     draw();
   });
   length.input.addEventListener("input", draw);
-  const form = h("form", { class: "run", novalidate: true, on: { submit: (/** @type {Event} */ event) => {
-    event.preventDefault();
-    if (picture) void give(picture);
-  } } }, drawing, line, h("div", { class: "fields" }, length.element, scale.element), refused,
-  h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")));
+  const form = h(
+    "form",
+    {
+      class: "run",
+      novalidate: true,
+      on: {
+        submit: (/** @type {Event} */ event) => {
+          event.preventDefault();
+          if (picture) void give(picture);
+        },
+      },
+    },
+    drawing,
+    line,
+    h("div", { class: "fields" }, length.element, scale.element),
+    refused,
+    h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")),
+  );
   form.addEventListener("input", () => say(refused, ""));
   const give = async (/** @type {Picture} */ given) => {
     const why = scale.value() === null ? NO_SCALE : await take(given, scale.value());
     say(refused, sentence(why));
     if (why === null) dialog.close();
   };
-  const dialog = sheet("How large is it?", h("p", { class: "lead", text: "Seen from above; dark is where something stands." }), form);
+  const dialog = sheet(
+    "How large is it?",
+    h("p", { class: "lead", text: "Seen from above; dark is where something stands." }),
+    form,
+  );
   dialog.classList.add("picture-sheet");
   return (/** @type {Picture} */ found) => {
     [picture, ends] = [found, []];

@@ -17,8 +17,22 @@ export function makeSlide({ label, unit, low, high, kind, presets = [] }, { plac
   slides += 1;
   const id = `slide-${slides}`;
   const span = { low, high };
-  const entry = h("input", { type: "number", id, step: "any", inputmode: "decimal", "aria-describedby": `${id}-refused`, on: { input: () => typed() } });
-  const slider = h("input", { type: "range", min: 0, max: WAY, step: 1, "aria-label": `${label}, slider`, on: { input: () => slid() } });
+  const entry = h("input", {
+    type: "number",
+    id,
+    step: "any",
+    inputmode: "decimal",
+    "aria-describedby": `${id}-refused`,
+    on: { input: () => typed() },
+  });
+  const slider = h("input", {
+    type: "range",
+    min: 0,
+    max: WAY,
+    step: 1,
+    "aria-label": `${label}, slider`,
+    on: { input: () => slid() },
+  });
   place.id = `${id}-refused`;
   const typed = () => {
     if (Number.isFinite(entry.valueAsNumber)) follow(entry.valueAsNumber);
@@ -35,15 +49,37 @@ export function makeSlide({ label, unit, low, high, kind, presets = [] }, { plac
     for (const { button, preset } of chips) button.setAttribute("aria-pressed", String(preset === value));
   };
   const show = (/** @type {number} */ value) => {
-    if (document.activeElement !== entry || entry.valueAsNumber !== value) entry.value = Number.isFinite(value) ? String(value) : "";
+    if (document.activeElement !== entry || entry.valueAsNumber !== value)
+      entry.value = Number.isFinite(value) ? String(value) : "";
     follow(value);
   };
-  const chips = presets.map(({ text, value }) => ({ preset: value, button: h("button", { type: "button", class: "chip", text, on: { click: () => set(value) } }) }));
-  const element = h("div", { class: "dial asked-for", role: "group", "aria-label": label },
-    h("div", { class: "line" }, h("label", { for: id, text: label }), h("span", { class: "entry" }, entry, h("span", { class: "unit", text: unit }))),
-    slider, chips.length > 0 ? h("div", { class: "presets" }, chips.map(({ button }) => button)) : null, below, place);
+  const chips = presets.map(({ text, value }) => ({
+    preset: value,
+    button: h("button", { type: "button", class: "chip", text, on: { click: () => set(value) } }),
+  }));
+  const element = h(
+    "div",
+    { class: "dial asked-for", role: "group", "aria-label": label },
+    h(
+      "div",
+      { class: "line" },
+      h("label", { for: id, text: label }),
+      h("span", { class: "entry" }, entry, h("span", { class: "unit", text: unit })),
+    ),
+    slider,
+    chips.length > 0
+      ? h(
+          "div",
+          { class: "presets" },
+          chips.map(({ button }) => button),
+        )
+      : null,
+    below,
+    place,
+  );
   return {
-    element, show,
+    element,
+    show,
     enable: (/** @type {boolean} */ on) => {
       entry.disabled = slider.disabled = !on;
     },

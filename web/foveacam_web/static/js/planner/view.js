@@ -18,9 +18,14 @@ const CLICK_PX = 5;
 const KEY_PX = 8;
 const LEAST_PX = 320; // of the plan's height
 const AROUND_PX = 300; // what stands above and below it in the window
-const STEPS = Object.freeze(/** @type {Record<string, [number, number]>} */ ({
-  ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
-}));
+const STEPS = Object.freeze(
+  /** @type {Record<string, [number, number]>} */ ({
+    ArrowLeft: [-1, 0],
+    ArrowRight: [1, 0],
+    ArrowUp: [0, -1],
+    ArrowDown: [0, 1],
+  }),
+);
 
 /** The drawing with its hands. */
 export class PlanView {
@@ -75,12 +80,19 @@ export class PlanView {
     if (!this.#scene || this.#width === 0) return;
     const layout = layOut(this.#scene, { width: this.#width, tallest: Math.max(LEAST_PX, innerHeight - AROUND_PX) });
     this.#layout = layout;
-    for (const [name, value] of Object.entries({ viewBox: `0 0 ${layout.width} ${layout.height}`, width: layout.width, height: layout.height })) {
+    for (const [name, value] of Object.entries({
+      viewBox: `0 0 ${layout.width} ${layout.height}`,
+      width: layout.width,
+      height: layout.height,
+    })) {
       this.#svg.setAttribute(name, String(value));
     }
     fill(this.#svg, ...drawScene(this.#scene, layout));
     const { targets_m, map, stale } = this.#scene;
-    this.#surface.setAttribute("aria-label", `Plan with ${targets_m.length} targets and ${map.obstacles} obstacles. Arrow keys look around, Enter places a target, Delete removes the one that is near.`);
+    this.#surface.setAttribute(
+      "aria-label",
+      `Plan with ${targets_m.length} targets and ${map.obstacles} obstacles. Arrow keys look around, Enter places a target, Delete removes the one that is near.`,
+    );
     this.#surface.setAttribute("aria-busy", String(stale));
     this.#ask(this.#probe);
   }
@@ -158,7 +170,8 @@ export class PlanView {
     const [x, y] = this.#layout.sheet.toGround(at);
     const slack = 4 / this.#layout.sheet.scale;
     if (this.#held === null && (x < x0 - slack || x > x1 + slack || y < y0 - slack || y > y1 + slack)) return null;
-    const rounded = (/** @type {number} */ value, /** @type {number} */ low, /** @type {number} */ high) => Math.min(high, Math.max(low, Number(value.toFixed(2))));
+    const rounded = (/** @type {number} */ value, /** @type {number} */ low, /** @type {number} */ high) =>
+      Math.min(high, Math.max(low, Number(value.toFixed(2))));
     return [rounded(x, x0, x1), rounded(y, y0, y1)];
   }
 
@@ -171,7 +184,10 @@ export class PlanView {
     const gripped = this.#gripped(probe);
     if (step) {
       const far = event.shiftKey ? 5 * KEY_PX : KEY_PX;
-      this.#ask({ x: Math.min(layout.width, Math.max(0, probe.x + far * step[0])), y: Math.min(layout.plan, Math.max(0, probe.y + far * step[1])) });
+      this.#ask({
+        x: Math.min(layout.width, Math.max(0, probe.x + far * step[0])),
+        y: Math.min(layout.plan, Math.max(0, probe.y + far * step[1])),
+      });
     } else if (event.key === "Enter") this.#add(probe);
     else if ((event.key === "Delete" || event.key === "Backspace") && gripped !== null) this.#hands.remove(gripped);
     else return;
@@ -191,13 +207,25 @@ export class PlanView {
     const place = at && at.y <= layout.plan ? this.#ground(at) : null;
     if (!place) {
       fill(group);
-      return say(this.#readout, scene.targets_m.length > 0 ? "Point at the plan: it tells how many targets are in sight from there." : "Click on the plan to place a target.");
+      return say(
+        this.#readout,
+        scene.targets_m.length > 0
+          ? "Point at the plan: it tells how many targets are in sight from there."
+          : "Click on the plan to place a target.",
+      );
     }
     const seen = this.#outlines.flatMap((outlines, target) => {
       const to = scene.targets_m[target];
       return to && holds(outlines, place) ? [{ place: to, target }] : [];
     });
     fill(group, ...sightLines(layout.sheet, place, seen));
-    say(this.#readout, sightWords(place, seen.map(({ target }) => target), scene.targets_m.length));
+    say(
+      this.#readout,
+      sightWords(
+        place,
+        seen.map(({ target }) => target),
+        scene.targets_m.length,
+      ),
+    );
   }
 }

@@ -31,9 +31,16 @@ export function makeRecordButton({ store, live }) {
     }
     const name = now ? `Stop the recording “${recording.name}”` : "Record";
     button.setAttribute("aria-label", name);
-    button.title = now ? `${name}: ${tallyWords(recording)}; ${boundWords(recording)}` : "Record what the cameras deliver, until it is stopped, for five minutes at most";
+    button.title = now
+      ? `${name}: ${tallyWords(recording)}; ${boundWords(recording)}`
+      : "Record what the cameras deliver, until it is stopped, for five minutes at most";
     button.disabled = recording?.state === "ending";
-    if (recording) fill(words, h("span", { class: "number", text: clockWords(recording.duration_s, 0) }), dropWords(droppedOf(recording)));
+    if (recording)
+      fill(
+        words,
+        h("span", { class: "number", text: clockWords(recording.duration_s, 0) }),
+        dropWords(droppedOf(recording)),
+      );
   });
   return place;
 }

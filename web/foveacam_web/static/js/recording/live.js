@@ -41,7 +41,11 @@ export class LiveRecording {
   hear({ kind, data }) {
     if (!kind.startsWith("recording.")) return;
     if (kind === "recording.ended" && data?.["why"]) {
-      this.#commands.say({ tone: "bad", title: `Recording “${String(data["name"])}” has ended early`, detail: String(data["why"]) });
+      this.#commands.say({
+        tone: "bad",
+        title: `Recording “${String(data["name"])}” has ended early`,
+        detail: String(data["why"]),
+      });
     }
     if (kind === "recording.created" || kind === "recording.ended") void this.readAll();
   }
@@ -58,10 +62,19 @@ export class LiveRecording {
     const { recording } = this.#store.state;
     if (!recording) return;
     this.#store.set({ recording: { ...recording, state: "ending" } });
-    const ended = await this.#commands.attempt(() =>
-      /** @type {Promise<RecordingDocument>} */ (request("POST", recordingPath(recording.id, "/stop"), { patience_ms: 60_000 })));
+    const ended = await this.#commands.attempt(
+      () =>
+        /** @type {Promise<RecordingDocument>} */ (
+          request("POST", recordingPath(recording.id, "/stop"), { patience_ms: 60_000 })
+        ),
+    );
     if (ended && ended.why === "") {
-      this.#commands.say({ tone: "good", title: `Recorded “${ended.name}”`, detail: tallyWords(ended), action: { label: "Show it", act: () => (location.hash = `#/gallery/recordings/${ended.id}`) } });
+      this.#commands.say({
+        tone: "good",
+        title: `Recorded “${ended.name}”`,
+        detail: tallyWords(ended),
+        action: { label: "Show it", act: () => (location.hash = `#/gallery/recordings/${ended.id}`) },
+      });
     }
     await this.readAll();
   }

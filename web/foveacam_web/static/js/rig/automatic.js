@@ -27,9 +27,14 @@ const SAID = Object.freeze({ off: "", once: "The camera is looking for an exposu
  * @returns {Automatic}
  */
 export function exposureMode(of, ask) {
-  const input = h("select", { "aria-label": `Automatic exposure of the ${of}`, on: { change: () => void order.send({ exposure_auto: /** @type {ExposureAuto} */ (input.value) }) } });
+  const input = h("select", {
+    "aria-label": `Automatic exposure of the ${of}`,
+    on: { change: () => void order.send({ exposure_auto: /** @type {ExposureAuto} */ (input.value) }) },
+  });
   const element = h("span", { class: "itself" }, h("span", { "aria-hidden": "true", text: "Automatic" }), input);
-  const offer = changing(input, (/** @type {ExposureAuto[]} */ modes) => modes.map((value) => h("option", { value, text: MODES[value] })));
+  const offer = changing(input, (/** @type {ExposureAuto[]} */ modes) =>
+    modes.map((value) => h("option", { value, text: MODES[value] })),
+  );
   const order = makeOrder(ask, (camera, open, busy) => {
     const has = camera?.ranges?.exposure_auto ?? [];
     const now = camera?.settings?.exposure_auto ?? "off";
@@ -50,7 +55,11 @@ export function exposureMode(of, ask) {
  * @returns {Automatic}
  */
 export function ownRate(of, ask) {
-  const input = h("input", { type: "checkbox", "aria-label": `Automatic frame rate of the ${of}`, on: { change: () => void order.send({ frame_rate_auto: input.checked }) } });
+  const input = h("input", {
+    type: "checkbox",
+    "aria-label": `Automatic frame rate of the ${of}`,
+    on: { change: () => void order.send({ frame_rate_auto: input.checked }) },
+  });
   const element = h("label", { class: "itself" }, input, h("span", { "aria-hidden": "true", text: "automatic" }));
   const order = makeOrder(ask, (camera, open, busy) => {
     const now = camera?.settings?.frame_rate_auto ?? false;

@@ -37,11 +37,19 @@ const NUMBERS = ["exposure_ms", "gain_db", "black_level", "frame_rate_hz"];
  */
 export function makeCamera(role, { store, orders }) {
   const place = h("div", { class: "live preview" });
-  const [head, since, link, facts] = [h("span", { class: "mark" }), h("span", { class: "since" }), h("div", { class: "link-state" }), h("div", {})];
+  const [head, since, link, facts] = [
+    h("span", { class: "mark" }),
+    h("span", { class: "since" }),
+    h("div", { class: "link-state" }),
+    h("div", {}),
+  ];
   const controls = makeControls(role, { store, orders });
-  const element = h("section", { class: `panel camera camera-${role}`, "aria-label": CAMERAS[role], data: { role } },
+  const element = h(
+    "section",
+    { class: `panel camera camera-${role}`, "aria-label": CAMERAS[role], data: { role } },
     h("header", {}, h("h3", { text: CAMERAS[role] }), since, head),
-    h("div", { class: "inside" }, link, place, facts, controls.element));
+    h("div", { class: "inside" }, link, place, facts, controls.element),
+  );
   const showHead = changing(head, headOf);
   const showLink = changing(link, linkRows);
   const showFacts = changing(facts, (/** @type {CameraDocument | null} */ camera) => (camera ? [factsOf(camera)] : []));
@@ -68,12 +76,17 @@ function headOf(phase) {
  * @param {CameraDocument | undefined} camera
  */
 function linkNow({ rig, stream }, role, camera) {
-  if (stream === "down") return { tone: "bad", reason: "No connection to the server: this is what was last known.", remedy: "" };
+  if (stream === "down")
+    return { tone: "bad", reason: "No connection to the server: this is what was last known.", remedy: "" };
   if (!camera) return { tone: "", reason: "The rig is opening; this camera is not known yet.", remedy: "" };
   const link = linkOf(camera);
   const { reason } = linkWords(link);
   const problem = problemOf(rig, role);
-  return { tone: phaseWords(link).tone, reason: problem && !camera.connected ? sentence(problem.detail) : reason, remedy: problem?.remedy ?? "" };
+  return {
+    tone: phaseWords(link).tone,
+    reason: problem && !camera.connected ? sentence(problem.detail) : reason,
+    remedy: problem?.remedy ?? "",
+  };
 }
 
 /** @param {{tone: string, reason: string, remedy: string}} now */
@@ -89,19 +102,39 @@ function factsOf(camera) {
   const { delivered, skipped, dropped, incomplete, late, underrun } = camera;
   const name = [camera.vendor, camera.model].filter(Boolean).join(" ") || MISSING;
   const size = camera.width && camera.height ? `${camera.width} × ${camera.height} px` : MISSING;
-  const lost = (/** @type {number | undefined} */ found) => h("span", { class: found ? "warn-text" : "", text: count(found) });
-  const row = (/** @type {string} */ term, /** @type {import("../dom.js").Child} */ value, title = "") => h("div", { title }, h("dt", { text: term }), h("dd", { class: "number" }, value));
-  return h("div", { class: "facts" },
-    h("p", { class: "who" }, h("strong", { text: name }), h("span", { class: "number", text: `serial ${camera.serial || MISSING} · firmware ${camera.version || MISSING} · ${size}` })),
-    h("dl", { class: "counters" },
-      row("Rate", camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz`, "measured over the last frames"),
+  const lost = (/** @type {number | undefined} */ found) =>
+    h("span", { class: found ? "warn-text" : "", text: count(found) });
+  const row = (/** @type {string} */ term, /** @type {import("../dom.js").Child} */ value, title = "") =>
+    h("div", { title }, h("dt", { text: term }), h("dd", { class: "number" }, value));
+  return h(
+    "div",
+    { class: "facts" },
+    h(
+      "p",
+      { class: "who" },
+      h("strong", { text: name }),
+      h("span", {
+        class: "number",
+        text: `serial ${camera.serial || MISSING} · firmware ${camera.version || MISSING} · ${size}`,
+      }),
+    ),
+    h(
+      "dl",
+      { class: "counters" },
+      row(
+        "Rate",
+        camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz`,
+        "measured over the last frames",
+      ),
       row("Age", millis(camera.frame_age_ms), "of the newest frame"),
       row("Delivered", count(delivered)),
       row("Skipped", count(skipped), "frames that came and nobody needed: newer ones were read"),
       row("Dropped", lost(dropped), "frames that never came: their numbers are missing"),
       row("Incomplete", lost(incomplete), "frames that came without a part of them"),
       row("Late", lost(late), "frames that came too late to be used"),
-      row("Underrun", lost(underrun), "frames for which no buffer was free")));
+      row("Underrun", lost(underrun), "frames for which no buffer was free"),
+    ),
+  );
 }
 
 /**
@@ -109,7 +142,9 @@ function factsOf(camera) {
  * @param {Context} context
  */
 function makeControls(role, { store, orders }) {
-  const linked = (/** @type {ConsoleState} */ { rig }) => role !== "wide" && ["left", "right"].every((eye) => takesOrders(rig?.cameras.find((camera) => camera.role === eye)));
+  const linked = (/** @type {ConsoleState} */ { rig }) =>
+    role !== "wide" &&
+    ["left", "right"].every((eye) => takesOrders(rig?.cameras.find((camera) => camera.role === eye)));
   const ask = async (/** @type {CameraPatch} */ patch, /** @type {boolean} */ pair) => {
     const { changed, refusal } = await orders.change(role, patch, pair && linked(store.state));
     return { camera: changed?.cameras.find((camera) => camera.role === role), refusal };
@@ -117,37 +152,83 @@ function makeControls(role, { store, orders }) {
   const format = makeFormat(ask);
   const of = CAMERAS[role].toLowerCase();
   /** @type {Partial<Record<CameraNumber, import("./automatic.js").Automatic>>} */
-  const automatic = { exposure_ms: exposureMode(of, (patch) => ask(patch, true)), frame_rate_hz: ownRate(of, (patch) => ask(patch, false)) };
-  const dials = new Map(NUMBERS.map((name) => [name, new Dial({
-    ...SETTINGS[name], ...LOOKS[name], of, beside: automatic[name]?.element, below: automatic[name]?.below,
-    ask: async (value) => {
-      const { camera, refusal } = await ask({ [name]: value }, name !== "frame_rate_hz");
-      return { taken: camera?.settings?.[name] ?? null, refusal };
-    },
-  })]));
+  const automatic = {
+    exposure_ms: exposureMode(of, (patch) => ask(patch, true)),
+    frame_rate_hz: ownRate(of, (patch) => ask(patch, false)),
+  };
+  const dials = new Map(
+    NUMBERS.map((name) => [
+      name,
+      new Dial({
+        ...SETTINGS[name],
+        ...LOOKS[name],
+        of,
+        beside: automatic[name]?.element,
+        below: automatic[name]?.below,
+        ask: async (value) => {
+          const { camera, refusal } = await ask({ [name]: value }, name !== "frame_rate_hz");
+          return { taken: camera?.settings?.[name] ?? null, refusal };
+        },
+      }),
+    ]),
+  );
   const pace = h("p", { class: "aside-note" });
-  const pair = h("p", { class: "aside-note linked" }, icon("link"), "Changes reach both foveae; only the frame rate is each one's own.");
+  const pair = h(
+    "p",
+    { class: "aside-note linked" },
+    icon("link"),
+    "Changes reach both foveae; only the frame rate is each one's own.",
+  );
   const waits = h("p", { class: "aside-note" }, icon("warn"), "The foveae differ: choose above whose settings count.");
   const kept = h("span", { class: "why" });
-  const reset = h("button", { type: "button", class: "plain", on: { click: () => void orders.reset(role) } }, icon("again"), "Reset to the rig file");
-  const fields = h("fieldset", { class: "controls" }, h("legend", { class: "unseen", text: `Settings of the ${of}` }),
-    pair, waits, format.element, [...dials.values()].map(({ element }) => element), pace, h("div", { class: "actions" }, reset, kept));
-  return { element: fields, update: (/** @type {ConsoleState} */ state, /** @type {CameraDocument | undefined} */ camera) => {
-    const open = takesOrders(camera) && state.stream !== "down";
-    const apart = role !== "wide" && settable(state.rig).length > 0;
-    fields.disabled = apart;
-    fields.classList.toggle("blocked", apart);
-    pair.hidden = !linked(state) || apart;
-    waits.hidden = !apart;
-    format.update(camera, open);
-    for (const [name, dial] of dials) {
-      const itself = automatic[name]?.update(camera, open) ?? false;
-      dial.update(camera?.ranges?.[name], camera?.settings?.[name], open, itself);
-    }
-    say(pace, camera?.settings?.trigger === "hardware" ? "The controller's pulses set its pace; the frame rate counts only when it runs free." : "");
-    reset.disabled = !camera?.settings?.kept || !open;
-    say(kept, camera?.settings ? (camera.settings.kept ? "Changed here; asked again at every start." : "As the rig file says.") : "");
-  } };
+  const reset = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void orders.reset(role) } },
+    icon("again"),
+    "Reset to the rig file",
+  );
+  const fields = h(
+    "fieldset",
+    { class: "controls" },
+    h("legend", { class: "unseen", text: `Settings of the ${of}` }),
+    pair,
+    waits,
+    format.element,
+    [...dials.values()].map(({ element }) => element),
+    pace,
+    h("div", { class: "actions" }, reset, kept),
+  );
+  return {
+    element: fields,
+    update: (/** @type {ConsoleState} */ state, /** @type {CameraDocument | undefined} */ camera) => {
+      const open = takesOrders(camera) && state.stream !== "down";
+      const apart = role !== "wide" && settable(state.rig).length > 0;
+      fields.disabled = apart;
+      fields.classList.toggle("blocked", apart);
+      pair.hidden = !linked(state) || apart;
+      waits.hidden = !apart;
+      format.update(camera, open);
+      for (const [name, dial] of dials) {
+        const itself = automatic[name]?.update(camera, open) ?? false;
+        dial.update(camera?.ranges?.[name], camera?.settings?.[name], open, itself);
+      }
+      say(
+        pace,
+        camera?.settings?.trigger === "hardware"
+          ? "The controller's pulses set its pace; the frame rate counts only when it runs free."
+          : "",
+      );
+      reset.disabled = !camera?.settings?.kept || !open;
+      say(
+        kept,
+        camera?.settings
+          ? camera.settings.kept
+            ? "Changed here; asked again at every start."
+            : "As the rig file says."
+          : "",
+      );
+    },
+  };
 }
 
 /** @param {(patch: CameraPatch, pair: boolean) => Promise<{refusal: string | null}>} ask */
@@ -161,7 +242,9 @@ function makeFormat(ask) {
     say(refused, refusal ? sentence(refusal) : "");
   };
   const field = choiceField(SETTINGS.pixel_format.name, [], (value) => void send(value));
-  const offer = changing(field.input, (/** @type {string[]} */ formats) => formats.map((value) => h("option", { value, text: value })));
+  const offer = changing(field.input, (/** @type {string[]} */ formats) =>
+    formats.map((value) => h("option", { value, text: value })),
+  );
   const update = (/** @type {CameraDocument | undefined} */ camera, /** @type {boolean} */ open) => {
     const known = camera?.settings?.pixel_format;
     offer([...new Set([...(camera?.ranges?.pixel_formats ?? []), ...(known ? [known] : [])])]);

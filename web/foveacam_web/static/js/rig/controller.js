@@ -26,7 +26,14 @@ export function mountController(place, { store, orders }) {
   const showLine = changing(line, (/** @type {ControllerLinkDocument | null} */ link) => (link ? lineOf(link) : []));
   store.on(["rig", "rig_page"], ({ rig, rig_page }) => {
     if (!rig_page) return;
-    showState(rig?.mirrors ? { mirrors: { ...rig.mirrors, link: null }, remedy: rig.problems.find(({ device }) => /mirror|controller/.test(device))?.remedy ?? "" } : null);
+    showState(
+      rig?.mirrors
+        ? {
+            mirrors: { ...rig.mirrors, link: null },
+            remedy: rig.problems.find(({ device }) => /mirror|controller/.test(device))?.remedy ?? "",
+          }
+        : null,
+    );
     showLine(rig?.mirrors?.link ?? null);
   });
 }
@@ -35,16 +42,31 @@ export function mountController(place, { store, orders }) {
 function stateOf(now) {
   if (!now) return [nothing("The controller is not known yet: the rig is opening.")];
   const { connected, enabled, fault, guarded, rail_wanted, controller } = now.mirrors;
-  const [tone, word] = fault || !connected ? ["bad", connected ? "Fault" : "Not connected"]
-    : enabled ? ["good", "Connected, mirrors on"] : ["warn", rail_wanted === false ? "Connected, switched off by the operator" : "Connected, mirrors off"];
+  const [tone, word] =
+    fault || !connected
+      ? ["bad", connected ? "Fault" : "Not connected"]
+      : enabled
+        ? ["good", "Connected, mirrors on"]
+        : ["warn", rail_wanted === false ? "Connected, switched off by the operator" : "Connected, mirrors off"];
   return [
     h("p", { class: `state ${tone}` }, tone === "good" ? icon("check") : icon("warn"), word),
     fault && h("p", { class: "lead", text: sentence(fault) }),
     now.remedy && !fault?.includes(now.remedy) && h("p", { class: "remedy", text: sentence(now.remedy) }),
-    controller && figures([["Controller", nameOf(controller)], ["Firmware", controller.version], ["Serial", controller.serial], ["Port", controller.port || MISSING]]),
-    h("p", { class: "guard" }, h("span", { class: `lamp ${guarded ? "good" : ""}` }),
-      guarded ? "The guardian watches: should this server be killed, it parks the mirrors and switches them off."
-        : "No guardian watches: should this server be killed, the mirrors stay where they are."),
+    controller &&
+      figures([
+        ["Controller", nameOf(controller)],
+        ["Firmware", controller.version],
+        ["Serial", controller.serial],
+        ["Port", controller.port || MISSING],
+      ]),
+    h(
+      "p",
+      { class: "guard" },
+      h("span", { class: `lamp ${guarded ? "good" : ""}` }),
+      guarded
+        ? "The guardian watches: should this server be killed, it parks the mirrors and switches them off."
+        : "No guardian watches: should this server be killed, the mirrors stay where they are.",
+    ),
   ];
 }
 
@@ -58,12 +80,42 @@ function nameOf({ vendor, model }) {
  * @param {RigOrders} orders
  */
 function switches(store, orders) {
-  const away = (/** @type {ConsoleState} */ { rig }) => (rig?.mirrors?.connected ? null : "The controller is not connected.");
-  const on = starter({ label: "Switch on", store, act: () => orders.enable(true), keys: ["rig", "stop"], silent: true, why: (state) => away(state) ?? (state.rig?.mirrors?.enabled ? "They are on." : null) });
-  const off = starter({ label: "Switch off", store, act: () => orders.enable(false), keys: ["rig"], silent: true, why: (state) => away(state) ?? (state.rig?.mirrors?.enabled ? null : "They are off.") });
-  const recover = starter({ label: "Recover mirrors", store, act: () => orders.recover(), keys: ["rig"], picture: "again", silent: true, why: away });
-  return h("div", { class: "stack" }, h("div", { class: "actions" }, on, off, recover),
-    h("p", { class: "aside-note", text: "Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or newer." }));
+  const away = (/** @type {ConsoleState} */ { rig }) =>
+    rig?.mirrors?.connected ? null : "The controller is not connected.";
+  const on = starter({
+    label: "Switch on",
+    store,
+    act: () => orders.enable(true),
+    keys: ["rig", "stop"],
+    silent: true,
+    why: (state) => away(state) ?? (state.rig?.mirrors?.enabled ? "They are on." : null),
+  });
+  const off = starter({
+    label: "Switch off",
+    store,
+    act: () => orders.enable(false),
+    keys: ["rig"],
+    silent: true,
+    why: (state) => away(state) ?? (state.rig?.mirrors?.enabled ? null : "They are off."),
+  });
+  const recover = starter({
+    label: "Recover mirrors",
+    store,
+    act: () => orders.recover(),
+    keys: ["rig"],
+    picture: "again",
+    silent: true,
+    why: away,
+  });
+  return h(
+    "div",
+    { class: "stack" },
+    h("div", { class: "actions" }, on, off, recover),
+    h("p", {
+      class: "aside-note",
+      text: "Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or newer.",
+    }),
+  );
 }
 
 /** @param {ControllerLinkDocument} link */
@@ -71,18 +123,43 @@ function lineOf(link) {
   const drift = link.clock_drift_ppm === null ? "not measured yet" : `${number(link.clock_drift_ppm, 2)} ppm`;
   return [
     h("h4", { text: "Line" }),
-    h("table", { class: "compare" }, h("thead", {}, h("tr", {}, ["", "Sent", "Received"].map((text) => h("th", { scope: "col", text })))),
-      h("tbody", {},
-        pair("Packets/s", number(link.tx_packets_per_s, 1), number(link.rx_packets_per_s, 1)), pair("Bytes/s", number(link.tx_bytes_per_s, 0), number(link.rx_bytes_per_s, 0)),
-        pair("Packets", count(link.tx_packets), count(link.rx_packets)), pair("Bytes", count(link.tx_bytes), count(link.rx_bytes)))),
+    h(
+      "table",
+      { class: "compare" },
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          ["", "Sent", "Received"].map((text) => h("th", { scope: "col", text })),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        pair("Packets/s", number(link.tx_packets_per_s, 1), number(link.rx_packets_per_s, 1)),
+        pair("Bytes/s", number(link.tx_bytes_per_s, 0), number(link.rx_bytes_per_s, 0)),
+        pair("Packets", count(link.tx_packets), count(link.rx_packets)),
+        pair("Bytes", count(link.tx_bytes), count(link.rx_bytes)),
+      ),
+    ),
     figures([
       ["Queue", `${count(link.queued_bytes)} bytes`],
-      ["Round trip", `${millis(link.rtt_p50_ms)} median, ${millis(link.rtt_p95_ms)} p95, ${millis(link.rtt_max_ms)} longest`],
-      ["Broken packets", count(link.bad_packets)], ["CRC errors", link.crc ? count(link.crc_errors) : "no CRC in use"], ["Lost answers", count(link.lost_answers)],
+      [
+        "Round trip",
+        `${millis(link.rtt_p50_ms)} median, ${millis(link.rtt_p95_ms)} p95, ${millis(link.rtt_max_ms)} longest`,
+      ],
+      ["Broken packets", count(link.bad_packets)],
+      ["CRC errors", link.crc ? count(link.crc_errors) : "no CRC in use"],
+      ["Lost answers", count(link.lost_answers)],
       ["Updates given", `${number(link.update_limit_hz, 0)} Hz at most`],
     ]),
     h("h4", { text: "Clock" }),
-    figures([["Ahead of ours", offset(link.clock_offset_ms)], ["Drifts", drift]]),
+    figures([
+      ["Ahead of ours", offset(link.clock_offset_ms)],
+      ["Drifts", drift],
+    ]),
     ...streams(link.streams),
   ];
 }
@@ -98,15 +175,48 @@ function pair(name, sent, received) {
 
 /** @param {number} offset_ms */
 function offset(offset_ms) {
-  return Math.abs(offset_ms) < 10_000 ? `${number(offset_ms, 3)} ms` : `${number(offset_ms / 1000, 3)} s (${span(Math.abs(offset_ms) / 1000)})`;
+  return Math.abs(offset_ms) < 10_000
+    ? `${number(offset_ms, 3)} ms`
+    : `${number(offset_ms / 1000, 3)} s (${span(Math.abs(offset_ms) / 1000)})`;
 }
 
 /** @param {PositionStreamDocument[]} found */
 function streams(found) {
   if (found.length === 0) return [];
-  const volts = (/** @type {number} */ x, /** @type {number} */ y) => (Number.isFinite(x) ? `${number(x, 2)}, ${number(y, 2)} V` : MISSING);
-  return [h("h4", { text: "Streams" }), h("div", { class: "scroll-x" }, h("table", { class: "compare" },
-    h("thead", {}, h("tr", {}, ["", "Updates", "Left", "Right"].map((text) => h("th", { scope: "col", text })))),
-    h("tbody", {}, found.map((stream) => h("tr", {}, h("th", { scope: "row", text: String(stream.stream) }), h("td", { text: `${number(stream.updates_per_s, 1)} Hz` }),
-      h("td", { class: "eye-left", text: volts(stream.left_x_v, stream.left_y_v) }), h("td", { class: "eye-right", text: volts(stream.right_x_v, stream.right_y_v) }))))))];
+  const volts = (/** @type {number} */ x, /** @type {number} */ y) =>
+    Number.isFinite(x) ? `${number(x, 2)}, ${number(y, 2)} V` : MISSING;
+  return [
+    h("h4", { text: "Streams" }),
+    h(
+      "div",
+      { class: "scroll-x" },
+      h(
+        "table",
+        { class: "compare" },
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            ["", "Updates", "Left", "Right"].map((text) => h("th", { scope: "col", text })),
+          ),
+        ),
+        h(
+          "tbody",
+          {},
+          found.map((stream) =>
+            h(
+              "tr",
+              {},
+              h("th", { scope: "row", text: String(stream.stream) }),
+              h("td", { text: `${number(stream.updates_per_s, 1)} Hz` }),
+              h("td", { class: "eye-left", text: volts(stream.left_x_v, stream.left_y_v) }),
+              h("td", { class: "eye-right", text: volts(stream.right_x_v, stream.right_y_v) }),
+            ),
+          ),
+        ),
+      ),
+    ),
+  ];
 }

@@ -42,12 +42,44 @@ export class Dial {
     dials += 1;
     const id = `dial-${dials}`;
     const { name, unit, of, note, beside, below } = options;
-    this.#entry = h("input", { type: "number", id, step: "any", inputmode: "decimal", on: { input: () => this.#edit(), change: () => this.#typed(), blur: () => this.#leave(), keydown: (/** @type {KeyboardEvent} */ event) => this.#key(event) } });
-    this.#slider = h("input", { type: "range", min: 0, max: WAY, step: 1, "aria-label": `${name} of the ${of}, slider`, on: { input: () => this.#slide(), change: () => this.#slid() } });
-    this.element = h("div", { class: "dial", role: "group", "aria-label": `${name} of the ${of}` },
-      h("div", { class: "line" }, h("label", { for: id, text: name }), this.#range, beside, h("span", { class: "entry" }, this.#entry, h("span", { class: "unit", text: unit }))),
-      h("div", { class: "track" }, this.#slider, this.#scale), this.#presets,
-      note ? h("p", { class: "aside-note", text: note }) : null, below, this.#taken, this.#refused);
+    this.#entry = h("input", {
+      type: "number",
+      id,
+      step: "any",
+      inputmode: "decimal",
+      on: {
+        input: () => this.#edit(),
+        change: () => this.#typed(),
+        blur: () => this.#leave(),
+        keydown: (/** @type {KeyboardEvent} */ event) => this.#key(event),
+      },
+    });
+    this.#slider = h("input", {
+      type: "range",
+      min: 0,
+      max: WAY,
+      step: 1,
+      "aria-label": `${name} of the ${of}, slider`,
+      on: { input: () => this.#slide(), change: () => this.#slid() },
+    });
+    this.element = h(
+      "div",
+      { class: "dial", role: "group", "aria-label": `${name} of the ${of}` },
+      h(
+        "div",
+        { class: "line" },
+        h("label", { for: id, text: name }),
+        this.#range,
+        beside,
+        h("span", { class: "entry" }, this.#entry, h("span", { class: "unit", text: unit })),
+      ),
+      h("div", { class: "track" }, this.#slider, this.#scale),
+      this.#presets,
+      note ? h("p", { class: "aside-note", text: note }) : null,
+      below,
+      this.#taken,
+      this.#refused,
+    );
   }
 
   /**
@@ -89,11 +121,21 @@ export class Dial {
       mark.style.insetInlineStart = `${100 * shareOf(this.#span, this.#kind, value)}%`;
       return mark;
     };
-    this.#scale.replaceChildren(...presets.map((preset) => tick(preset, "preset")), ...(this.#kind === "log" ? decades(this.#span) : []).map((decade) => tick(decade, "decade")));
-    this.#presets.replaceChildren(...presets.map((preset) => h("button", {
-      type: "button", class: "chip", "aria-label": `${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}`,
-      text: String(preset), on: { click: () => void this.#send(preset) },
-    })));
+    this.#scale.replaceChildren(
+      ...presets.map((preset) => tick(preset, "preset")),
+      ...(this.#kind === "log" ? decades(this.#span) : []).map((decade) => tick(decade, "decade")),
+    );
+    this.#presets.replaceChildren(
+      ...presets.map((preset) =>
+        h("button", {
+          type: "button",
+          class: "chip",
+          "aria-label": `${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}`,
+          text: String(preset),
+          on: { click: () => void this.#send(preset) },
+        }),
+      ),
+    );
   }
 
   /** Show what the camera has, unless somebody is about to say otherwise. */
@@ -176,6 +218,13 @@ export class Dial {
     const { unit } = this.#options;
     if (taken !== null) this.#value = taken;
     say(this.#refused, refusal ? sentence(refusal) : "");
-    say(this.#taken, taken !== null && snapped(asked, taken) ? `Asked for ${plainly(asked)} ${unit}, the camera took ${plainly(taken)} ${unit}.`.replaceAll(" ,", ",").replaceAll(" .", ".") : "");
+    say(
+      this.#taken,
+      taken !== null && snapped(asked, taken)
+        ? `Asked for ${plainly(asked)} ${unit}, the camera took ${plainly(taken)} ${unit}.`
+            .replaceAll(" ,", ",")
+            .replaceAll(" .", ".")
+        : "",
+    );
   }
 }

@@ -27,7 +27,9 @@ const ROWS = Object.freeze([
 ]);
 /** @type {readonly {name: string, key: keyof MountKnock}[]} */
 const SHIFTS = Object.freeze([
-  { name: "Knocked right, °", key: "shift_x_deg" }, { name: "Knocked down, °", key: "shift_y_deg" }, { name: "Rolled, °", key: "rotation_deg" },
+  { name: "Knocked right, °", key: "shift_x_deg" },
+  { name: "Knocked down, °", key: "shift_y_deg" },
+  { name: "Rolled, °", key: "rotation_deg" },
 ]);
 const FARTHEST_DEG = 5;
 const CARRIED_DEG = 0.3; // a rig that was carried to another place: Sec. 3.3
@@ -39,11 +41,29 @@ const ROLLED_DEG = 0.1;
  */
 export function mountFaults(place, { store, orders }) {
   const table = h("div", { class: "scroll-x" });
-  const put = (/** @type {Partial<SimulatedFaults>} */ part) => store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
-  const knock = h("button", { type: "button", class: "plain", on: { click: () => put({ knocked_left: carried(), knocked_right: carried() }) } }, "Knock both mounts");
-  const mend = h("button", { type: "button", class: "plain", on: { click: () => void orders.mend() } }, icon("again"), "Mend everything");
-  fill(place, h("p", { class: "lead", text: "This rig is simulated: break something, and see what the product makes of it." }), table, h("p", { class: "actions" }, knock, mend),
-    h("p", { class: "aside-note", text: "A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds what it was; the angle between the eyes only where it knows a distance." }));
+  const put = (/** @type {Partial<SimulatedFaults>} */ part) =>
+    store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
+  const knock = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => put({ knocked_left: carried(), knocked_right: carried() }) } },
+    "Knock both mounts",
+  );
+  const mend = h(
+    "button",
+    { type: "button", class: "plain", on: { click: () => void orders.mend() } },
+    icon("again"),
+    "Mend everything",
+  );
+  fill(
+    place,
+    h("p", { class: "lead", text: "This rig is simulated: break something, and see what the product makes of it." }),
+    table,
+    h("p", { class: "actions" }, knock, mend),
+    h("p", {
+      class: "aside-note",
+      text: "A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds what it was; the angle between the eyes only where it knows a distance.",
+    }),
+  );
   const show = changing(table, (/** @type {SimulatedFaults} */ faults) => [tableOf(faults, put)]);
   store.on(["faults", "rig", "rig_page"], ({ faults, rig, rig_page }) => {
     const whole = place.closest(".panel");
@@ -56,7 +76,11 @@ export function mountFaults(place, { store, orders }) {
 function carried() {
   const heading = 2 * Math.PI * Math.random();
   const shift = (/** @type {number} */ part) => Number((CARRIED_DEG * part).toFixed(3));
-  return { shift_x_deg: shift(Math.cos(heading)), shift_y_deg: shift(Math.sin(heading)), rotation_deg: Math.random() < 0.5 ? -ROLLED_DEG : ROLLED_DEG };
+  return {
+    shift_x_deg: shift(Math.cos(heading)),
+    shift_y_deg: shift(Math.sin(heading)),
+    rotation_deg: Math.random() < 0.5 ? -ROLLED_DEG : ROLLED_DEG,
+  };
 }
 
 /**
@@ -64,9 +88,25 @@ function carried() {
  * @param {(part: Partial<SimulatedFaults>) => unknown} put
  */
 function tableOf(faults, put) {
-  return h("table", { class: "compare faults" },
-    h("thead", {}, h("tr", {}, ["", "Wide", "Left", "Right"].map((text) => h("th", { scope: "col", text })))),
-    h("tbody", {}, ROWS.map((row) => tickRow(row, faults, put)), SHIFTS.map((shift) => shiftRow(shift, faults, put))));
+  return h(
+    "table",
+    { class: "compare faults" },
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        ["", "Wide", "Left", "Right"].map((text) => h("th", { scope: "col", text })),
+      ),
+    ),
+    h(
+      "tbody",
+      {},
+      ROWS.map((row) => tickRow(row, faults, put)),
+      SHIFTS.map((shift) => shiftRow(shift, faults, put)),
+    ),
+  );
 }
 
 /**
@@ -85,7 +125,21 @@ function tickRow({ name, list, axis, roles }, faults, put) {
       put({ [list]: input.checked ? [...others, what] : others });
       input.checked = broken.includes(what); // until the server says so
     };
-    return h("td", {}, h("label", { class: "cell" }, h("input", { type: "checkbox", checked: broken.includes(what), data: { keep: `${list}-${what}` }, "aria-label": `${name}: ${role}`, on: { change: changed } })));
+    return h(
+      "td",
+      {},
+      h(
+        "label",
+        { class: "cell" },
+        h("input", {
+          type: "checkbox",
+          checked: broken.includes(what),
+          data: { keep: `${list}-${what}` },
+          "aria-label": `${name}: ${role}`,
+          on: { change: changed },
+        }),
+      ),
+    );
   };
   return h("tr", {}, h("th", { scope: "row", text: name }), CAMERAS.map(cell));
 }
@@ -101,10 +155,26 @@ function shiftRow({ name, key }, faults, put) {
     const changed = (/** @type {Event} */ event) => {
       const input = /** @type {HTMLInputElement} */ (event.currentTarget);
       if (!input.reportValidity()) return;
-      put({ [`knocked_${eye}`]: { ...knocked, [key]: Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : 0 } });
+      put({
+        [`knocked_${eye}`]: { ...knocked, [key]: Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : 0 },
+      });
       input.value = String(knocked[key]);
     };
-    return h("td", {}, h("input", { type: "number", step: "any", min: -FARTHEST_DEG, max: FARTHEST_DEG, value: knocked[key], inputmode: "decimal", data: { keep: `${key}-${eye}` }, "aria-label": `${name}: ${eye}`, on: { change: changed } }));
+    return h(
+      "td",
+      {},
+      h("input", {
+        type: "number",
+        step: "any",
+        min: -FARTHEST_DEG,
+        max: FARTHEST_DEG,
+        value: knocked[key],
+        inputmode: "decimal",
+        data: { keep: `${key}-${eye}` },
+        "aria-label": `${name}: ${eye}`,
+        on: { change: changed },
+      }),
+    );
   };
   return h("tr", {}, h("th", { scope: "row", text: name }), h("td", {}), cell("left"), cell("right"));
 }

@@ -73,7 +73,9 @@ export class RigOrders {
    */
   async #camera(method, path, body) {
     try {
-      const changed = /** @type {CamerasChangedDocument} */ (await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS }));
+      const changed = /** @type {CamerasChangedDocument} */ (
+        await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
+      );
       this.#adopt(changed);
       return { changed, refusal: null };
     } catch (error) {
@@ -89,22 +91,41 @@ export class RigOrders {
     const { rig } = this.#store.state;
     if (!rig) return;
     const now = new Map(cameras.map((camera) => [camera.role, camera]));
-    this.#store.set({ rig: { ...rig, cameras: rig.cameras.map((camera) => now.get(camera.role) ?? camera), divergence } });
+    this.#store.set({
+      rig: { ...rig, cameras: rig.cameras.map((camera) => now.get(camera.role) ?? camera), divergence },
+    });
   }
 
   /** Test both triggers, and follow the test until it is over. */
   async testTriggers() {
-    const begun = await this.#commands.attempt(() => /** @type {Promise<JobDocument>} */ (
-      request("POST", "/cameras/self_tests", { headers: this.#commands.leaseHeader() })));
+    const begun = await this.#commands.attempt(
+      () =>
+        /** @type {Promise<JobDocument>} */ (
+          request("POST", "/cameras/self_tests", { headers: this.#commands.leaseHeader() })
+        ),
+    );
     if (!begun) return;
     let job = begun;
     while (!OVER.has(job.state)) {
-      this.#store.set({ running_test: { job_id: job.id, note: job.progress?.note ?? "", done: job.progress?.done ?? 0, total: job.progress?.total ?? null } });
+      this.#store.set({
+        running_test: {
+          job_id: job.id,
+          note: job.progress?.note ?? "",
+          done: job.progress?.done ?? 0,
+          total: job.progress?.total ?? null,
+        },
+      });
       await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
       job = (await this.#lookAt(job.id)) ?? job;
     }
     this.#store.set({ running_test: null });
-    if (job.problem) this.#commands.say({ tone: "bad", title: "The trigger test failed", detail: job.problem.detail ?? "", remedy: job.problem.remedy ?? undefined });
+    if (job.problem)
+      this.#commands.say({
+        tone: "bad",
+        title: "The trigger test failed",
+        detail: job.problem.detail ?? "",
+        remedy: job.problem.remedy ?? undefined,
+      });
     await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
   }
 
@@ -114,7 +135,8 @@ export class RigOrders {
       return /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.document.status === 404) return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
+      if (error.document.status === 404)
+        return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
       return null; // the server is away: the banner says so, and the job is looked for again
     }
   }
@@ -127,7 +149,12 @@ export class RigOrders {
   /** Start both DACs anew. */
   async recover() {
     const done = await this.#mirrors("/mirrors/recover");
-    if (done) this.#commands.say({ tone: "good", title: "The mirrors' DACs were started anew", detail: "Both stand where they were told to before." });
+    if (done)
+      this.#commands.say({
+        tone: "good",
+        title: "The mirrors' DACs were started anew",
+        detail: "Both stand where they were told to before.",
+      });
   }
 
   /** @param {boolean} on */
@@ -137,7 +164,9 @@ export class RigOrders {
 
   /** @param {string} path */
   async #mirrors(path) {
-    const mirrors = await this.#commands.attempt(() => /** @type {Promise<MirrorsDocument>} */ (this.#post(path, undefined)));
+    const mirrors = await this.#commands.attempt(
+      () => /** @type {Promise<MirrorsDocument>} */ (this.#post(path, undefined)),
+    );
     const { rig } = this.#store.state;
     if (mirrors && rig) this.#store.set({ rig: { ...rig, mirrors } });
     return mirrors;
@@ -170,8 +199,12 @@ export class RigOrders {
    * @param {SimulatedFaults | undefined} body
    */
   async #faults(method, body) {
-    const faults = await this.#commands.attempt(() => /** @type {Promise<SimulatedFaults>} */ (
-      request(method, "/simulation/faults", { body, headers: this.#commands.leaseHeader() })));
+    const faults = await this.#commands.attempt(
+      () =>
+        /** @type {Promise<SimulatedFaults>} */ (
+          request(method, "/simulation/faults", { body, headers: this.#commands.leaseHeader() })
+        ),
+    );
     if (faults) this.#store.set({ faults });
     else await this.#reader.readFaults(); // a tick that was not taken goes back
   }

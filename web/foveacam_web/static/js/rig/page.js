@@ -32,16 +32,36 @@ const ROLES = ["wide", "left", "right"];
 export function mountRigPage(place, { store, views, rig_orders, orders }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
-  const [apart, trigger, controller, turner, rail, faults] = [h("div", { class: "panel apart-place", hidden: true }), inside(), inside(), inside(), inside(), inside()];
+  const [apart, trigger, controller, turner, rail, faults] = [
+    h("div", { class: "panel apart-place", hidden: true }),
+    inside(),
+    inside(),
+    inside(),
+    inside(),
+    inside(),
+  ];
   mountPair(apart, context);
   mountTrigger(trigger, context);
   mountController(controller, context);
   mountPanTilt(turner, { store, orders });
   mountRail(rail, context);
-  fill(place, head(store),
-    h("div", { class: "rig-cameras" }, apart, [...cameras.values()].map(({ element }) => element)),
-    h("div", { class: "rig-devices" }, h("div", { class: "column" }, panel("Trigger", trigger), panel("Faults", faults)), panel("Controller", controller),
-      h("div", { class: "column" }, panel("Pan-tilt", turner), panel("Rail", rail))));
+  fill(
+    place,
+    head(store),
+    h(
+      "div",
+      { class: "rig-cameras" },
+      apart,
+      [...cameras.values()].map(({ element }) => element),
+    ),
+    h(
+      "div",
+      { class: "rig-devices" },
+      h("div", { class: "column" }, panel("Trigger", trigger), panel("Faults", faults)),
+      panel("Controller", controller),
+      h("div", { class: "column" }, panel("Pan-tilt", turner), panel("Rail", rail)),
+    ),
+  );
   mountFaults(faults, context);
   store.on(["rig_page"], ({ rig_page, wizard }) => {
     if (rig_page) lend(views, cameras);
@@ -58,9 +78,18 @@ function inside() {
 function head(store) {
   const name = h("span", { class: "lead" });
   store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
-  return h("div", { class: "wizard-head" },
-    h("h2", { id: "rig-page-title", tabindex: "-1", text: "Rig" }), name,
-    h("a", { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" }, icon("back"), h("span", { text: "Console" })));
+  return h(
+    "div",
+    { class: "wizard-head" },
+    h("h2", { id: "rig-page-title", tabindex: "-1", text: "Rig" }),
+    name,
+    h(
+      "a",
+      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
+      icon("back"),
+      h("span", { text: "Console" }),
+    ),
+  );
 }
 
 /**

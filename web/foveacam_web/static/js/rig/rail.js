@@ -23,7 +23,9 @@ export function mountRail(place, { store, orders }) {
   const zero = zeroOf("rail", () => void orders.confirmRailZero());
   fill(place, state, zero.element, drive.element, places);
   const showState = changing(state, stateOf);
-  const showPlaces = changing(places, (/** @type {{rail: RailDocument | null, busy: boolean}} */ now) => placesOf(now, orders));
+  const showPlaces = changing(places, (/** @type {{rail: RailDocument | null, busy: boolean}} */ now) =>
+    placesOf(now, orders),
+  );
   store.on(["rail", "work", "rig_page"], ({ rail, work, rig_page }) => {
     if (!rig_page) return;
     const busy = isRunning(work);
@@ -37,48 +39,98 @@ export function mountRail(place, { store, orders }) {
 /** @param {RailDocument | null} rail */
 function stateOf(rail) {
   if (!rail) return [nothing("The rail has not answered yet.")];
-  if (!rail.present) return [h("p", { class: "lead", text: "This rig stands on no rail." }), h("p", { class: "remedy", text: "Name one, or “manual”, in the rig's file to move it sideways from here." })];
-  if (rail.fault) return [h("p", { class: "state bad" }, icon("warn"), "Rail not usable"), h("p", { class: "lead", text: sentence(rail.fault) })];
+  if (!rail.present)
+    return [
+      h("p", { class: "lead", text: "This rig stands on no rail." }),
+      h("p", { class: "remedy", text: "Name one, or “manual”, in the rig's file to move it sideways from here." }),
+    ];
+  if (rail.fault)
+    return [
+      h("p", { class: "state bad" }, icon("warn"), "Rail not usable"),
+      h("p", { class: "lead", text: sentence(rail.fault) }),
+    ];
   if (!rail.moves_itself) return byHand(rail);
   const word = !rail.connected ? "not connected" : rail.moving ? "moving" : rail.homed ? "at rest" : "not homed";
   const tone = !rail.connected ? "bad" : rail.homed || rail.moving ? "good" : "";
   const reach = rail.limits ? `; reaches ${number(rail.limits.min_mm, 0)} … ${number(rail.limits.max_mm, 0)} mm` : "";
   return [
-    h("p", { class: "pose number" }, h("span", { class: `lamp ${tone}` }), rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`),
+    h(
+      "p",
+      { class: "pose number" },
+      h("span", { class: `lamp ${tone}` }),
+      rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`,
+    ),
     h("p", { class: "lead", text: `${word}${reach}` }),
   ];
 }
 
 /** @param {RailDocument} rail */
 function byHand({ wanted_mm, position_mm }) {
-  return [h("p", { class: "state warn" }, icon("hand"), "You push the rig"),
-    wanted_mm === null ? h("p", { class: "lead", text: "Choose a place: here it says where to push the rig." })
+  return [
+    h("p", { class: "state warn" }, icon("hand"), "You push the rig"),
+    wanted_mm === null
+      ? h("p", { class: "lead", text: "Choose a place: here it says where to push the rig." })
       : h("p", { class: "order", role: "status", text: `Push the rig to ${number(wanted_mm, 1)} mm.` }),
-    position_mm !== null && h("p", { class: "why", text: `It was last said to stand at ${number(position_mm, 1)} mm.` })];
+    position_mm !== null &&
+      h("p", { class: "why", text: `It was last said to stand at ${number(position_mm, 1)} mm.` }),
+  ];
 }
 
 /** @param {RigOrders} orders */
 function driveOf(orders) {
   const to = numberField("Position", { unit: "mm", step: "any" });
   const go = h("button", { type: "submit", class: "plain" }, "Go");
-  const hold = h("button", { type: "button", class: "plain hold", title: "Stop moving now", "aria-label": "Hold the rail", on: { click: () => void orders.holdRail() } }, "Hold");
-  const home = h("button", { type: "button", class: "plain", "aria-label": "Home the rail", on: { click: () => void orders.homeRail() } }, "Home");
+  const hold = h(
+    "button",
+    {
+      type: "button",
+      class: "plain hold",
+      title: "Stop moving now",
+      "aria-label": "Hold the rail",
+      on: { click: () => void orders.holdRail() },
+    },
+    "Hold",
+  );
+  const home = h(
+    "button",
+    { type: "button", class: "plain", "aria-label": "Home the rail", on: { click: () => void orders.homeRail() } },
+    "Home",
+  );
   const reason = h("p", { class: "why", role: "status" });
   const send = (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
     const position_mm = to.value();
     if (position_mm !== null) void orders.slide({ position_mm });
   };
-  const element = h("form", { class: "stack", novalidate: true, on: { submit: send } }, h("div", { class: "actions" }, to.element, go, home, hold), reason);
-  return { element, update: (/** @type {RailDocument | null} */ rail, /** @type {boolean} */ busy) => {
-    element.hidden = !rail?.present || Boolean(rail.fault && !rail.connected);
-    const ready = Boolean(rail?.connected && (rail.homed || !rail.moves_itself));
-    go.disabled = to.input.disabled = busy || !ready;
-    home.hidden = !rail?.moves_itself || rail.awaits_zero;
-    hold.hidden = !rail?.moves_itself;
-    home.disabled = busy || !rail?.connected;
-    say(reason, busy ? "The procedure needs the rig where it is." : !rail?.connected ? "The rail is not connected." : ready ? "" : rail.awaits_zero ? "Nobody knows where it stands." : "Home it first: nobody knows where it stands.");
-  } };
+  const element = h(
+    "form",
+    { class: "stack", novalidate: true, on: { submit: send } },
+    h("div", { class: "actions" }, to.element, go, home, hold),
+    reason,
+  );
+  return {
+    element,
+    update: (/** @type {RailDocument | null} */ rail, /** @type {boolean} */ busy) => {
+      element.hidden = !rail?.present || Boolean(rail.fault && !rail.connected);
+      const ready = Boolean(rail?.connected && (rail.homed || !rail.moves_itself));
+      go.disabled = to.input.disabled = busy || !ready;
+      home.hidden = !rail?.moves_itself || rail.awaits_zero;
+      hold.hidden = !rail?.moves_itself;
+      home.disabled = busy || !rail?.connected;
+      say(
+        reason,
+        busy
+          ? "The procedure needs the rig where it is."
+          : !rail?.connected
+            ? "The rail is not connected."
+            : ready
+              ? ""
+              : rail.awaits_zero
+                ? "Nobody knows where it stands."
+                : "Home it first: nobody knows where it stands.",
+      );
+    },
+  };
 }
 
 /**
@@ -88,7 +140,31 @@ function driveOf(orders) {
 function placesOf({ rail, busy }, orders) {
   if (!rail?.present || rail.places.length === 0) return [];
   const ready = rail.connected && (rail.homed || !rail.moves_itself) && !rail.fault && !busy;
-  return [h("h4", { text: "Places" }), h("ul", {}, rail.places.map(({ name, position_mm }) => h("li", {},
-    h("span", { class: "name", text: name }), h("span", { class: "where", text: `${number(position_mm, 0)} mm` }),
-    h("button", { type: "button", class: "plain", disabled: !ready, data: { keep: `rail-${name}` }, "aria-label": `Move to the place ${name}`, on: { click: () => void orders.slide({ place: name }) } }, "Go"))))];
+  return [
+    h("h4", { text: "Places" }),
+    h(
+      "ul",
+      {},
+      rail.places.map(({ name, position_mm }) =>
+        h(
+          "li",
+          {},
+          h("span", { class: "name", text: name }),
+          h("span", { class: "where", text: `${number(position_mm, 0)} mm` }),
+          h(
+            "button",
+            {
+              type: "button",
+              class: "plain",
+              disabled: !ready,
+              data: { keep: `rail-${name}` },
+              "aria-label": `Move to the place ${name}`,
+              on: { click: () => void orders.slide({ place: name }) },
+            },
+            "Go",
+          ),
+        ),
+      ),
+    ),
+  ];
 }

@@ -40,12 +40,20 @@ export class RigReader {
 
   async readAll() {
     if (!this.#store.state.rig_page) return;
-    await Promise.all([this.readRig(), this.readRail(), this.#pan_tilt.readPanTilt(), this.readTest(), this.readFaults()]);
+    await Promise.all([
+      this.readRig(),
+      this.readRail(),
+      this.#pan_tilt.readPanTilt(),
+      this.readTest(),
+      this.readFaults(),
+    ]);
   }
 
   readTest() {
     return this.#reads.read("trigger test", async () => {
-      this.#store.set({ trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")) });
+      this.#store.set({
+        trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")),
+      });
     });
   }
 
@@ -60,13 +68,15 @@ export class RigReader {
   /** Read the rail now and, while the page is open, again and again: nothing else tells where it is. */
   readRail() {
     clearTimeout(this.#next_rail);
-    return this.#reads.read("rail", async () => {
-      if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
-    }).finally(() => {
-      const { rig_page, rail } = this.#store.state;
-      clearTimeout(this.#next_rail);
-      if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
-    });
+    return this.#reads
+      .read("rail", async () => {
+        if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
+      })
+      .finally(() => {
+        const { rig_page, rail } = this.#store.state;
+        clearTimeout(this.#next_rail);
+        if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
+      });
   }
 
   /** @param {EventDocument} event */

@@ -19,7 +19,10 @@ const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
  */
 export function shareOf({ low, high }, kind, value) {
   if (high <= low) return 0;
-  const share = kind === "log" && low > 0 ? Math.log(Math.max(value, low) / low) / Math.log(high / low) : (value - low) / (high - low);
+  const share =
+    kind === "log" && low > 0
+      ? Math.log(Math.max(value, low) / low) / Math.log(high / low)
+      : (value - low) / (high - low);
   return Math.min(1, Math.max(0, share));
 }
 

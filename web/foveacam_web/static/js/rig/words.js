@@ -25,7 +25,11 @@ const PHASES = Object.freeze({
   streaming: { text: "Streaming", tone: "good", usual: "" },
   degraded: { text: "Degraded", tone: "warn", usual: "It delivers, but frames are missing or broken." },
   lost: { text: "Lost", tone: "bad", usual: "It does not answer." },
-  backoff: { text: "Lost, trying again", tone: "bad", usual: "It is opened again by itself; nothing needs to be restarted." },
+  backoff: {
+    text: "Lost, trying again",
+    tone: "bad",
+    usual: "It is opened again by itself; nothing needs to be restarted.",
+  },
 });
 
 /** @type {Readonly<Record<SettingName | CameraNumber, {name: string, unit: string}>>} */
@@ -43,15 +47,39 @@ export const SETTINGS = Object.freeze({
 export const VERDICTS = Object.freeze({
   untested: { text: "Untested", tone: "plain", meaning: "Nobody has tested this eye yet." },
   ok: { text: "OK: hardware and software", tone: "good", meaning: "The controller's pulse exposes it. Nothing to do." },
-  ok_software_only: { text: "OK: software only", tone: "warn", meaning: "Commands expose it; its trigger line was not tested, because no pulse could be given or it takes none." },
-  camera: { text: "Camera", tone: "bad", meaning: "Not even a command exposes it. Look at the camera itself: its cable, its power, its settings." },
-  wiring: { text: "Wiring", tone: "bad", meaning: "Pulses do not expose it. Look at the trigger and strobe cables between controller and camera." },
-  no_probe: { text: "No probe", tone: "warn", meaning: "It could not be tested: it takes no commands, and no pulse could be given." },
+  ok_software_only: {
+    text: "OK: software only",
+    tone: "warn",
+    meaning: "Commands expose it; its trigger line was not tested, because no pulse could be given or it takes none.",
+  },
+  camera: {
+    text: "Camera",
+    tone: "bad",
+    meaning: "Not even a command exposes it. Look at the camera itself: its cable, its power, its settings.",
+  },
+  wiring: {
+    text: "Wiring",
+    tone: "bad",
+    meaning: "Pulses do not expose it. Look at the trigger and strobe cables between controller and camera.",
+  },
+  no_probe: {
+    text: "No probe",
+    tone: "warn",
+    meaning: "It could not be tested: it takes no commands, and no pulse could be given.",
+  },
 });
 
 /** @param {CameraDocument | undefined} camera */
 export function linkOf(camera) {
-  return camera?.link ?? /** @type {CameraLinkDocument} */ ({ phase: camera?.connected ? "streaming" : "closed", reason: "", since_s: null, epoch: 0 });
+  return (
+    camera?.link ??
+    /** @type {CameraLinkDocument} */ ({
+      phase: camera?.connected ? "streaming" : "closed",
+      reason: "",
+      since_s: null,
+      epoch: 0,
+    })
+  );
 }
 
 /** @param {CameraLinkDocument} link */

@@ -8,14 +8,24 @@ import { h } from "../dom.js";
  * @param {() => void} confirm
  */
 export function zeroOf(name, confirm) {
-  const button = h("button", {
-    type: "button", class: "plain", "aria-label": `The ${name} stands at its zero`, on: { click: confirm },
-    title: "It has no reference switches: say so once it stands where it counts from",
-  }, "It stands at its zero");
+  const button = h(
+    "button",
+    {
+      type: "button",
+      class: "plain",
+      "aria-label": `The ${name} stands at its zero`,
+      on: { click: confirm },
+      title: "It has no reference switches: say so once it stands where it counts from",
+    },
+    "It stands at its zero",
+  );
   const element = h("div", { class: "actions" }, button);
   element.hidden = true;
-  return { element, update: (/** @type {Positioner | null} */ now, /** @type {boolean} */ busy) => {
-    element.hidden = !now?.awaits_zero;
-    button.disabled = busy || !now?.connected;
-  } };
+  return {
+    element,
+    update: (/** @type {Positioner | null} */ now, /** @type {boolean} */ busy) => {
+      element.hidden = !now?.awaits_zero;
+      button.disabled = busy || !now?.connected;
+    },
+  };
 }

@@ -29,10 +29,30 @@ export class Hints {
   constructor({ store, pane }) {
     this.#store = store;
     this.#pane = pane;
-    this.#bar = h("div", { class: "hint-bar", hidden: true, role: "note" },
-      h("span", {}, "New here? ", h("b", { text: "Click one of the marked things" }), ": both foveae look at it, and its distance appears."),
-      h("button", { type: "button", class: "tool", "aria-label": "Hide the hint", title: "Hide; Help shows it again", on: { click: () => this.dismiss() } }, icon("close")));
-    for (const type of ["pointerdown", "pointerup", "click", "dblclick"]) this.#bar.addEventListener(type, (event) => event.stopPropagation());
+    this.#bar = h(
+      "div",
+      { class: "hint-bar", hidden: true, role: "note" },
+      h(
+        "span",
+        {},
+        "New here? ",
+        h("b", { text: "Click one of the marked things" }),
+        ": both foveae look at it, and its distance appears.",
+      ),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "tool",
+          "aria-label": "Hide the hint",
+          title: "Hide; Help shows it again",
+          on: { click: () => this.dismiss() },
+        },
+        icon("close"),
+      ),
+    );
+    for (const type of ["pointerdown", "pointerup", "click", "dblclick"])
+      this.#bar.addEventListener(type, (event) => event.stopPropagation());
     pane.surface.append(this.#marks, this.#bar);
     store.on(["rig", "shown", "settings", "current"], () => this.#follow());
   }
@@ -47,12 +67,20 @@ export class Hints {
     const { viewport } = this.#pane;
     const r = Math.max(LEAST_RADIUS_CSS_PX, RADIUS_PX * viewport.scale);
     const lowest = this.#pane.surface.clientHeight - 2.5 * LETTERS_CSS_PX; // below are the legend of the reach and the pane's edge
-    fill(this.#marks, ...this.#found.map(({ x_px, y_px }) => {
-      const { x, y } = viewport.toCss({ x: x_px, y: y_px });
-      const below = y + r + LETTERS_CSS_PX;
-      return s("g", { class: "try" }, s("circle", { class: "under", cx: x, cy: y, r }), s("circle", { cx: x, cy: y, r }),
-        s("text", { x, y: below > lowest ? y - r - 5 : below, "text-anchor": "middle", text: "try here" }));
-    }));
+    fill(
+      this.#marks,
+      ...this.#found.map(({ x_px, y_px }) => {
+        const { x, y } = viewport.toCss({ x: x_px, y: y_px });
+        const below = y + r + LETTERS_CSS_PX;
+        return s(
+          "g",
+          { class: "try" },
+          s("circle", { class: "under", cx: x, cy: y, r }),
+          s("circle", { cx: x, cy: y, r }),
+          s("text", { x, y: below > lowest ? y - r - 5 : below, "text-anchor": "middle", text: "try here" }),
+        );
+      }),
+    );
   }
 
   #follow() {

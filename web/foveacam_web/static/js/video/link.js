@@ -22,7 +22,8 @@ import { ViewStream } from "./stream.js";
  */
 export function openStream(hear) {
   const url = socketUrl(location.href);
-  const offscreen = typeof OffscreenCanvas === "function" && "transferControlToOffscreen" in HTMLCanvasElement.prototype;
+  const offscreen =
+    typeof OffscreenCanvas === "function" && "transferControlToOffscreen" in HTMLCanvasElement.prototype;
   return offscreen ? new WorkerLink(url, hear) : new ViewStream(url, hear);
 }
 

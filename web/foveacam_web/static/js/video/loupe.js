@@ -24,8 +24,12 @@ export class Loupe {
     this.direction = h("span", { class: "number" });
     this.verdict = h("span", { class: "verdict" });
     this.depth = h("span", { class: "probe" });
-    this.element = h("div", { class: "loupe", hidden: true, "aria-live": "off" },
-      h("div", { class: "glass" }, this.canvas), h("div", { class: "words" }, this.pixel, this.direction, this.verdict, this.depth));
+    this.element = h(
+      "div",
+      { class: "loupe", hidden: true, "aria-live": "off" },
+      h("div", { class: "glass" }, this.canvas),
+      h("div", { class: "words" }, this.pixel, this.direction, this.verdict, this.depth),
+    );
     stream.setLoupeCanvas(this.canvas);
   }
 
@@ -54,7 +58,12 @@ export class Loupe {
   showDepth(found) {
     if (found === null) fill(this.depth);
     else if (typeof found === "string") fill(this.depth, found);
-    else fill(this.depth, h("b", { text: distanceText(found.distance_m, found.distance_sigma_m) }), ` ${span(found.age_s)} ago`);
+    else
+      fill(
+        this.depth,
+        h("b", { text: distanceText(found.distance_m, found.distance_sigma_m) }),
+        ` ${span(found.age_s)} ago`,
+      );
   }
 }
 

@@ -27,7 +27,14 @@ export class Overlay {
   #cross = null;
 
   constructor() {
-    this.element = s("svg", { class: "overlay", "aria-hidden": "true" }, this.#field, this.#prints, this.#marks, this.#aim);
+    this.element = s(
+      "svg",
+      { class: "overlay", "aria-hidden": "true" },
+      this.#field,
+      this.#prints,
+      this.#marks,
+      this.#aim,
+    );
   }
 
   /**
@@ -53,7 +60,11 @@ export class Overlay {
     if (!settings.field || !rig?.steering || !intrinsics) return fill(this.#field);
     const inner = path(fieldOutline(intrinsics, rig.steering), viewport);
     const outer = path(corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height }), viewport);
-    fill(this.#field, s("path", { class: "beyond", d: `${outer} ${inner}`, "fill-rule": "evenodd" }), s("path", { class: "edge", d: inner }));
+    fill(
+      this.#field,
+      s("path", { class: "beyond", d: `${outer} ${inner}`, "fill-rule": "evenodd" }),
+      s("path", { class: "edge", d: inner }),
+    );
   }
 
   /**
@@ -63,10 +74,13 @@ export class Overlay {
   drawFootprints(viewport, { overlay, settings }) {
     if (!settings.footprints || !overlay) return fill(this.#prints);
     const eyes = /** @type {const} */ (["left", "right"]);
-    fill(this.#prints, ...eyes.flatMap((eye) => {
-      const points = overlay.footprints[eye]?.map(([x, y]) => ({ x, y }));
-      return points && points.length > 2 ? footprint(eye, points, viewport) : [];
-    }));
+    fill(
+      this.#prints,
+      ...eyes.flatMap((eye) => {
+        const points = overlay.footprints[eye]?.map(([x, y]) => ({ x, y }));
+        return points && points.length > 2 ? footprint(eye, points, viewport) : [];
+      }),
+    );
   }
 
   /**
@@ -81,7 +95,9 @@ export class Overlay {
     const marks = chosen_first.map((target) => {
       if (target.x_px === null || target.y_px === null) return null;
       const at = viewport.toCss({ x: target.x_px, y: target.y_px });
-      const free = labelled.every((other) => Math.abs(other.x - at.x) > LABEL_PX.width || Math.abs(other.y - at.y) > LABEL_PX.height);
+      const free = labelled.every(
+        (other) => Math.abs(other.x - at.x) > LABEL_PX.width || Math.abs(other.y - at.y) > LABEL_PX.height,
+      );
       if (free) labelled.push(at);
       const selected = target.id === selected_target;
       const label = selected ? `${cut(target.label)}  ${answerText(target)}` : cut(target.label);
@@ -127,7 +143,13 @@ function footprint(eye, points, viewport) {
   return [
     s("path", { class: `print-shadow`, d: path(points, viewport) }),
     s("path", { class: `print ${eye}`, d: path(points, viewport) }),
-    s("text", { class: `print-name ${eye}`, x: side, y: lowest + 13, "text-anchor": eye === "left" ? "start" : "end", text: eye === "left" ? "L" : "R" }),
+    s("text", {
+      class: `print-name ${eye}`,
+      x: side,
+      y: lowest + 13,
+      "text-anchor": eye === "left" ? "start" : "end",
+      text: eye === "left" ? "L" : "R",
+    }),
   ];
 }
 
@@ -164,7 +186,12 @@ function cross({ x, y }, kind, reach) {
  * @param {string} label
  */
 function mark({ x, y }, kind, label) {
-  return s("g", { class: kind }, s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }), label && s("text", { x: x + 8, y: y + 4, text: label }));
+  return s(
+    "g",
+    { class: kind },
+    s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }),
+    label && s("text", { x: x + 8, y: y + 4, text: label }),
+  );
 }
 
 /** @param {string} label */
@@ -177,7 +204,12 @@ function cut(label) {
  * @returns {Point[]}
  */
 function corners({ x, y, width, height }) {
-  return [{ x, y }, { x: x + width, y }, { x: x + width, y: y + height }, { x, y: y + height }];
+  return [
+    { x, y },
+    { x: x + width, y },
+    { x: x + width, y: y + height },
+    { x, y: y + height },
+  ];
 }
 
 /**

@@ -29,7 +29,9 @@ export const VIEWS = Object.freeze({
 });
 
 /** What procedures show of their work: there while one runs. */
-export const ANNOTATED = Object.freeze(/** @type {AnnotatedName[]} */ (["calibration_wide", "calibration_left", "calibration_right"]));
+export const ANNOTATED = Object.freeze(
+  /** @type {AnnotatedName[]} */ (["calibration_wide", "calibration_left", "calibration_right"]),
+);
 
 const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made when the eyes have looked, not with each frame */
@@ -54,15 +56,30 @@ export class Pane {
     this.title = h("h2", { text: VIEWS[name].title.replace(ADDED, "") });
     this.tools = h("div", { class: "tools" });
     this.surface = h("div", { class: "surface" }, this.canvas, this.note, this.badge, this.notice);
-    this.enlarge = h("button", {
-      class: "tool", type: "button", "aria-pressed": "false", "aria-label": `Enlarge the view ${VIEWS[name].title}`,
-      title: "Enlarge (Escape returns)", on: { click: () => this.setLarge(!this.large) },
-    }, icon("expand"));
+    this.enlarge = h(
+      "button",
+      {
+        class: "tool",
+        type: "button",
+        "aria-pressed": "false",
+        "aria-label": `Enlarge the view ${VIEWS[name].title}`,
+        title: "Enlarge (Escape returns)",
+        on: { click: () => this.setLarge(!this.large) },
+      },
+      icon("expand"),
+    );
     this.tools.append(this.enlarge);
     this.header = h("header", {}, this.title, this.readout, this.tools);
-    this.element = h("section", {
-      class: `pane pane-${name}`, "aria-label": `View ${VIEWS[name].title}`, data: { view: name },
-    }, this.header, this.surface);
+    this.element = h(
+      "section",
+      {
+        class: `pane pane-${name}`,
+        "aria-label": `View ${VIEWS[name].title}`,
+        data: { view: name },
+      },
+      this.header,
+      this.surface,
+    );
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", `Live picture: ${VIEWS[name].title}`);
     this.placed = () => {};
@@ -118,7 +135,8 @@ export class Pane {
   /** @param {ConsoleState} state */
   update(state) {
     const shown = state.shown[this.name];
-    if (shown && shown.count > 0) this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale });
+    if (shown && shown.count > 0)
+      this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale });
     const trouble = this.#trouble(state, shown);
     this.notice.hidden = trouble === null;
     if (trouble) fill(this.notice, h("strong", { text: trouble.title }), h("p", { text: trouble.detail }));
@@ -135,7 +153,12 @@ export class Pane {
    * @param {boolean} noticed
    */
   #showNote({ current }, noticed) {
-    const seen = this.name === "left" ? current?.fixation?.left_view : this.name === "right" ? current?.fixation?.right_view : null;
+    const seen =
+      this.name === "left"
+        ? current?.fixation?.left_view
+        : this.name === "right"
+          ? current?.fixation?.right_view
+          : null;
     const reason = seen && !seen.sees_target ? sentence(seen.reason) || "This eye does not see the target." : "";
     this.note.hidden = noticed || reason === "";
     say(this.note, reason);
@@ -150,7 +173,8 @@ export class Pane {
     this.readout.hidden = !state.settings.readout;
     const what = VIEWS[this.name].title.endsWith(ADDED) ? "annotated · " : "";
     if (!shown || shown.count === 0 || state.stream !== "open") say(this.readout, "");
-    else if (STILL.has(this.name) && shown.fps < FLOWING_FPS) say(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
+    else if (STILL.has(this.name) && shown.fps < FLOWING_FPS)
+      say(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
     else say(this.readout, `${what}${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
   }
@@ -169,7 +193,13 @@ export class Pane {
     this.badge.hidden = !showing;
     if (!showing) this.#frozen_since = null;
     else this.#frozen_since ??= new Date(Date.now() - (frozen_ms ?? 0)).toISOString();
-    if (showing) say(this.badge, [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)].filter(Boolean).join(": "));
+    if (showing)
+      say(
+        this.badge,
+        [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)]
+          .filter(Boolean)
+          .join(": "),
+      );
   }
 
   /**
@@ -183,15 +213,32 @@ export class Pane {
     if (state.stream === "down") {
       return { title: "Offline", detail: "The last picture stands. Reconnecting by itself.", empty };
     }
-    const missing = state.rig?.cameras.filter((camera) => VIEWS[this.name].needs.includes(/** @type {import("#page").Role} */ (camera.role)) && !camera.connected) ?? [];
-    if (missing.length > 0) return { ...missingCamera(state, missing.map((camera) => camera.role)), empty };
+    const missing =
+      state.rig?.cameras.filter(
+        (camera) =>
+          VIEWS[this.name].needs.includes(/** @type {import("#page").Role} */ (camera.role)) && !camera.connected,
+      ) ?? [];
+    if (missing.length > 0)
+      return {
+        ...missingCamera(
+          state,
+          missing.map((camera) => camera.role),
+        ),
+        empty,
+      };
     if (!empty) return null;
-    if (this.name === "depth") return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
-    if (this.name.startsWith("calibration_")) return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
+    if (this.name === "depth")
+      return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
+    if (this.name.startsWith("calibration_"))
+      return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
     if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {
       return { ...missingMirrors(state), empty };
     }
-    return { title: "Waiting for the first picture", detail: state.rig?.state === "opening" ? "The rig is opening." : "", empty };
+    return {
+      title: "Waiting for the first picture",
+      detail: state.rig?.state === "opening" ? "The rig is opening." : "",
+      empty,
+    };
   }
 }
 
@@ -212,10 +259,13 @@ function missingCamera(state, roles) {
  * @param {string[]} roles
  */
 function reasonOf({ rig }, roles) {
-  const cameras = rig?.cameras.filter(({ role, link }) => roles.includes(role) && link && link.phase !== "streaming") ?? [];
+  const cameras =
+    rig?.cameras.filter(({ role, link }) => roles.includes(role) && link && link.phase !== "streaming") ?? [];
   const reason = cameras.map(({ link }) => link?.reason ?? "").find(Boolean);
   if (reason) return reason;
-  const apart = roles.some((role) => role !== "wide") && rig?.divergence?.some(({ setting }) => setting === "exposure_ms" || setting === "trigger"); // one pulse exposes both
+  const apart =
+    roles.some((role) => role !== "wide") &&
+    rig?.divergence?.some(({ setting }) => setting === "exposure_ms" || setting === "trigger"); // one pulse exposes both
   return apart ? "the foveae are set differently, see the rig's page" : "";
 }
 

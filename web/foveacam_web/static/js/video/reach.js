@@ -12,7 +12,10 @@ import { number } from "../format.js";
 
 /** @type {Readonly<Record<Seeing, string>>} */
 export const SEEING = Object.freeze({
-  both: "both foveae", left: "left fovea only", right: "right fovea only", none: "beyond the mirrors' reach",
+  both: "both foveae",
+  left: "left fovea only",
+  right: "right fovea only",
+  none: "beyond the mirrors' reach",
 });
 
 /**
@@ -54,11 +57,13 @@ export function zones(reach, path, picture) {
   const outside = (/** @type {string} */ id, /** @type {string} */ inner) =>
     s("clipPath", { id }, s("path", { d: `${whole} ${inner}`, "clip-rule": "evenodd" }));
   return [
-    outside("reach-not-left", left), outside("reach-not-right", right),
+    outside("reach-not-left", left),
+    outside("reach-not-right", right),
     s("path", { class: "beyond", d: `${whole} ${right}`, "fill-rule": "evenodd", "clip-path": "url(#reach-not-left)" }),
     s("path", { class: "one-eye left", d: left, "clip-path": "url(#reach-not-right)" }),
     s("path", { class: "one-eye right", d: right, "clip-path": "url(#reach-not-left)" }),
-    s("path", { class: "edge left", d: left }), s("path", { class: "edge right", d: right }),
+    s("path", { class: "edge left", d: left }),
+    s("path", { class: "edge right", d: right }),
   ];
 }
 
@@ -68,13 +73,24 @@ export class ReachLegend {
 
   constructor() {
     const key = (/** @type {string} */ kind, /** @type {string} */ text) => h("span", { class: `key ${kind}`, text });
-    this.element = h("p", { class: "reach-legend", hidden: true, title: "Where the mirrors reach, before you click" },
-      key("both", "both foveae"), key("left", "left only"), key("right", "right only"), key("none", "none"), this.#where);
+    this.element = h(
+      "p",
+      { class: "reach-legend", hidden: true, title: "Where the mirrors reach, before you click" },
+      key("both", "both foveae"),
+      key("left", "left only"),
+      key("right", "right only"),
+      key("none", "none"),
+      this.#where,
+    );
   }
 
   /** @param {ReachDocument | null} reach */
   show(reach) {
     this.element.hidden = reach === null;
-    if (reach) say(this.#where, reach.distance_m === null ? "far away" : `at ${number(reach.distance_m, reach.distance_m < 10 ? 1 : 0)} m`);
+    if (reach)
+      say(
+        this.#where,
+        reach.distance_m === null ? "far away" : `at ${number(reach.distance_m, reach.distance_m < 10 ? 1 : 0)} m`,
+      );
   }
 }

@@ -29,7 +29,8 @@ export class ReachReader {
   #follow() {
     const { rig, current } = this.#store.state;
     const answer = current?.fixation ? answerOf(current.fixation) : null;
-    if (answer?.distance_m) this.#distance_m = 1 / (STEP_PER_M * Math.max(1, Math.round(1 / answer.distance_m / STEP_PER_M)));
+    if (answer?.distance_m)
+      this.#distance_m = 1 / (STEP_PER_M * Math.max(1, Math.round(1 / answer.distance_m / STEP_PER_M)));
     const calibration = rig?.calibration?.id ?? "";
     const wanted = `${calibration} ${this.#distance_m}`;
     if (wanted === this.#asked) return;

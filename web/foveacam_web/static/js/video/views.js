@@ -64,10 +64,20 @@ export class Views {
 
   /** The tabs that choose between the views derived from both eyes. */
   derived() {
-    const panels = h("div", { class: "derived-panes" }, DERIVED.map((name) => this.pane(name).element));
-    const tabs = DERIVED.map((name) => h("button", {
-      type: "button", role: "tab", id: `tab-${name}`, text: VIEWS[name].title, on: { click: () => choose(name) },
-    }));
+    const panels = h(
+      "div",
+      { class: "derived-panes" },
+      DERIVED.map((name) => this.pane(name).element),
+    );
+    const tabs = DERIVED.map((name) =>
+      h("button", {
+        type: "button",
+        role: "tab",
+        id: `tab-${name}`,
+        text: VIEWS[name].title,
+        on: { click: () => choose(name) },
+      }),
+    );
     const choose = (/** @type {ViewName} */ chosen) => {
       this.#tab = chosen;
       DERIVED.forEach((name, index) => {

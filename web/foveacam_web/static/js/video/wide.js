@@ -61,7 +61,8 @@ export class WideView {
       this.#legend.show(state.settings.field ? state.reach : null);
     });
     store.on(["targets", "hidden_targets", "selected_target", "current", "settings"], (state) =>
-      this.#overlay.drawMarks(pane.viewport, state));
+      this.#overlay.drawMarks(pane.viewport, state),
+    );
   }
 
   /** The sensor pixel under the pointer or the crosshair, if any. */
@@ -95,7 +96,11 @@ export class WideView {
   }
 
   #tools() {
-    const tool = (/** @type {string} */ label, /** @type {import("../icons.js").IconName} */ name, /** @type {() => void} */ act) =>
+    const tool = (
+      /** @type {string} */ label,
+      /** @type {import("../icons.js").IconName} */ name,
+      /** @type {() => void} */ act,
+    ) =>
       h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
     return [
       tool("Zoom out (−)", "minus", () => this.zoom(1 / ZOOM_STEP)),
@@ -191,12 +196,17 @@ export class WideView {
     const { viewport, surface } = this.#pane;
     const pixel = this.aimed;
     const { rig, intrinsics, reach } = this.#store.state;
-    const beyond = pixel && (reach ? seeing(reach, pixel) === "none"
-      : rig?.steering && intrinsics && !inField(rig.steering, directionOf(intrinsics, pixel)));
+    const beyond =
+      pixel &&
+      (reach
+        ? seeing(reach, pixel) === "none"
+        : rig?.steering && intrinsics && !inField(rig.steering, directionOf(intrinsics, pixel)));
     surface.classList.toggle("beyond", Boolean(beyond));
     const css = this.#cross ? viewport.toCss(this.#cross) : this.#pointer;
     this.#loupe.show(pixel, this.#store.state, {
-      css: css ?? { x: 0, y: 0 }, scale: viewport.scale, width: surface.clientWidth,
+      css: css ?? { x: 0, y: 0 },
+      scale: viewport.scale,
+      width: surface.clientWidth,
     });
   }
 
@@ -222,7 +232,10 @@ export class WideView {
     const { viewport } = this.#pane;
     const step = (event.shiftKey ? 10 : 1) / Math.max(1, viewport.scale);
     const moves = /** @type {Record<string, [number, number]>} */ ({
-      ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, -step],
+      ArrowDown: [0, step],
     });
     const move = moves[event.key];
     if (event.key === "Enter" && this.#cross) this.#click(this.#cross);
