@@ -1,0 +1,96 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { factsOf, valueText } from "../foveacam_web/static/js/measure/words.js";
+import { only } from "./documents.js";
+
+/** @type {import("#api").MeasuredPointDocument} */
+const POINT = {
+  view: "depth",
+  x_px: 1,
+  y_px: 2,
+  snapped_px: 0,
+  at_edge: false,
+  fixation_id: "fix-1",
+  point_rig_m: [0.1, -0.2, 1.9],
+  point_sigma_m: [0.001, 0.001, 0.004],
+  distance_m: 1.91,
+  distance_sigma_m: 0.004,
+};
+
+/** @param {Partial<import("#api").MeasurementDocument>} fields */
+const measured = (fields) =>
+  /** @type {import("#api").MeasurementDocument} */ ({
+    points: [POINT],
+    length: null,
+    plane: null,
+    profile: null,
+    ...fields,
+  });
+
+test("a point is its distance, with its place and error along each axis", () => {
+  assert.equal(valueText(measured({})), "1.9100 ± 0.0040 m");
+  assert.deepEqual(factsOf(measured({})), [
+    ["X", "0.1000 ± 0.0010 m"],
+    ["Y", "−0.2000 ± 0.0010 m"],
+    ["Z", "1.9000 ± 0.0040 m"],
+  ]);
+});
+
+test("a point that was moved, or lies at an edge, says so", () => {
+  const facts = factsOf(measured({ points: [{ ...POINT, snapped_px: 3.25, at_edge: true }] }));
+  assert.deepEqual(facts.slice(3), [
+    ["Moved", "3.3 px to the nearest pixel with depth"],
+    ["Beware", "depth jumps here: it may be of either surface"],
+  ]);
+});
+
+test("a length says whether both ends are of one look", () => {
+  const length = /** @type {import("#api").LengthDocument} */ ({
+    length_m: 0.25,
+    length_sigma_m: 0.0012,
+    same_look: true,
+  });
+  const found = measured({ points: [POINT, POINT], length });
+  assert.equal(valueText(found), "0.2500 ± 0.0012 m");
+  assert.deepEqual([factsOf(found)[0]?.[0], factsOf(found)[3]?.[0]], ["A X", "B X"]);
+  assert.equal(factsOf(found).at(-1)?.[1], "one look: what both points share is taken once");
+  const two = measured({ points: [POINT, POINT], length: { ...length, same_look: false } });
+  assert.equal(factsOf(two).at(-1)?.[1], "two looks: taken as independent");
+});
+
+test("a plane is its tilt, a profile its length", () => {
+  const plane = /** @type {import("#api").PlaneDocument} */ ({
+    normal: [0, 0, -1],
+    normal_sigma_deg: 0.05,
+    pan_deg: 12.3,
+    pan_sigma_deg: 0.04,
+    tilt_deg: -1,
+    tilt_sigma_deg: 0.05,
+    distance_m: 2,
+    distance_sigma_m: 0.01,
+    residual_rms_m: 0.002,
+    expected_rms_m: 0.0021,
+    flatness_m: 0.012,
+    pixels: 900,
+    outlier_fraction: 0.034,
+  });
+  assert.equal(valueText(measured({ plane })), "pan +12.3°, tilt −1.0° ± 0.05°");
+  assert.deepEqual(factsOf(measured({ points: [], plane })).slice(4), [
+    ["Flatness", "12 mm (middle 95 %)"],
+    ["Residual", "2.00 mm rms, 2.10 mm expected"],
+    ["Outliers", "3.4 % of 900 pixels"],
+  ]);
+  const profile = /** @type {import("#api").ProfileDocument} */ (
+    only({
+      samples: [only({ along_m: 0 }), only({ along_m: 0.5 })],
+      median_z_m: 2,
+      shared_sigma_m: 0.01,
+      known_fraction: 0.93,
+    })
+  );
+  assert.equal(valueText(measured({ profile })), "0.500 m long");
+  assert.deepEqual(factsOf(measured({ points: [], profile })), [
+    ["Median Z", "2.000 ± 0.010 m"],
+    ["Known", "93 % of the line"],
+  ]);
+});

@@ -1,0 +1,152 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import * as angles from "../foveacam_web/static/js/video/angles.js";
+import { HEADER_BYTES, jpegOf, readHeader, socketUrl } from "../foveacam_web/static/js/video/protocol.js";
+import { seeing } from "../foveacam_web/static/js/video/reach.js";
+import { Viewport } from "../foveacam_web/static/js/video/viewport.js";
+import { LENS, only } from "./documents.js";
+
+const FIELD = { ax_min_deg: -10, ax_max_deg: 10, ay_min_deg: -8, ay_max_deg: 8 };
+
+/**
+ * @param {number} found
+ * @param {number} wanted
+ * @param {number} tolerance
+ */
+function near(found, wanted, tolerance) {
+  assert.ok(Math.abs(found - wanted) <= tolerance, `${found} is not within ${tolerance} of ${wanted}`);
+}
+
+test("the axis of the lens is the direction straight ahead", () => {
+  const { ax_deg, ay_deg } = angles.directionOf(LENS, { x: LENS.cx_px, y: LENS.cy_px });
+  near(ax_deg, 0, 1e-12);
+  near(ay_deg, 0, 1e-12);
+});
+
+test("a lens without distortion is a pinhole", () => {
+  const { ax_deg, ay_deg } = angles.directionOf(
+    { ...LENS, distortion: [] },
+    { x: LENS.cx_px + LENS.fx_px, y: LENS.cy_px },
+  );
+  near(ax_deg, 45, 1e-12);
+  near(ay_deg, 0, 1e-12);
+});
+
+test("pixels lead to directions and back, to the corners of the picture", () => {
+  for (const [x = 0, y = 0] of [
+    [0, 0],
+    [1439, 1079],
+    [720, 540],
+    [1200.25, 80.5],
+  ]) {
+    const back = angles.pixelOf(LENS, angles.directionOf(LENS, { x, y }));
+    near(back.x, x, 1e-6);
+    near(back.y, y, 1e-6);
+  }
+});
+
+test("the outline of the steerable field goes through its corners", () => {
+  const outline = angles.fieldOutline(LENS, FIELD, 4);
+  assert.equal(outline.length, 16);
+  assert.deepEqual(outline[0], angles.pixelOf(LENS, { ax_deg: -10, ay_deg: -8 }));
+  assert.deepEqual(outline[8], angles.pixelOf(LENS, { ax_deg: 10, ay_deg: 8 }));
+  assert.deepEqual(
+    [angles.inField(FIELD, { ax_deg: 10, ay_deg: 0 }), angles.inField(FIELD, { ax_deg: 0, ay_deg: 9 })],
+    [true, false],
+  );
+});
+
+test("a wide pixel is seen by both eyes, by one or by none", () => {
+  const box = (/** @type {number} */ x0, /** @type {number} */ x1) => [
+    [x0, 0],
+    [x1, 0],
+    [x1, 100],
+    [x0, 100],
+  ];
+  const reach = /** @type {import("#api").ReachDocument} */ (only({ left_px: box(0, 60), right_px: box(40, 100) }));
+  assert.deepEqual(
+    [50, 20, 80, 120].map((x) => seeing(reach, { x, y: 50 })),
+    ["both", "left", "right", "none"],
+  );
+});
+
+/** @param {number} [device_px] */
+function viewport(device_px = 1) {
+  const view = new Viewport(1440, 1080);
+  view.resize({ width: 720, height: 600, left: 10.3, top: 20.7 }, device_px);
+  return view;
+}
+
+test("a picture fits its box, and its first pixel has its centre at (0, 0)", () => {
+  const view = viewport();
+  assert.equal(view.scale, 0.5);
+  const { x, y } = view.origin;
+  assert.deepEqual(view.toSensor({ x: x + 0.25, y: y + 0.25 }), { x: 0, y: 0 });
+  assert.deepEqual(
+    [view.holds({ x: -0.5, y: 0 }), view.holds({ x: -0.6, y: 0 }), view.holds({ x: 1439.6, y: 0 })],
+    [true, false, false],
+  );
+});
+
+test("the corner of a picture lies on a device pixel, however it was zoomed and moved", () => {
+  const view = viewport(0.5);
+  view.zoomAt({ x: 300, y: 200 }, 3.7);
+  view.pan(12.34, -5.67);
+  const { x, y } = view.origin;
+  for (const at of [x + 10.3, y + 20.7]) near(at / 0.5, Math.round(at / 0.5), 1e-9);
+});
+
+test("what lies under the pointer stays there while it is magnified", () => {
+  const view = viewport(0.001);
+  const before = view.toSensor({ x: 300, y: 250 });
+  view.zoomAt({ x: 300, y: 250 }, 4);
+  const after = view.toSensor({ x: 300, y: 250 });
+  near(after.x, before.x, 0.002);
+  near(after.y, before.y, 0.002);
+  const css = view.toCss(after);
+  near(css.x, 300, 1e-9);
+});
+
+test("a picture is magnified to 48 CSS pixels a pixel at most, and never made smaller than its box", () => {
+  const view = viewport();
+  view.zoomAt({ x: 300, y: 250 }, 1e6);
+  near(view.scale, 48, 1e-9);
+  view.zoomAt({ x: 300, y: 250 }, 1e-6);
+  assert.equal(view.zoom, 1);
+});
+
+test("a magnified picture is not moved out of its box, and shows a pixel that is to be revealed", () => {
+  const view = viewport();
+  view.zoomAt({ x: 360, y: 300 }, 4);
+  view.pan(1e6, 1e6);
+  near(view.origin.x, 0, 1);
+  view.reveal({ x: 1400, y: 900 }, 40);
+  const { x, y } = view.toCss({ x: 1400, y: 900 });
+  assert.ok(x <= 681 && x >= 39 && y <= 561 && y >= 39, `${x}, ${y}`);
+});
+
+test("the header of a frame is read in little-endian, and the rest is its JPEG", () => {
+  const message = new ArrayBuffer(HEADER_BYTES + 3);
+  const bytes = new DataView(message);
+  bytes.setUint8(0, 2);
+  bytes.setUint8(1, 1);
+  bytes.setUint16(2, 1, true);
+  bytes.setUint32(4, 70_000, true);
+  bytes.setBigUint64(8, 123_456_789_012n, true);
+  bytes.setUint32(16, 4200, true);
+  assert.deepEqual(readHeader(message), {
+    view: 2,
+    scale: 1,
+    frozen: true,
+    seq: 70_000,
+    t_capture_us: 123_456_789_012n,
+    age_us: 4200,
+  });
+  assert.equal(jpegOf(message).size, 3);
+  assert.throws(() => readHeader(new ArrayBuffer(HEADER_BYTES)), /shorter than its header of 24/);
+});
+
+test("the socket of a page is at its own origin, encrypted as the page is", () => {
+  assert.equal(socketUrl("http://127.0.0.1:8000/#/rig"), "ws://127.0.0.1:8000/api/v1/views/ws");
+  assert.equal(socketUrl("https://rig.example/"), "wss://rig.example/api/v1/views/ws");
+});
