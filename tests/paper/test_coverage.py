@@ -8,10 +8,10 @@ import shapely
 from shapely.geometry import LinearRing, Polygon, box
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.coverage import CLEARANCE_M, closed_path, coverage
-from foveacam_pipeline.study.maps import FieldMap, Place, RandomMap, random_map
-from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.visibility.coverage import CLEARANCE_M, closed_path, coverage
+from foveacam_pipeline.study.visibility.maps import FieldMap, Place, RandomMap, random_map
+from foveacam_pipeline.study.visibility.regions import feasible_regions
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 BOUNDS_M = (-20.0, -20.0, 20.0, 20.0)
 

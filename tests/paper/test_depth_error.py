@@ -5,7 +5,8 @@ import math
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.depth_error import (
+from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_pipeline.study.tradeoff.depth_error import (
     ASSUMED,
     FOVEA_PX_PER_DEG,
     LINES,
@@ -18,7 +19,6 @@ from foveacam_pipeline.study.depth_error import (
     measured_error,
     told_apart,
 )
-from foveacam_pipeline.study.findings import StudyResult
 
 
 def of(key: str, error_px: float) -> MatchingError:

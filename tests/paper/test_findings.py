@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from foveacam_pipeline.study.findings import PNG_DPI, PaperComparison, StudyFigure, StudyResult, drawing_of
+from foveacam_pipeline.study.report.findings import (
+    PNG_DPI,
+    PaperComparison,
+    StudyFigure,
+    StudyResult,
+    drawing_of,
+)
 
 
 def drawn() -> Figure:

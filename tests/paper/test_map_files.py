@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box, mapping
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.map_files import geojson_of, map_from_geojson, map_from_picture
-from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
-from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
+from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
+from foveacam_pipeline.study.visibility.regions import feasible_regions
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 
 def _collection(*features: tuple[str, Any], **members: object) -> dict[str, Any]:  # GeoJSON, as it comes

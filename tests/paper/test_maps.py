@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry import Point, Polygon, box
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
+from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
 
 BOUNDS_M = (0.0, 0.0, 10.0, 8.0)
 BOW_TIE = Polygon([(2, 2), (4, 4), (4, 2), (2, 4)])

@@ -14,7 +14,7 @@ from foveacam_hardware.sim.scenes.format import BoxObject, ColumnObject
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene
 from foveacam_hardware.sim.scenes.paint import CheckerboardMaterial
 from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
-from foveacam_pipeline.study.observed import (
+from foveacam_pipeline.study.visibility.observed import (
     CheckeredLabel,
     PlaceObservation,
     _wave_contrast,
@@ -24,14 +24,14 @@ from foveacam_pipeline.study.observed import (
     rayleigh_rad,
     rayleigh_transfer,
 )
-from foveacam_pipeline.study.observed_study import (
+from foveacam_pipeline.study.visibility.observed_study import (
     confusion,
     findings,
     observed_ring,
     one_line_region,
     predicted_region,
 )
-from foveacam_pipeline.study.toy_scene import (
+from foveacam_pipeline.study.visibility.toy_scene import (
     D_MIN_M,
     SCENE,
     TARGET_M,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.near_far_scenes import CAMERA
-from foveacam_pipeline.study.patches import (
+from foveacam_pipeline.study.tradeoff.outcomes import SemiGlobal, StereoView
+from foveacam_pipeline.study.tradeoff.patches import (
     PictureSize,
     budget,
     choose_patches,
@@ -15,7 +15,7 @@ from foveacam_pipeline.study.patches import (
     resized,
     scaled,
 )
-from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal, StereoView
+from foveacam_pipeline.study.tradeoff.streets import CAMERA
 
 NATIVE = PictureSize(width=CAMERA.width, height=CAMERA.height)
 RNG = np.random.default_rng

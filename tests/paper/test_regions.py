@@ -10,9 +10,9 @@ from shapely.geometry import Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
-from foveacam_pipeline.study.raster_regions import raster_areas_m2, raster_regions
-from foveacam_pipeline.study.regions import (
+from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
+from foveacam_pipeline.study.visibility.raster_regions import raster_areas_m2, raster_regions
+from foveacam_pipeline.study.visibility.regions import (
     annulus,
     areas,
     disc,
@@ -21,7 +21,7 @@ from foveacam_pipeline.study.regions import (
     narrowed,
     shadows,
 )
-from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 BOUNDS_M = (-20.0, -20.0, 20.0, 20.0)
 RING = StandoffRing(inner_m=2.0, outer_m=8.0)

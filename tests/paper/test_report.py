@@ -6,10 +6,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.cache import CachedStudy
-from foveacam_pipeline.study.findings import Drawing, PaperComparison, StudyFigure, StudyResult, drawing_of
-from foveacam_pipeline.study.report import ReportedStudy, report_html, value_text
-from foveacam_pipeline.study.report_svg import inline_svg
+from foveacam_pipeline.study.report.cache import CachedStudy
+from foveacam_pipeline.study.report.findings import (
+    Drawing,
+    PaperComparison,
+    StudyFigure,
+    StudyResult,
+    drawing_of,
+)
+from foveacam_pipeline.study.report.page import ReportedStudy, inline_svg, report_html, value_text
 
 
 def drawn() -> Drawing:

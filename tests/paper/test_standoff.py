@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.obstacles import (
+from foveacam_pipeline.study.visibility.obstacles import (
     RandomObstacles,
     clear_probability,
     corridor_m2,
@@ -17,7 +17,13 @@ from foveacam_pipeline.study.obstacles import (
     success_probability,
     success_slope_per_m,
 )
-from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.visibility.standoff import (
+    NearBound,
+    StandoffRing,
+    resolution_rad,
+    resolving_range_m,
+    ring,
+)
 
 DOMAIN_M2 = 3000.0
 RINGS = (

@@ -9,9 +9,9 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotConnected
-from foveacam_pipeline.study import standoff_runs
-from foveacam_pipeline.study.maps import RandomMap
-from foveacam_pipeline.study.standoff_runs import MapRun, StandoffSweep, drawn_map, run_map, run_maps
+from foveacam_pipeline.study.visibility import sweep
+from foveacam_pipeline.study.visibility.maps import RandomMap
+from foveacam_pipeline.study.visibility.sweep import MapRun, StandoffSweep, drawn_map, run_map, run_maps
 
 SWEEP = StandoffSweep(ratios=(0.5, 1.0, 1.5, 2.5))
 SEEDS = tuple((6, index) for index in range(6))
@@ -88,7 +88,7 @@ def test_a_cluster_of_two_workers_finds_what_one_process_does(alone: tuple[MapRu
 def test_a_scheduler_without_workers_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import LocalCluster  # an extra, and slow to import
 
-    monkeypatch.setattr(standoff_runs, "WORKER_S", 0.5)
+    monkeypatch.setattr(sweep, "WORKER_S", 0.5)
     with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
         n_workers=0, processes=False, dashboard_address=None, protocol="tcp"
     ) as cluster:

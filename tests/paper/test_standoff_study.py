@@ -13,15 +13,15 @@ from scipy.stats import ttest_1samp
 from shapely.geometry import Polygon, box
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_pipeline.study.findings import StudyResult
-from foveacam_pipeline.study.maps import FieldMap
-from foveacam_pipeline.study.obstacles import RandomObstacles, clear_by_lot, corridor_by_lot
-from foveacam_pipeline.study.regions import feasible_regions
-from foveacam_pipeline.study.standoff import StandoffRing
-from foveacam_pipeline.study.standoff_checks import ProbabilityCheck
-from foveacam_pipeline.study.standoff_drawings import agent_place, patch_of
-from foveacam_pipeline.study.standoff_fits import band, fit_of, grows
-from foveacam_pipeline.study.standoff_study import standoff_study
+from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_pipeline.study.visibility.checks import ProbabilityCheck
+from foveacam_pipeline.study.visibility.curves import band, fit_of, grows
+from foveacam_pipeline.study.visibility.maps import FieldMap
+from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, clear_by_lot, corridor_by_lot
+from foveacam_pipeline.study.visibility.plan_figures import agent_place, patch_of
+from foveacam_pipeline.study.visibility.regions import feasible_regions
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
+from foveacam_pipeline.study.visibility.study import standoff_study
 
 RATIOS = (1.0, 1.5, 2.0, 3.0)
 

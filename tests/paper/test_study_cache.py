@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import StorageFull
-from foveacam_pipeline.study.cache import CachedStudy, DamagedFile, StudyCache, key_of
-from foveacam_pipeline.study.findings import PaperComparison, StudyResult
+from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.report.findings import PaperComparison, StudyResult
 
 KEPT = CachedStudy(
     study=StudyResult(

@@ -7,8 +7,8 @@ import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.learn.attention import Timing, measure
-from foveacam_pipeline.study.findings import StudyResult
-from foveacam_pipeline.study.tokens import (
+from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_pipeline.study.tokens.cost import (
     SplitTime,
     TokenTimes,
     attention_cost,
@@ -18,7 +18,7 @@ from foveacam_pipeline.study.tokens import (
     split_tokens,
     token_count,
 )
-from foveacam_pipeline.study.tokens_study import tokens_study
+from foveacam_pipeline.study.tokens.study import tokens_study
 
 COUNTS = (512, 1024, 2048, 4096)
 TIMES = TokenTimes(

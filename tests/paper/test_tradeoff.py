@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.stereo.values import RectifiedPair
-from foveacam_pipeline.study import tradeoff_study as tradeoff_study_module
-from foveacam_pipeline.study.depth_metrics import (
+from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_pipeline.study.tradeoff import study as tradeoff_study_module
+from foveacam_pipeline.study.tradeoff.depth_metrics import (
     BinScores,
     DepthMetric,
     bin_scores,
@@ -19,15 +20,13 @@ from foveacam_pipeline.study.depth_metrics import (
     gains,
     tradeoff,
 )
-from foveacam_pipeline.study.findings import StudyResult
-from foveacam_pipeline.study.near_far_rays import LATTICE, PinholeCamera, RectangleFace, cast
-from foveacam_pipeline.study.near_far_scenes import CAMERA, FARTHEST_M, StereoScene, street
-from foveacam_pipeline.study.patches import PatchChoice, PictureSize, budget
-from foveacam_pipeline.study.tradeoff import SceneOutcome, outcomes
-from foveacam_pipeline.study.tradeoff_rig import RigPairScene, rig_outcome
-from foveacam_pipeline.study.tradeoff_stereo import SemiGlobal, StereoView
-from foveacam_pipeline.study.tradeoff_study import tradeoff_study
-from foveacam_pipeline.study.tradeoff_sweep import BudgetPoint, crossings
+from foveacam_pipeline.study.tradeoff.outcomes import SceneOutcome, SemiGlobal, StereoView, outcomes
+from foveacam_pipeline.study.tradeoff.patches import PatchChoice, PictureSize, budget
+from foveacam_pipeline.study.tradeoff.ray_caster import LATTICE, PinholeCamera, RectangleFace, cast
+from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene, rig_outcome
+from foveacam_pipeline.study.tradeoff.streets import CAMERA, FARTHEST_M, StereoScene, street
+from foveacam_pipeline.study.tradeoff.study import tradeoff_study
+from foveacam_pipeline.study.tradeoff.sweep import BudgetPoint, crossings
 
 NATIVE = PictureSize(width=CAMERA.width, height=CAMERA.height)
 

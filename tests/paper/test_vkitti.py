@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.tradeoff_study import tradeoff_study
-from foveacam_pipeline.study.vkitti import load_vkitti, vkitti_frames
+from foveacam_pipeline.study.tradeoff.study import tradeoff_study
+from foveacam_pipeline.study.tradeoff.vkitti import load_vkitti, vkitti_frames
 
 DISPARITY_PX = 20
 DEPTH_CM = round(725.0087 * 0.532725 / DISPARITY_PX * 100.0)

@@ -17,8 +17,8 @@ import pytest
 from fastapi import FastAPI
 from numpy.typing import NDArray
 
-from foveacam_pipeline.study.obstacles import RandomObstacles, success_by_quadrature
-from foveacam_pipeline.study.standoff import ring
+from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, success_by_quadrature
+from foveacam_pipeline.study.visibility.standoff import ring
 from foveacam_server import errors
 from foveacam_server.api import planner
 from foveacam_server.bench.local_server import serving

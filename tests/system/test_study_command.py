@@ -21,8 +21,14 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import load_calibration
-from foveacam_pipeline.study.findings import Drawing, PaperComparison, StudyFigure, StudyResult, drawing_of
-from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
+from foveacam_pipeline.study.report.findings import (
+    Drawing,
+    PaperComparison,
+    StudyFigure,
+    StudyResult,
+    drawing_of,
+)
+from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server import cli
 from foveacam_server.bench.tradeoff_truth import wide_pair
 from foveacam_server.study_command.ctrl_c import heard_ctrl_c

@@ -14,7 +14,7 @@ from typing import Any
 
 from foveacam_hardware.contract import InvalidInput, install_command
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
-from foveacam_pipeline.study.tokens import STREAMS, SplitTime, TokenTimes, split_tokens
+from foveacam_pipeline.study.tokens.cost import STREAMS, SplitTime, TokenTimes, split_tokens
 
 Run = Callable[[int], None]
 """Runs once with so many tokens."""

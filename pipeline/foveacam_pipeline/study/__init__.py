@@ -1,1 +1,1 @@
-"""The paper's analyses (Sec. 4), one module a subsection: formulas and what checks them."""
+"""The paper's analyses (Sec. 4), one folder a subject: the formulas, the studies and the checks on both."""

@@ -15,7 +15,7 @@ from foveacam_hardware.sim.render.projection import Projection
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.study.near_far_scenes import StereoScene
+from foveacam_pipeline.study.tradeoff.streets import StereoScene
 
 NEAR_M = 2.5
 """Nothing is looked for nearer: 250 px of disparity."""

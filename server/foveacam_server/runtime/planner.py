@@ -4,14 +4,20 @@ import math
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.obstacles import (
+from foveacam_pipeline.study.visibility.obstacles import (
     RandomObstacles,
     clear_probability,
     corridor_m2,
     success_probability,
     success_slope_per_m,
 )
-from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.visibility.standoff import (
+    NearBound,
+    StandoffRing,
+    resolution_rad,
+    resolving_range_m,
+    ring,
+)
 from foveacam_server.runtime.store import Document
 
 CURVE_POINTS = 121

@@ -4,7 +4,7 @@ from statistics import median
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
-from foveacam_pipeline.study.depth_error import MatchingError, measured_error
+from foveacam_pipeline.study.tradeoff.depth_error import MatchingError, measured_error
 from foveacam_server.bench.verge import fixations
 from foveacam_server.bench.verge_truth import ClickKind
 from foveacam_server.study_command.matching_given import VERGE, VERGED

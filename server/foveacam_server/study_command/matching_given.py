@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.depth_error import MatchingError, measured_error
+from foveacam_pipeline.study.tradeoff.depth_error import MatchingError, measured_error
 
 VERGE, VERGED = "verge", "verged foveae, simulated rig"
 _REMEDY = "write one by `foveacam bench stereo --json > FILE`"

@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from foveacam_pipeline.storage.disk import disk_errors, write_file
-from foveacam_pipeline.study.findings import StudyFigure, StudyResult
-from foveacam_pipeline.study.report import ReportedStudy, report_html, value_text
+from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult
+from foveacam_pipeline.study.report.page import ReportedStudy, report_html, value_text
 from foveacam_server.study_command.recipes import versions
 from foveacam_server.whole_file import write_document, write_whole
 

@@ -11,8 +11,8 @@ from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
-from foveacam_pipeline.study.observed import Observer
-from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
+from foveacam_pipeline.study.visibility.observed import Observer
+from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server.study_command.recipes import CERTIFICATE
 
 

@@ -9,8 +9,8 @@ import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
-from foveacam_pipeline.study.cache import sources
-from foveacam_pipeline.study.findings import StudyResult
+from foveacam_pipeline.study.report.cache import sources
+from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_server.runtime.calibrations import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
@@ -98,13 +98,13 @@ def _prepare(watch: ProgressWatcher) -> None:
 
 
 def _depth(order: StudyOrder) -> StudyRecipe:
-    from foveacam_pipeline.study.depth_error import told_apart
+    from foveacam_pipeline.study.tradeoff.depth_error import told_apart
     from foveacam_server.study_command.matching_given import VERGE, errors_given
 
     given = told_apart([error for text in order.matching_errors for error in errors_given(text)])
 
     def compute(watch: ProgressWatcher) -> StudyResult:
-        from foveacam_pipeline.study.depth_error import depth_error_study
+        from foveacam_pipeline.study.tradeoff.depth_error import depth_error_study
         from foveacam_server.study_command.matching import verge_error
 
         if any(error.key == VERGE for error in given):
@@ -119,8 +119,8 @@ def _depth(order: StudyOrder) -> StudyRecipe:
 
 def _tradeoff(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
-        from foveacam_pipeline.study.tradeoff_study import tradeoff_study
-        from foveacam_pipeline.study.vkitti import vkitti_frames
+        from foveacam_pipeline.study.tradeoff.study import tradeoff_study
+        from foveacam_pipeline.study.tradeoff.vkitti import vkitti_frames
         from foveacam_server.study_command.rig_pairs import rig_pair
 
         if order.vkitti is not None:
@@ -150,7 +150,7 @@ def _state_of(folder: Path | None) -> str | None:
 def _tokens(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.learn import attention
-        from foveacam_pipeline.study.tokens_study import tokens_study
+        from foveacam_pipeline.study.tokens.study import tokens_study
 
         timing = attention.QUICK if order.quick else attention.FULL
         try:
@@ -164,7 +164,7 @@ def _tokens(order: StudyOrder) -> StudyRecipe:
 
 def _standoff(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
-        from foveacam_pipeline.study.standoff_study import standoff_study
+        from foveacam_pipeline.study.visibility.study import standoff_study
 
         given = order.seeded | ({} if order.maps is None else {"maps": order.maps})
         return standoff_study(
@@ -176,7 +176,7 @@ def _standoff(order: StudyOrder) -> StudyRecipe:
 
 def _fig8(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
-        from foveacam_pipeline.study.observed_study import observed_study
+        from foveacam_pipeline.study.visibility.observed_study import observed_study
         from foveacam_server.study_command.placed_rig import placed_rig
 
         _prepare(watch)

@@ -12,9 +12,9 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.stereo.rectify import rectify
-from foveacam_pipeline.study.observed import REST_NS
-from foveacam_pipeline.study.toy_scene import SCENE, AgentPose
-from foveacam_pipeline.study.tradeoff_rig import RigPairScene
+from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
+from foveacam_pipeline.study.visibility.observed import REST_NS
+from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
 from foveacam_server.bench.tradeoff_truth import wide_pair

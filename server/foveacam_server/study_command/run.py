@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from foveacam_hardware.contract import Cancelled, FoveaError
-from foveacam_pipeline.study.cache import CachedStudy, DamagedFile, StudyCache, key_of
-from foveacam_pipeline.study.report import ReportedStudy
+from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.report.page import ReportedStudy
 from foveacam_server.study_command.ctrl_c import heard_ctrl_c
 from foveacam_server.study_command.folders import cache_folder
 from foveacam_server.study_command.output import as_document, show, write_all

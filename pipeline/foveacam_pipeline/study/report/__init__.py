@@ -1,0 +1,1 @@
+"""What every study returns, the cache of results, and the HTML report."""

@@ -1,0 +1,1 @@
+"""The token cost of foveated images (Sec. 4.3)."""

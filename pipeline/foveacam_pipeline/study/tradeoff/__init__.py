@@ -1,0 +1,1 @@
+"""Depth error of foveated stereo (Sec. 4.1), and the trade-off under equal bandwidth (Sec. 4.2)."""

@@ -1,0 +1,1 @@
+"""Observing targets without being noticed (Sec. 4.4): formulas, maps, regions, Fig. 8."""

@@ -1,0 +1,208 @@
+"""Many random maps over many ratios of D_max to D_min: areas and coverage of each, on one machine or many.
+
+Every map is drawn from its own seed, so that results do not depend on who computes them, nor in what order.
+"""
+
+import socket
+from collections.abc import Generator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+import joblib
+import shapely
+
+from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
+from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
+from foveacam_pipeline.study.visibility.coverage import LoopCoverage, closed_path, coverage
+from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
+from foveacam_pipeline.study.visibility.regions import RegionAreas, areas, feasible_regions, narrowed
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+REDRAWS = 20
+"""Maps drawn for one seed before it is given up, where no loop leads around the targets."""
+
+BATCH = 20
+"""Maps that one worker computes at a time, at most."""
+
+PARTS = 8
+"""Batches that the work is cut into, at least, where there are maps enough: every worker has some."""
+
+AHEAD = 2
+"""Batches per worker between two looks at whether the study was cancelled."""
+
+CONNECT_S = 10.0
+"""How long a scheduler may take to answer."""
+WORKER_S = 10.0
+"""How long it may take to have a worker."""
+
+START_ONE = (
+    "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
+    "its address, tcp://HOST:8786"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StandoffSweep:
+    """What is computed on every map: at each of `ratios`, D_max is that multiple of `d_min_m`.
+
+    `margin_m`: what the loop keeps beyond D_min (`closed_path`).
+    """
+
+    ratios: tuple[float, ...] = tuple(1.0 + step / 4.0 for step in range(13))
+    d_min_m: float = 2.0
+    margin_m: float = 0.1
+    layout: RandomMap = field(default_factory=RandomMap)
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sweep."""
+        if not self.ratios or not all(
+            low < high for low, high in zip(self.ratios, self.ratios[1:], strict=False)
+        ):
+            raise InvalidInput(f"ratios of {self.ratios} were given; they are at least one, and ascend")
+        if not self.ratios[0] > 0.0 or not self.d_min_m > 0.0 or self.layout.target_count < 1:
+            raise InvalidInput("a sweep needs ratios and a D_min above 0, and at least one target")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapRun:
+    """One map: areas and coverage at each ratio; `redrawn`: maps without a loop drawn before it."""
+
+    areas: tuple[RegionAreas, ...]
+    coverage: tuple[LoopCoverage, ...]
+    redrawn: int
+
+
+def drawn_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> tuple[FieldMap, shapely.LinearRing, int]:
+    """Return a map of that seed, the loop around its targets, and how many maps without one went before."""
+    radius_m = sweep.layout.agent_radius_m
+    for redrawn in range(REDRAWS):
+        found = random_map(sweep.layout, seed=(*seed, redrawn))
+        try:
+            path = closed_path(found, inner_m=sweep.d_min_m, agent_radius_m=radius_m, margin_m=sweep.margin_m)
+        except InvalidInput:
+            continue
+        return found, path, redrawn
+    raise InvalidInput(
+        f"none of {REDRAWS} random maps has a loop around its targets {sweep.d_min_m:g} m away from each; "
+        "ask for fewer obstacles, a smaller D_min, or more room between targets and edge"
+    )
+
+
+def run_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> MapRun:
+    """Return what one map yields at every ratio."""
+    drawn, path, redrawn = drawn_map(sweep, seed)
+    widest = StandoffRing(inner_m=sweep.d_min_m, outer_m=sweep.d_min_m * sweep.ratios[-1])
+    regions = feasible_regions(drawn, widest, agent_radius_m=sweep.layout.agent_radius_m)
+    found_areas, found_coverage = [], []
+    for ratio in sweep.ratios:
+        within = narrowed(drawn, regions, outer_m=ratio * sweep.d_min_m) if ratio > 1.0 else ()
+        if not within:
+            found_areas.append(RegionAreas(multi_m2=0.0, single_m2=0.0, weighted_m2=0.0))
+            found_coverage.append(LoopCoverage(multi=0.0, single_any=0.0, single_fixed=0.0))
+            continue
+        union = shapely.union_all(list(within))
+        found_areas.append(areas(within, union=union))
+        found_coverage.append(coverage(path, within, union=union))
+    return MapRun(areas=tuple(found_areas), coverage=tuple(found_coverage), redrawn=redrawn)
+
+
+def run_maps(
+    sweep: StandoffSweep,
+    *,
+    seeds: Sequence[tuple[int, ...]],
+    n_jobs: int = 1,
+    cluster: str | None = None,
+    watch: ProgressWatcher = SILENT,
+) -> tuple[MapRun, ...]:
+    """Return one run per seed, in their order: the same whoever computes them.
+
+    `n_jobs`: processes of this machine (joblib's count: -1 for all cores). `cluster`: the address of a Dask
+    scheduler instead, with the extra `cluster`. Raise Cancelled, InvalidInput for an address without the
+    extra, NotConnected where no scheduler answers, or one without workers.
+    """
+    steps = ProgressSteps(
+        watch, len(seeds), ended="the study was cancelled; nothing of it is kept, start it again to go on"
+    )
+    found: list[MapRun] = []
+    with _workers(cluster), closing(_results(sweep, seeds, -1 if cluster else n_jobs)) as results:
+        for runs in results:
+            found.extend(runs)
+            steps.step(f"map {len(found)} of {len(seeds)}", len(runs))
+    return tuple(found)
+
+
+def _results(
+    sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]], n_jobs: int
+) -> Generator[list[MapRun], None, None]:
+    if n_jobs == 1:
+        for seed in seeds:
+            yield [run_map(sweep, seed)]
+        return
+    size = min(BATCH, -(-len(seeds) // PARTS))
+    batches = [seeds[start : start + size] for start in range(0, len(seeds), size)]
+    with joblib.Parallel(n_jobs=n_jobs) as workers:
+        # in portions, so that it can be cancelled between them
+        at_once = AHEAD * max(1, joblib.effective_n_jobs(n_jobs))
+        for start in range(0, len(batches), at_once):
+            tasks = [joblib.delayed(_run_batch)(sweep, batch) for batch in batches[start : start + at_once]]
+            yield from workers(tasks)
+
+
+def _run_batch(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> list[MapRun]:
+    return [run_map(sweep, seed) for seed in seeds]
+
+
+@contextmanager
+def _workers(cluster: str | None) -> Generator[None, None, None]:
+    """Let joblib's work go to a Dask cluster while it is open."""
+    if cluster is None:
+        yield
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InvalidInput(
+            f"the cluster {cluster} was asked for, and Dask is not installed; {install_command('cluster')}"
+        ) from error
+    _probe(cluster)
+    try:
+        client = Client(  # type: ignore[no-untyped-call]  # Dask ships no types
+            cluster, timeout=CONNECT_S, set_as_default=False
+        )
+    except (OSError, ValueError) as error:
+        raise NotConnected(f"what answers at {cluster} is no Dask scheduler; {START_ONE}") from error
+    with client:
+        _await_worker(client, cluster)
+        with joblib.parallel_config("dask", client=client):
+            yield
+
+
+def _await_worker(client: "Client", cluster: str) -> None:
+    """Raise where a scheduler has nobody to give work to."""
+    try:
+        client.wait_for_workers(1, timeout=WORKER_S)
+    except TimeoutError as error:
+        raise NotConnected(
+            f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster}` where "
+            "foveacam-duo is installed"
+        ) from error
+
+
+def _probe(cluster: str) -> None:
+    """Raise where nothing listens, before a client of Dask is made that would try again and again."""
+    found = urlsplit(cluster)
+    try:
+        host, port = found.hostname, found.port
+    except ValueError:
+        host, port = None, None
+    if found.scheme not in ("tcp", "tls") or host is None or port is None:
+        raise InvalidInput(f"{cluster!r} is no address of a Dask scheduler; {START_ONE}")
+    try:
+        socket.create_connection((host, port), timeout=CONNECT_S).close()
+    except OSError as error:
+        raise NotConnected(f"no Dask scheduler answers at {cluster}; {START_ONE}") from error
