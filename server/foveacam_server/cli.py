@@ -125,19 +125,20 @@ def bench(
         typer.Option("--data", help="folder of real pairs (aloe/, tsukuba/), where a bench has them"),
     ] = None,
 ) -> None:
-    """Measure and print the project's figures."""
+    """Measure and print the project's figures; the benches come with a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
-    from foveacam_server.benches import bench_names, bench_table, run_bench
+    from foveacam_server.bench_package import bench_module
 
-    names = bench_names()
+    catalogue = bench_module("catalogue")
     if name is None:
-        typer.echo("foveacam bench NAME [--json] [--quick], where NAME is one of: " + ", ".join(names))
+        names = ", ".join(catalogue.bench_names())
+        typer.echo(f"foveacam bench NAME [--json] [--quick], where NAME is one of: {names}")
         return
-    figures = run_bench(name, quick=quick, silent=as_json, data=data)
+    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data)
     if as_json:
         typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:
-        Console().print(bench_table(name, figures))
+        Console().print(catalogue.bench_table(name, figures))
 
 
 @app.command()

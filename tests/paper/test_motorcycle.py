@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from foveacam_server.bench.stereo import motorcycle, motorcycle_figures
+from foveacam_bench.depth.stereo import motorcycle, motorcycle_figures
 
 
 def test_the_real_pair_is_matched_densely_and_well() -> None:

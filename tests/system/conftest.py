@@ -18,12 +18,12 @@ from typing import Any
 import httpx
 import pytest
 
+from foveacam_bench.servers import serving
 from foveacam_hardware.contract import Frame
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.app import create_app
-from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher
 from foveacam_server.runtime.services import Services
 from foveacam_server.settings import Settings

@@ -9,6 +9,7 @@ import threading
 
 import numpy as np
 
+from foveacam_bench.capture.stub_rig import StubCamera
 from foveacam_hardware.contract import (
     CameraSettings,
     Clock,
@@ -26,7 +27,6 @@ from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SerialRigConfig
 from foveacam_hardware.wire.link import SerialLink
 from foveacam_server import program
-from foveacam_server.bench.stub_devices import StubCamera
 from foveacam_server.runtime import opening
 
 HOLD = "HOLD_AT_MOVE"

@@ -15,10 +15,10 @@ from typing import Any
 import httpx
 import pytest
 
+from foveacam_bench.faults.kills import RIG, RailCables
 from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
 from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
-from foveacam_server.bench.faults_kill import RIG, RailCables
 
 from .conftest import API, PATIENCE_S, Program
 from .guarded_server import HOLD, RIG_ID

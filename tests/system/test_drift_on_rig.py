@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import foveacam_server
+from foveacam_bench.calibration.truth import EYES, CalibrationModel, random_poses
 from foveacam_hardware.contract import Cancelled, PixelFormat, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.optics import gaze
@@ -23,7 +24,6 @@ from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
-from foveacam_server.bench.calibration_truth import EYES, CalibrationModel, random_poses
 
 CERTIFICATE = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
 RELOCATED = {

@@ -4,8 +4,8 @@ from statistics import median
 
 import pytest
 
-from foveacam_server.bench import faults, faults_kill, faults_serial
-from foveacam_server.bench.faults_tally import FaultTally
+from foveacam_bench.faults import all_kinds, kills, serial_line
+from foveacam_bench.faults.tally import FaultTally
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.timeout(300)
 def test_killed_hosts_and_servers_leave_parked_mirrors_within_a_second() -> None:
     tally = FaultTally()
 
-    figures = faults_kill.measure(tally, True)
+    figures = kills.measure(tally, True)
 
     assert figures["parked"] == figures["kills"] == 2
     assert 0 < figures["parked_max_s"] <= 1.0
@@ -23,10 +23,10 @@ def test_killed_hosts_and_servers_leave_parked_mirrors_within_a_second() -> None
 def test_broken_lines_are_noticed_and_all_is_well_again_without_a_restart() -> None:
     tally = FaultTally()
 
-    faults_serial.measure(tally, True)
+    serial_line.measure(tally, True)
 
     figures = tally.figures()
-    assert figures["sequences"] == len(faults_serial.QUICK_NUMBERS)
+    assert figures["sequences"] == len(serial_line.QUICK_NUMBERS)
     assert {"line_silence", "line_stop", "line_cut"} <= set(tally.kinds)
     assert figures["faults"] > figures["absorbed"]
     assert (figures["hangs"], figures["unparked"], figures["limit_violations"]) == (0, 0, 0)
@@ -37,7 +37,7 @@ def test_broken_lines_are_noticed_and_all_is_well_again_without_a_restart() -> N
 def test_lost_cameras_missing_cables_and_a_full_disk_are_noticed_and_all_is_well_again() -> None:
     tally = FaultTally()
 
-    own = faults.DEVICES(tally, True)
+    own = all_kinds.DEVICES(tally, True)
 
     figures = tally.figures()
     wanted = {"strobe_missing", "camera_unplugged", "trigger_missing", "disk_full"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from foveacam_server.bench.doors_foreign import foreign_figures
+from foveacam_bench.doors.foreign import foreign_figures
 
 from .conftest import Program
 

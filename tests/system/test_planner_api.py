@@ -17,11 +17,11 @@ import pytest
 from fastapi import FastAPI
 from numpy.typing import NDArray
 
+from foveacam_bench.servers import serving
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, success_by_quadrature
 from foveacam_pipeline.study.visibility.standoff import ring
 from foveacam_server import errors
 from foveacam_server.api import planner
-from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.compute_queue import ComputeQueue
 from foveacam_server.runtime.planner_maps import MOST_VERTICES
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from foveacam_server.bench.reference import reference_figures
+from foveacam_bench.capture.reference import reference_figures
 
 
 @pytest.mark.timeout(600)

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from tests.unit.recordings import STREAMS, picture, raw
 
+from foveacam_bench.servers import serving
 from foveacam_hardware.contract import DeviceInfo, InvalidInput
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.app import create_app
-from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.replay import open_recording
 from foveacam_server.settings import Settings

@@ -18,11 +18,11 @@ from fastapi import FastAPI
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from foveacam_bench.servers import serving
+from foveacam_bench.stream.clients import StreamViewer, thin_line
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server import errors
 from foveacam_server.api import views
-from foveacam_server.bench.local_server import serving
-from foveacam_server.bench.stream_clients import StreamViewer, thin_line
 from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.stream import LiveStreams
 from foveacam_server.runtime.stream_messages import HEADER

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 
+from foveacam_bench.servers import serving
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server import errors
 from foveacam_server.api import views
-from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, LiveStreams
 

@@ -11,7 +11,7 @@ import httpx
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from foveacam_server.bench.stream_clients import StreamViewer
+from foveacam_bench.stream.clients import StreamViewer
 
 PATIENCE_S = 20.0
 
@@ -43,7 +43,7 @@ async def watch_and_stop(process: "subprocess.Popen[str]", *, port: int) -> floa
 
 def test_a_server_with_viewers_ends_within_five_seconds_and_in_peace() -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "foveacam_server.bench.stream_server"],
+        [sys.executable, "-m", "foveacam_bench.stream.server"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

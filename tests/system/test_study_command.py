@@ -16,6 +16,7 @@ import pytest
 import typer
 from matplotlib.figure import Figure
 
+from foveacam_bench.study_truth import wide_pair
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
@@ -29,12 +30,10 @@ from foveacam_pipeline.study.report.findings import (
     drawing_of,
 )
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
-from foveacam_server import cli
-from foveacam_server.bench.tradeoff_truth import wide_pair
-from foveacam_server.study_command.ctrl_c import heard_ctrl_c
+from foveacam_server import bench_package, cli
 from foveacam_server.study_command.placed_rig import stands_on
 from foveacam_server.study_command.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
-from foveacam_server.study_command.run import ReportOptions, run_studies
+from foveacam_server.study_command.run import ReportOptions, heard_ctrl_c, run_studies
 
 
 @pytest.fixture(autouse=True)
@@ -239,6 +238,17 @@ def test_every_study_has_a_recipe_whose_files_are_there() -> None:
         assert made.files
         assert all(path.is_file() for path in made.files)
         json.dumps(made.settings, allow_nan=False)
+
+
+def test_without_benches_a_study_says_what_it_has_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    (installed,) = recipes(StudyOrder(quick=True), ["depth"])
+    monkeypatch.setattr(bench_package, "find_spec", lambda name: None)
+    (made,) = recipes(StudyOrder(quick=True), ["depth"])
+    study = made.compute(SILENT)
+    assert "matching_error_verge_px" not in study.values
+    assert "foveacam_bench" in study.deviations[-1]
+    assert "pip install --editable" in study.deviations[-1]
+    assert set(made.files) < set(installed.files)  # the kept result of one is not that of the other
 
 
 def test_vkitti_and_clusters_are_for_their_own_studies() -> None:

@@ -17,9 +17,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
+from foveacam_bench.servers import serving
 from foveacam_server import errors
 from foveacam_server.api import security, viser_relay
-from foveacam_server.bench.local_server import serving
 from foveacam_server.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol

@@ -12,10 +12,10 @@ from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from foveacam_bench.servers import serving
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server import errors
 from foveacam_server.api import security, viser_relay
-from foveacam_server.bench.local_server import serving
 from foveacam_server.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape

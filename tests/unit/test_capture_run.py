@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from foveacam_bench.capture.stub_rig import READOUT_NS, StubRail, StubRig
 from foveacam_hardware.contract import (
     Cancelled,
     DeviceFault,
@@ -25,8 +26,6 @@ from foveacam_pipeline.capture.dataset import Dataset, DatasetHeader, DatasetSta
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
 from foveacam_pipeline.storage.disk import write_part
-from foveacam_server.bench.stub_devices import READOUT_NS, StubRail
-from foveacam_server.bench.stub_rig import StubRig
 
 from .dataset_scenes import CALIBRATION
 

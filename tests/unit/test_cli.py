@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server import __version__, benches, cli
+from foveacam_bench import catalogue
+from foveacam_server import __version__, bench_package, cli
 from foveacam_server.runtime.store import Store
 from foveacam_server.settings import Settings
 
@@ -126,7 +127,7 @@ def test_bench_prints_one_json_object_and_nothing_else(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(
-        benches,
+        catalogue,
         "run_bench",
         lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.5, "quick": quick, "far": [{"m": math.inf}]},
     )
@@ -139,9 +140,19 @@ def test_bench_prints_one_json_object_and_nothing_else(
 def test_bench_prints_a_table_for_people(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(benches, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.51234})
+    monkeypatch.setattr(catalogue, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.51234})
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
+
+
+def test_benches_that_are_not_installed_are_told_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench_package, "find_spec", lambda name: None)
+    assert run(monkeypatch, "bench", "render") == 2
+    line = one_line(capsys)
+    assert "not installed" in line
+    assert "pip install --editable" in line
 
 
 def test_data_folder_of_another_server_is_named_with_a_remedy(

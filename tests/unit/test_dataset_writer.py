@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from foveacam_bench.capture.dataset_kills import KillPlan, kill_figures
 from foveacam_hardware.contract import Busy, DeviceFault, FoveaError, InvalidInput, Role, StorageFull
 from foveacam_pipeline.capture.dataset import (
     CapturedPoint,
@@ -26,7 +27,6 @@ from foveacam_pipeline.capture.dataset import (
 )
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.storage import disk
-from foveacam_server.bench.dataset_kills import KillPlan, kill_figures
 
 from .dataset_scenes import header, noise_frame, noise_point, written
 

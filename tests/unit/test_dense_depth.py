@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.accumulate import DisparityStack
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.search import half_window, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
-from foveacam_server.bench.depth_looks import RenderedLook, true_looks
 
 from .plane_head import noise_texture
 from .stereo_pairs import HEIGHT, WIDTH, flat, pair_of

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from foveacam_server.bench.depth_fit import CUES, FitData, fit_cues
+from foveacam_bench.depth.error_fit import CUES, FitData, fit_cues
 
 COUNT = 20_000
 LOG_SIGMA, STEP_WEIGHT = -1.5, 0.6

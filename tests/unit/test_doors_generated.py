@@ -3,8 +3,8 @@ from typing import Any
 
 import pytest
 
+from foveacam_bench.doors.generated import check_generator, counted
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.bench.doors_generated import check_generator, counted
 
 
 def scenario(label: str, *failed: tuple[str, str]) -> tuple[str, dict[str, Any]]:  # Any: a JSON document

@@ -2,10 +2,10 @@
 
 import pytest
 
+from foveacam_bench.faults import all_kinds, limits
+from foveacam_bench.faults.tally import FaultTally, LimitCables
 from foveacam_hardware.contract import MirrorLimits
 from foveacam_hardware.drivers.controller import commanded_position as controller_targets
-from foveacam_server.bench import faults, faults_limits
-from foveacam_server.bench.faults_tally import FaultTally, LimitCables
 
 REST = (29_490,) * 8
 
@@ -13,7 +13,7 @@ REST = (29_490,) * 8
 def test_senseless_commands_never_leave_the_limits_and_are_refused_in_words() -> None:
     tally = FaultTally()
 
-    figures = faults_limits.measure(tally, True)
+    figures = limits.measure(tally, True)
 
     assert tally.limit_violations == 0
     assert figures["command_sequences"] == 500
@@ -25,7 +25,7 @@ def test_a_driver_without_limits_would_be_found_out(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(controller_targets, "check_limits", lambda *_args, **_kwargs: None)
     tally = FaultTally()
 
-    faults_limits.measure(tally, True)
+    limits.measure(tally, True)
 
     assert tally.limit_violations > 0
 
@@ -67,9 +67,9 @@ def test_every_part_of_the_bench_is_asked(monkeypatch: pytest.MonkeyPatch) -> No
         tally.add_sequence()
         return {"quick": quick}
 
-    monkeypatch.setattr(faults, "PARTS", (part, part))
+    monkeypatch.setattr(all_kinds, "PARTS", (part, part))
 
-    figures = faults.run(quick=True)
+    figures = all_kinds.run(quick=True)
 
     assert figures["sequences"] == 2
     assert figures["quick"] is True

@@ -8,8 +8,8 @@ from fastapi import FastAPI
 from fastapi.responses import FileResponse, StreamingResponse
 from sse_starlette import EventSourceResponse
 
+from foveacam_bench.servers import serving
 from foveacam_server import errors
-from foveacam_server.bench.local_server import serving
 from foveacam_server.doors.head_requests import HeadRequests
 
 PATIENCE_S = 10.0

@@ -7,7 +7,7 @@ import sys
 import pytest
 from starlette.types import Receive, Scope, Send
 
-from foveacam_server.bench.local_server import serving
+from foveacam_bench.servers import serving
 
 REQUEST = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 START = {"type": "http.response.start", "status": 200, "headers": []}

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.drift import ThermalMountDrift as TrueDrift
 from foveacam_hardware.sim.optics import EyeProjection
@@ -20,7 +21,6 @@ from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, mount_sigma_rad
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to, returned
 from foveacam_pipeline.models import Calibration, Intrinsics
-from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
 

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import NominalRig, SweepMeasurements, rig_sweep
@@ -14,7 +15,6 @@ from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration, Intrinsics
-from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, POSE_S, UPRIGHT, SweptRig, Turns, swept, visited, wide_lens
 

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
+from foveacam_bench.servers import serving
 from foveacam_server.api import pages
-from foveacam_server.bench.local_server import serving
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig
@@ -12,7 +13,6 @@ from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings, 
 from foveacam_pipeline.calibrate.records.compare import compare
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models import Intrinsics
-from foveacam_server.bench.calibration_truth import CalibrationModel, judge
 
 from .swept_rig import EYES, SweptRig, swept, visited, wide_lens
 

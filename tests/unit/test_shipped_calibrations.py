@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from foveacam_bench.calibration.procedures import roundtrip_lsb, wide_rms_px
+from foveacam_bench.calibration.truth import CalibrationModel, depth_errors, judge, random_poses
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_server.bench.calibration import roundtrip_lsb, wide_rms_px
-from foveacam_server.bench.calibration_truth import CalibrationModel, depth_errors, judge, random_poses
 from foveacam_server.runtime.calibrations import SHIPPED
 
 PRESETS = ("rig120", "paper")

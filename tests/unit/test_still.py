@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from foveacam_bench.capture.stub_rig import StubRig
 from foveacam_hardware.contract import (
     Cancelled,
     DeviceFault,
@@ -33,7 +34,6 @@ from foveacam_pipeline.capture.still import (
     take_still,
     write_still,
 )
-from foveacam_server.bench.stub_rig import StubRig
 
 from .dataset_scenes import CALIBRATION
 

@@ -1,6 +1,6 @@
 """The serial bench: its figures are complete, and within the bars that no machine is too slow for."""
 
-from foveacam_server.bench.serial import run
+from foveacam_bench.drivers.mirror_link import run
 
 
 def test_lost_bytes_are_recovered_or_reported_within_a_second_and_no_update_is_lost() -> None:

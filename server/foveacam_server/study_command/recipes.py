@@ -1,9 +1,10 @@
 """How each study is computed: its settings, the files it depends on, and the function."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import foveacam_hardware
 import foveacam_pipeline
@@ -11,10 +12,17 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.study.report.cache import sources
 from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_server.bench_package import INSTALL, bench_folder, bench_module
 from foveacam_server.runtime.calibrations import SHIPPED
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.study.tradeoff.depth_error import MatchingError
+    from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "matplotlib", "torch")
+TRUTH_MODULE = "study_truth"
+"""Module of foveacam_bench that measures the simulated rig against its truth; it uses the folder `verge`."""
 CLICKS, QUICK_CLICKS = 30, 8
 """Fixations whose true residual says how well the rig matches."""
 
@@ -79,13 +87,21 @@ def _recipe(
     *,
     extra: dict[str, object] | None = None,
     rig: bool = False,
+    truth: bool = False,
 ) -> StudyRecipe:
-    """Return a recipe; `rig`: it looks through the simulated rig, whose sources and scenes count then."""
+    """Return a recipe with the files that its result depends on.
+
+    `rig`: it uses the simulated rig, whose sources and scenes count then. `truth`: it uses the benches'
+    measurements against the simulation's truth, whose sources count where they are installed.
+    """
     files = sources(Path(foveacam_pipeline.__file__).parent)
     if rig:
         hardware = Path(foveacam_hardware.__file__).parent
         files += (*sources(hardware), *sorted(hardware.rglob("*.toml")), *sources(Path(__file__).parent))
         files += (CERTIFICATE,)
+    benches = bench_folder()
+    if truth and benches is not None:
+        files += (benches / f"{TRUTH_MODULE}.py", *sources(benches / "verge"))
     settings: dict[str, object] = {"quick": order.quick, "libraries": versions()}
     return StudyRecipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
 
@@ -99,43 +115,54 @@ def _prepare(watch: ProgressWatcher) -> None:
 
 def _depth(order: StudyOrder) -> StudyRecipe:
     from foveacam_pipeline.study.tradeoff.depth_error import told_apart
-    from foveacam_server.study_command.matching_given import VERGE, errors_given
+    from foveacam_server.study_command.matching_errors import VERGE, errors_given
 
     given = told_apart([error for text in order.matching_errors for error in errors_given(text)])
 
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.tradeoff.depth_error import depth_error_study
-        from foveacam_server.study_command.matching import verge_error
 
         if any(error.key == VERGE for error in given):
             return depth_error_study(given)
+        if bench_folder() is None:
+            return _without_truth(depth_error_study(given))
         _prepare(watch)
         clicks = QUICK_CLICKS if order.quick else CLICKS
-        return depth_error_study((verge_error(clicks, watch=watch), *given))
+        verge_error: MatchingError = bench_module(TRUTH_MODULE).verge_error(clicks, watch=watch)
+        return depth_error_study((verge_error, *given))
 
     extra: dict[str, object] = {"matching_errors": [asdict(error) for error in given]}
-    return _recipe("depth", order, compute, extra=extra, rig=True)
+    return _recipe("depth", order, compute, extra=extra, rig=True, truth=True)
 
 
 def _tradeoff(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.tradeoff.study import tradeoff_study
         from foveacam_pipeline.study.tradeoff.vkitti import vkitti_frames
-        from foveacam_server.study_command.rig_pairs import rig_pair
 
         if order.vkitti is not None:
             vkitti_frames(order.vkitti, count=1)  # what is missing is said before the rig looks
-        _prepare(watch)
-        return tradeoff_study(
+        rig_pairs: tuple[RigPairScene, ...] = ()
+        if bench_folder() is not None:
+            _prepare(watch)
+            rig_pairs = (bench_module(TRUTH_MODULE).rig_pair(quick=order.quick, watch=watch),)
+        study = tradeoff_study(
             quick=order.quick,
             vkitti=order.vkitti,
-            rig_pairs=(rig_pair(quick=order.quick, watch=watch),),
+            rig_pairs=rig_pairs,
             seed=order.seed or 0,
             watch=watch,
         )
+        return study if rig_pairs else _without_truth(study)
 
-    return _recipe(
-        "tradeoff", order, compute, extra={"vkitti": _state_of(order.vkitti), "seed": order.seed}, rig=True
+    extra: dict[str, object] = {"vkitti": _state_of(order.vkitti), "seed": order.seed}
+    return _recipe("tradeoff", order, compute, extra=extra, rig=True, truth=True)
+
+
+def _without_truth(study: StudyResult) -> StudyResult:
+    """Return a study that says why it has nothing that is measured against the simulation's truth."""
+    return replace(
+        study, deviations=(*study.deviations, f"Nothing was measured on the simulated rig: {INSTALL}.")
     )
 
 

@@ -1,12 +1,17 @@
 """Runs studies for the command line: recalls what is kept, shows bars, keeps what is done at Ctrl-C."""
 
+import _thread
 import json
+import os
+import signal
+import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from types import FrameType
 
 import typer
 from rich.console import Console
@@ -15,10 +20,48 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from foveacam_hardware.contract import Cancelled, FoveaError
 from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, key_of
 from foveacam_pipeline.study.report.page import ReportedStudy
-from foveacam_server.study_command.ctrl_c import heard_ctrl_c
-from foveacam_server.study_command.folders import cache_folder
 from foveacam_server.study_command.output import as_document, show, write_all
 from foveacam_server.study_command.recipes import StudyRecipe
+
+_POLL_S = 0.1
+
+
+@contextmanager
+def heard_ctrl_c(on_first: Callable[[], None]) -> Iterator[None]:
+    """Call `on_first` at the first Ctrl-C; the next raises KeyboardInterrupt. On the main thread only.
+
+    A terminal sends Ctrl-C to worker processes too, which would die of it amid their work. They inherit which
+    signals are blocked: it is blocked here, and a thread waits for it.
+    """
+    pressed = 0
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed += 1
+        if pressed > 1:
+            raise KeyboardInterrupt
+        on_first()
+
+    over = threading.Event()
+    handler = signal.signal(signal.SIGINT, interrupt)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    listener = threading.Thread(target=_listen, args=(over,), name="ctrl-c", daemon=True)
+    listener.start()
+    try:
+        yield
+    finally:
+        over.set()
+        listener.join()
+        signal.signal(signal.SIGINT, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _listen(over: threading.Event) -> None:
+    """Pass a blocked Ctrl-C on to the main thread's handler."""
+    while not over.is_set():
+        if signal.sigtimedwait({signal.SIGINT}, _POLL_S) is not None:
+            _thread.interrupt_main()
+
 
 _FAILURE, _INTERRUPTED = 1, 130
 
@@ -146,3 +189,9 @@ def _bars(console: Console) -> Iterator[Progress]:
     )
     with Progress(*columns, console=console, disable=console.quiet) as progress:
         yield progress
+
+
+def cache_folder() -> Path:
+    """Return the folder of kept results (XDG base directories)."""
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(root) / "foveacam" / "studies"

@@ -5,7 +5,7 @@ import time
 import pytest
 from playwright.sync_api import Browser, Page
 
-from foveacam_server.bench.server_process import free_port
+from foveacam_bench.servers import free_port
 
 from .browsing import DESKTOP, OpenConsole, contexts, watched
 from .own_server import Server, StartServer

@@ -17,9 +17,9 @@ import pytest
 from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
+from foveacam_bench.servers import serving
 from foveacam_server import errors
 from foveacam_server.api import planner
-from foveacam_server.bench.local_server import serving
 from foveacam_server.runtime.compute_queue import ComputeQueue
 
 from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, watched

@@ -1,0 +1,206 @@
+"""How good a calibration is that the procedures measured by themselves, on a rig that nobody has seen before.
+
+All three stages run on a freshly seeded simulated rig in virtual time, as `foveacam calibrate all` has them;
+the simulation's truth then judges at 200 poses never measured, the mounts as they stand when the sweeps end.
+Then the rig is knocked and mended.
+"""
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_bench.calibration.truth import (
+    CalibrationModel,
+    JudgedModel,
+    TruthAtMoment,
+    judge,
+    pointing_errors_px,
+    random_poses,
+    rms,
+)
+from foveacam_hardware.contract import PARKED, DeviceFault, NotCalibrated, Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
+from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.models.mirror import DAC_STEP_V
+from foveacam_server.calibrate_command.rig import workplace_of
+from foveacam_server.calibrating.fit_step import fit_of
+from foveacam_server.calibrating.mirrors_step import measure_mirrors
+from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
+from foveacam_server.calibrating.sessions import SessionCollection
+from foveacam_server.calibrating.turning import turn_to_station
+from foveacam_server.calibrating.wide_documents import lens_of
+from foveacam_server.calibrating.wide_step import measure_wide
+
+SEED = 4_711
+JUDGE_SEED = 99
+POSES, QUICK_POSES = 200, 40
+QUICK_NODES = [5, 5]
+SHIFT_DEG, ROLL_DEG = 0.3, 0.1
+ROUND_TRIPS = 2_000
+
+
+class _Silent:
+    """A step's watcher who does not watch."""
+
+    def stage(self, name: str) -> None:
+        """Ignore it."""
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Ignore it."""
+
+    def cancelled(self) -> bool:
+        """Go on."""
+        return False
+
+    def show(self, name: str, image: NDArray[np.uint8]) -> None:
+        """Look away."""
+
+    def sample(self, sample_id: str) -> None:
+        """Ignore it."""
+
+    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
+        """Ignore it."""
+
+    def fitted(self, calibration: Calibration) -> None:
+        """Ignore it."""
+
+
+@dataclass(slots=True)
+class StageTimer:
+    """How long each stage took, on the rig's clock and on the wall's."""
+
+    rig: Rig
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Time a stage."""
+        rig_ns, wall_s = self.rig.clock.now_ns(), time.perf_counter()
+        yield
+        self.seconds[f"{stage}_simulated_s"] = round((self.rig.clock.now_ns() - rig_ns) / 1e9, 1)
+        self.seconds[f"{stage}_wall_s"] = round(time.perf_counter() - wall_s, 1)
+
+
+def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dict[str, object]:
+    """Calibrate a fresh rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses."""
+    nodes = QUICK_NODES if quick else None
+    poses = QUICK_POSES if quick else POSES
+    with (
+        TemporaryDirectory() as folder,
+        open_simulated("calibration", preset=preset, seed=seed, inline=True) as rig,
+    ):
+        truth = truth_of(rig)
+        rig.mirrors.enable()
+        watch = StageTimer(rig)
+        calibration, paper = calibrated(rig, Path(folder), nodes=nodes, watch=watch)
+        then = TruthAtMoment(truth, rig.clock.now_ns())
+        ours = judge(CalibrationModel(calibration), then, seed=JUDGE_SEED, count=poses)
+        plain = {} if paper is None else judge(paper, then, seed=JUDGE_SEED, count=poses)
+        return {
+            **ours,
+            **{f"paper_{name}": value for name, value in plain.items() if name != "poses"},
+            "wide_rms_px": wide_rms_px(calibration, truth),
+            "volts_roundtrip_max_lsb": roundtrip_lsb(calibration),
+            "mirror_orders": [calibration.eye(role).mirror.forward.order for role in (Role.LEFT, Role.RIGHT)],
+            **drift_figures(rig, calibration, truth, count=poses),
+            **watch.seconds,
+        }
+
+
+def truth_of(rig: Rig) -> Truth:
+    """Return the truth of a simulated rig."""
+    if rig.truth is None:
+        raise DeviceFault(f"rig {rig.rig_id} shows no truth; measure simulated rigs only")
+    return rig.truth
+
+
+def calibrated(
+    rig: Rig, folder: Path, *, nodes: list[int] | None, watch: StageTimer, label: str = "bench"
+) -> tuple[Calibration, JudgedModel | None]:
+    """Run all three stages as an operator would, and return what came of them, ours and the paper's."""
+    session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
+    workplace, silent = workplace_of(rig), _Silent()
+    with watch.timed("wide"):
+        measure_wide(session, WideOptions(), workplace=workplace, watch=silent)
+    lens = lens_of(session)
+    with watch.timed("sweep"):
+        measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, workplace=workplace, watch=silent)
+    with watch.timed("fit"):
+        result = fit_of(session, FitOptions(label=label, compare=False), lens)
+    return result.calibration, result.paper
+
+
+def wide_rms_px(calibration: Calibration, truth: Truth) -> float:
+    """Return how far pixels of the wide image are from where the calibrated lens has them."""
+    rng = np.random.default_rng(JUDGE_SEED)
+    size = (calibration.wide.width - 0.5, calibration.wide.height - 0.5)
+    pixels = rng.uniform((-0.5, -0.5), size, (1_000, 2))
+    rays = truth.wide_rays(pixels)
+    found = calibration.wide.pixels(np.arctan(rays[:, :2] / rays[:, 2:]))
+    return rms(np.linalg.norm(found - pixels, axis=1))
+
+
+def roundtrip_lsb(calibration: Calibration) -> float:
+    """Return by how many steps of the DAC volts differ at most after volts -> angles -> volts."""
+    rng = np.random.default_rng(JUDGE_SEED)
+    largest = 0.0
+    for role in (Role.LEFT, Role.RIGHT):
+        mirror = calibration.eye(role).mirror
+        volts = rng.uniform(-1.0, 1.0, (ROUND_TRIPS, 2)) * np.array(mirror.max_v)
+        angles = mirror.angles_of(volts)
+        inside = mirror.inside(angles)
+        back = mirror.volts_for(angles[inside])
+        largest = max(largest, float(np.abs(back - volts[inside]).max()) / DAC_STEP_V)
+    return largest
+
+
+def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: int) -> dict[str, float]:
+    """Knock both eyes' mounts, correct by one shot in front of the markers, and judge open-loop pointing."""
+    rng = np.random.default_rng(JUDGE_SEED)
+    for role, heading in zip((Role.LEFT, Role.RIGHT), rng.uniform(0.0, 2.0 * math.pi, 2), strict=True):
+        shift = math.radians(SHIFT_DEG)
+        roll = math.copysign(math.radians(ROLL_DEG), 1.0 if role is Role.LEFT else -1.0)
+        truth.world.faults.drift_step_rad[role] = (
+            shift * math.sin(heading),
+            shift * math.cos(heading),
+            roll,
+        )
+    station = next(station for station in rig.stations if station.name == "markers")
+    if rig.pan_tilt is None:
+        raise DeviceFault("bench calibration: the simulated rig came without its pan-tilt")
+    turn_to_station(rig.pan_tilt, station, clock=rig.clock, watch=_Silent())
+    rig.head.look(PARKED)
+    before = _pointing_rms_px(calibration, truth, count=count, t_ns=rig.clock.now_ns())
+    began_ns = rig.clock.now_ns()
+    found = one_shot(rig.head, calibration, clock=rig.clock)
+    lasted_s = (rig.clock.now_ns() - began_ns) / 1e9
+    if not found.significant:
+        raise NotCalibrated(f"bench calibration: the knock was not noticed: {found.detail}")
+    corrected = applied(calibration, found, created_utc=datetime.now(tz=UTC).isoformat(timespec="seconds"))
+    again = one_shot(rig.head, corrected, clock=rig.clock)
+    return {
+        "pointing_before_drift_shot_rms_px": before,
+        "pointing_after_drift_rms_px": _pointing_rms_px(
+            corrected, truth, count=count, t_ns=rig.clock.now_ns()
+        ),
+        "drift_shot_simulated_s": round(lasted_s, 2),
+        "drift_looks": found.looks,
+        "drift_second_shot_significant": again.significant,
+    }
+
+
+def _pointing_rms_px(calibration: Calibration, truth: Truth, *, count: int, t_ns: int) -> float:
+    rng = np.random.default_rng(JUDGE_SEED)
+    poses = random_poses(CalibrationModel(calibration), truth, rng=rng, count=count)
+    return rms(np.linalg.norm(pointing_errors_px(truth, poses, t_ns=t_ns), axis=2))

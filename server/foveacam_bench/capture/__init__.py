@@ -1,0 +1,1 @@
+"""Captures, recordings, mosaics and wide-baseline references; and the stub devices for them."""

@@ -1,0 +1,194 @@
+"""How good a wide-baseline reference is: scans from the paper's places on the rail, judged by the simulation.
+
+`short_rel_rms`, `reference_rel_rms`: depth of the same samples against the true surface, by the rig's own
+baseline and by the reference; `ratio`: of the two, to be held against `baseline_ratio`. `*_px`: the same as
+an error of the disparity over each one's own baseline. `reference_over_stated`: rms error over stated error.
+`python -m foveacam_bench.capture.reference` prints the figures; with a folder, dataset and reference stay.
+"""
+
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_bench.calibration.procedures import truth_of
+from foveacam_hardware.contract import DeviceFault, Rail, Role
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.truth import Truth
+from foveacam_hardware.sim.world import project
+from foveacam_pipeline.capture.dataset import (
+    CapturedPoint,
+    Dataset,
+    DatasetHeader,
+    DatasetPoint,
+    DatasetWriter,
+    PlanPosition,
+    Shot,
+)
+from foveacam_pipeline.capture.reference import (
+    ReferenceSettings,
+    WideBaselineReference,
+    build_reference,
+    write_reference,
+)
+from foveacam_pipeline.capture.reference.values import ReferenceSample
+from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_server.runtime.calibrations import SHIPPED
+
+Floats = NDArray[np.float64]
+CERTIFICATE = SHIPPED / "sim-rig120.json"
+SCENE = "bench"
+DISTANCE_M = 4.0
+POLL_NS = 20_000_000
+EDGE_SHARE = 0.003
+"""Truth whose four px about a sample differ by more is of an edge."""
+WRONG = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RailRaster:
+    """What to take; the last stop is the judged one: of it the simulation can still be asked."""
+
+    columns_deg: tuple[float, ...] = (-6.45, -4.3, -2.15, 0.0, 2.15, 4.3, 6.45)
+    rows_deg: tuple[float, ...] = (0.2, 1.85)
+    stops_m: tuple[float, ...] = (-0.3, -0.1, 0.1, 0.3, 0.0)
+    across: int = 12
+
+
+FULL = RailRaster()
+QUICK = RailRaster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3, 0.3, 0.0), across=8)
+"""One wall 8 m away, from three places."""
+
+
+def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
+    """Capture, triangulate, judge. With `folder`, dataset and reference stay there."""
+    raster = QUICK if quick else FULL
+    with TemporaryDirectory() as scratch, open_simulated(SCENE, inline=True) as rig:
+        home = Path(scratch) / "raster" if folder is None else folder
+        captured(rig, load_calibration(CERTIFICATE), home, raster)
+        dataset = Dataset.open(home)
+        began_s = time.process_time()
+        settings = ReferenceSettings(scan=len(raster.stops_m) - 1, across=raster.across)
+        reference = build_reference(dataset, settings)
+        took_s = time.process_time() - began_s
+        write_reference(home, reference)
+        true_m = true_depths_m(truth_of(rig), dataset, reference.rows)
+        return {**judged(reference, true_m), "reference_cpu_s": round(took_s, 1)}
+
+
+def captured(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaster) -> None:
+    """Take a scan from every stop."""
+    rig.mirrors.enable()
+    rail = _rail(rig)
+    rail.home()
+    _rest(rig, rail)
+    aims = [(column, row) for row in raster.rows_deg for column in raster.columns_deg]
+    header = DatasetHeader(
+        points=len(aims) * len(raster.stops_m), calibration=calibration, label="bench reference"
+    )
+    with DatasetWriter.create(folder, header) as writer:
+        for scan, stop_m in enumerate(raster.stops_m):
+            rail.move_to(stop_m)
+            _rest(rig, rail)
+            for index, aim_deg in enumerate(aims, start=scan * len(aims)):
+                writer.add(_taken(rig, calibration, aim_deg, index=index, scan=scan, rail_m=stop_m))
+        writer.finish()
+
+
+def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[ReferenceSample]) -> Floats:
+    """Return (n,) true depth along z of what the left px of samples show; NaN at edges."""
+    true_m = np.full(len(rows), np.nan)
+    for point in dataset:
+        here = [number for number, row in enumerate(rows) if row.point == point.index]
+        if here:
+            places = np.array([(rows[number].x_px, rows[number].y_px) for number in here])
+            true_m[here] = _true_m(truth, point, places)
+    return true_m
+
+
+def judged(reference: WideBaselineReference, true_m: Floats) -> dict[str, object]:
+    """Return the figures of a reference against the truth of its samples."""
+    names = ("short_m", "reference_m", "sigma_m", "baseline_m")
+    short, found, sigma, longest = (
+        np.array([getattr(row, name) for row in reference.rows]) for name in names
+    )
+    figures = reference.figures
+    wrong = np.abs(short / true_m - 1.0) > WRONG
+    known = np.isfinite(true_m) & ~wrong
+    short, found, sigma, longest, z = (each[known] for each in (short, found, sigma, longest, true_m))
+    short_rel, reference_rel = rms(short / z - 1.0), rms(found / z - 1.0)
+    return {
+        "samples": figures.samples,
+        "referenced": figures.referenced,
+        "judged": len(z),
+        "short_wrong": float(wrong.mean()),
+        "nearest_m": float(z.min()),
+        "farthest_m": float(z.max()),
+        "short_rel_rms": short_rel,
+        "short_rel_bias": float(np.median(short / z - 1.0)),
+        "reference_rel_rms": reference_rel,
+        "reference_rel_bias": float(np.median(found / z - 1.0)),
+        "ratio": short_rel / reference_rel,
+        "baseline_ratio": figures.baseline_m / figures.short_baseline_m,
+        "short_px": rms(figures.short_baseline_m * reference.f_px * (1.0 / short - 1.0 / z)),
+        "reference_px": rms(longest * reference.f_px * (1.0 / found - 1.0 / z)),
+        "reference_over_stated": rms((found - z) / sigma),
+        "short_off_reference_rel_rms": figures.comparison.rms_rel,
+        "residual_px": figures.residual_px,
+        "outliers": figures.outliers,
+        "stops_m": [stop.place_m for stop in figures.stops],
+    }
+
+
+def rms(values: Floats) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _taken(
+    rig: Rig, calibration: Calibration, aim_deg: tuple[float, float], *, index: int, scan: int, rail_m: float
+) -> CapturedPoint:
+    aim_rad = math.radians(aim_deg[0]), math.radians(aim_deg[1])
+    seen = rig.head.look(calibration.steer(*aim_rad, distance_m=DISTANCE_M))
+    place = PlanPosition(index=index, scan=scan, aim_rad=aim_rad, distance_m=DISTANCE_M, rail_m=rail_m)
+    return CapturedPoint(place=place, shots=tuple(Shot(frame=frame) for frame in (seen.left, seen.right)))
+
+
+def _true_m(truth: Truth, point: DatasetPoint, places_px: Floats) -> Floats:
+    """Return (n,) true depth of places (n, 2) of a left fovea, between its px."""
+    frame = point.frame(Role.LEFT)
+    volts = point.pose.volts
+    if volts is None:
+        return np.full(len(places_px), np.nan)
+    eye = project(truth.static_projection(Role.LEFT, volts.left, t_ns=frame.t_ns))
+    per_depth = 1.0 / truth.world.stage.probe(eye, truth.world.scene_s(frame.t_ns)).depth_m.astype(np.float64)
+    x, y = np.floor(places_px).astype(int).T
+    right, down = (places_px - np.floor(places_px)).T
+    four = np.array([per_depth[y + j, x + i] for j in (0, 1) for i in (0, 1)])
+    weight = np.array([(1 - down) * (1 - right), (1 - down) * right, down * (1 - right), down * right])
+    z = eye.points(places_px, 1.0 / np.sum(weight * four, axis=0))[:, 2]
+    return np.where(four.max(axis=0) / four.min(axis=0) - 1.0 < EDGE_SHARE, z, np.nan)
+
+
+def _rail(rig: Rig) -> Rail:
+    if rig.rail is None:
+        raise DeviceFault(f"rig {rig.rig_id} has no rail; measure a simulated rig with one")
+    return rig.rail
+
+
+def _rest(rig: Rig, rail: Rail) -> None:
+    while rail.state.moving:
+        rig.clock.sleep_until_ns(rig.clock.now_ns() + POLL_NS)
+
+
+if __name__ == "__main__":
+    where = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    json.dump(reference_figures(folder=where), sys.stdout, indent=1)

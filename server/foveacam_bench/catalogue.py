@@ -1,0 +1,72 @@
+"""The benches by name: which there are, running one, and its figures as a table."""
+
+import inspect
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from foveacam_hardware.contract import InvalidInput
+
+BENCHES: Mapping[str, str] = {
+    "calibration": "calibration.procedures",
+    "capture": "capture.captures",
+    "clicks": "verge.field_clicks",
+    "console": "stream.console",
+    "context": "verge.look_around",
+    "depth": "depth.dense",
+    "doors": "doors.stop",
+    "drivers": "drivers.cameras",
+    "faults": "faults.all_kinds",
+    "matching": "depth.matching",
+    "measure": "depth.measurements",
+    "render": "render.renderer",
+    "serial": "drivers.mirror_link",
+    "stereo": "depth.stereo",
+    "stream": "stream.streams",
+    "verge": "verge.fixations",
+}
+"""Module of each bench, below foveacam_bench; its `run` returns the figures by name."""
+
+
+def bench_names() -> list[str]:
+    """Return the names of all benches, sorted."""
+    return sorted(BENCHES)
+
+
+def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None) -> dict[str, object]:
+    """Run one bench and return its figures; unless `silent`, a spinner shows that it works.
+
+    `data`: folder of pictures, if any. Raise InvalidInput for an unknown name, and for `data` that the bench
+    does not read.
+    """
+    if name not in BENCHES:
+        raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(bench_names())}")
+    run = import_module(f"foveacam_bench.{BENCHES[name]}").run
+    accepted = inspect.signature(run).parameters
+    if data is not None and "data" not in accepted:
+        raise InvalidInput(f"bench {name} reads no pictures; leave --data out")
+    options: dict[str, object] = {"quick": quick, "data": data}
+    given = {option: value for option, value in options.items() if option in accepted}
+    if silent:
+        return dict(run(**given))
+    with Console(stderr=True).status(f"measuring: {name} ..."):
+        return dict(run(**given))
+
+
+def bench_table(name: str, figures: Mapping[str, object]) -> Table:
+    """Return the figures as a table."""
+    table = Table(title=f"foveacam bench {name}")
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for key, value in figures.items():
+        table.add_row(key, _shown(value))
+    return table
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,1 @@
+"""Matching, stereo depth and measured lengths, on rendered and on real pairs."""

@@ -1,0 +1,359 @@
+"""How good dense depth of the foveae is, and how fast: rendered looks about 10 m away, and real pairs.
+
+Rendered figures are of surfaces 7 to 13 m away that both eyes see: `depth_rel_rms` (what disparity errors and
+the pose's make at 10 m), `density`, `within_1_sigma` (each pixel's own error; the median of a look is the
+pose's, judged apart). Real pairs stand against bare OpenCV SGBM, which leaves out the left rim, `margin_`
+figures against one given margins. Truth in whole px widens a sigma by its rounding.
+
+`speedup_vs_sgbm` compares the live backend, errors and all, with OpenCV's StereoSGBM (3-way, block 5) on the
+same 720 x 540 px look and as many threads. SGBM cannot choose its range: it searches 128 px about the
+verged depth, with margins, so that it answers at the rims as live does. `_cpu` is the ratio of processor
+times, nearly free of other work on the cores; `speedup_no_margins` spares SGBM the margins;
+`speedup_same_range` has it search the span of the scene, found for it.
+"""
+
+import json
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from statistics import NormalDist, median
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_bench.depth.matching import (
+    PAIRS,
+    QUICK_PAIRS,
+    QUICK_SCENES,
+    SCENES,
+    against_bound,
+    worst_bias_px,
+)
+from foveacam_bench.depth.real_pairs import RealPair, real_pairs
+from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
+from foveacam_pipeline.stereo.estimator import LiveEstimator, SemiGlobalEstimator
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.search import (
+    DEFAULT,
+    STEP,
+    MatchSettings,
+    matcher,
+    scene_window,
+    search_window,
+    semi_global,
+)
+from foveacam_pipeline.stereo.values import RectifiedPair
+
+LOOKS, QUICK_LOOKS = 12, 2
+"""Of each scene."""
+AT_M = 10.0
+WRONG_PX = 1.0
+GROSS_PX, GROSS_SIGMA = 3.0, 5.0
+ONE_SIGMA = 0.6827
+REAL_PAIRS = ("motorcycle", "aloe", "tsukuba")
+RUNS, QUICK_RUNS = 25, 5
+CORES = 2
+LEAST_LIVE_PIXELS = 640 * 480
+REAL_F_PX, REAL_BASELINE_M, REAL_OFFSET_PX = 1000.0, 0.2, 1000.0
+"""Cameras are not told of all real pairs: made up, so that depths can name the range searched."""
+
+Estimator: TypeAlias = type[SemiGlobalEstimator] | type[LiveEstimator]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JudgedDepth:
+    """Errors, the same without what a look shares, and sigmas, (n,) px, of answered among `asked` pixels."""
+
+    error_px: NDArray[np.float64]
+    own_error_px: NDArray[np.float64]
+    sigma_px: NDArray[np.float64]
+    asked: int
+    shared: tuple[float, ...] = ()
+    """Median error of each look over its pose's standard error."""
+
+    @property
+    def density(self) -> float:
+        """Share of the pixels that have an answer."""
+        return len(self.error_px) / self.asked
+
+    @property
+    def bad1(self) -> float:
+        """Share of the answers that are off by more than 1 px."""
+        return float((np.abs(self.error_px) > WRONG_PX).mean())
+
+    def within(self, *, rounding_px: float = 0.0) -> float:
+        """Return the share within one sigma, where the truth is rounded to multiples of `rounding_px`."""
+        limit = self.sigma_px if rounding_px == 0.0 else _one_sigma_px(self.sigma_px, rounding_px)
+        return float((np.abs(self.own_error_px) <= limit).mean())
+
+
+def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
+    """Measure, and return the figures. `data`: folder of aloe/ and tsukuba/, if any."""
+    looks = list(true_looks(QUICK_LOOKS if quick else LOOKS))
+    pairs = {pair.name: pair for pair in real_pairs(data)}
+    bound = against_bound(pairs=QUICK_PAIRS if quick else PAIRS)
+    return {
+        **rendered_figures(looks),
+        **real_figures(pairs),
+        **speed_figures([look.pair for look in looks], runs=QUICK_RUNS if quick else RUNS),
+        **live_figures(looks, pairs),
+        "match_bias_px": worst_bias_px(scenes=QUICK_SCENES if quick else SCENES),
+        "rms_over_crb": bound["rms_over_crb"],
+    }
+
+
+def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
+    """Return what the default backend makes of the rendered looks, all and each scene's."""
+    judged = [(look, _judge_look(look, SemiGlobalEstimator)) for look in looks]
+    every = _together([one for _, one in judged])
+    figures: dict[str, object] = {
+        **_rendered(every, looks[0].pair),
+        "pose_within_1_sigma": float(np.mean(np.abs(every.shared) <= 1.0)),
+        "gross_fraction": _gross_fraction(looks),
+        "rendered_bad1": every.bad1,
+        "looks": len(looks),
+    }
+    for scene in sorted({look.scene for look in looks}):
+        one = _together([each for look, each in judged if look.scene == scene])
+        figures |= {f"{scene}_{key}": value for key, value in _rendered(one, looks[0].pair).items()}
+    return figures
+
+
+def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> dict[str, object]:
+    rel_per_px = AT_M / (pair.f_px * pair.baseline_m)
+    return {
+        "depth_rel_rms": _rms(judged.error_px) * rel_per_px,
+        "depth_rel_median": float(np.median(np.abs(judged.error_px))) * rel_per_px,
+        "density": judged.density,
+        "within_1_sigma": judged.within(),
+    }
+
+
+def _gross_fraction(looks: list[RenderedLook]) -> float:
+    """Return the share of all answers, whatever their surface's distance, off by 3 px and 5 sigma."""
+    gross, answers = 0, 0
+    for look in looks:
+        found = SemiGlobalEstimator().estimate(look.pair)
+        known = np.isfinite(found.residual_px) & np.isfinite(look.truth_px)
+        error_px = np.abs(found.residual_px - look.truth_px)[known]
+        sigma_px = np.hypot(found.sigma_px, look.pair.pose_sigma_px)[known]
+        gross += int(((error_px > GROSS_PX) & (error_px > GROSS_SIGMA * sigma_px)).sum())
+        answers += len(error_px)
+    return gross / answers
+
+
+def real_figures(pairs: dict[str, RealPair]) -> dict[str, object]:
+    """Return what the default backend makes of real pairs, beside bare SGBM."""
+    figures: dict[str, object] = {f"{name}_within_1_sigma": None for name in REAL_PAIRS}
+    gaps, margin_gaps, ratios = [], [], []
+    for name, pair in pairs.items():
+        ours = _judge_real(pair, SemiGlobalEstimator)
+        bare, margin = (_judge_bare(pair, margins=margins) for margins in (False, True))
+        figures |= {
+            f"{name}_within_1_sigma": ours.within(rounding_px=_rounding_px(pair)),
+            f"{name}_unrounded_within_1_sigma": ours.within(),
+            f"{name}_density": ours.density,
+            f"{name}_sgbm_density": bare.density,
+            f"{name}_margin_sgbm_density": margin.density,
+            f"{name}_bad1": ours.bad1,
+            f"{name}_sgbm_bad1": bare.bad1,
+            f"{name}_margin_sgbm_bad1": margin.bad1,
+        }
+        gaps.append(bare.density - ours.density)
+        margin_gaps.append(margin.density - ours.density)
+        ratios.append(ours.bad1 / bare.bad1)
+    return figures | {
+        "real_density_gap": max(gaps),
+        "real_margin_density_gap": max(margin_gaps),
+        "real_bad1_ratio": max(ratios),
+    }
+
+
+def _rounding_px(pair: RealPair) -> float:
+    """Return the step of the ground truth, px: its error is evenly spread over it."""
+    return pair.truth_sigma_px * math.sqrt(12.0)
+
+
+def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[str, object]:
+    """Return the live backend's figures; `bad1_ratio`: wrong pixels over bare SGBM's, the worst of its size.
+
+    Live is made for 720 x 540 px; half of a much smaller picture holds too little.
+    """
+    figures: dict[str, object] = {}
+    ratios = []
+    for name, pair in pairs.items():
+        live, bare = _judge_real(pair, LiveEstimator), _judge_bare(pair, margins=False)
+        figures |= {
+            f"{name}_bad1_ratio": live.bad1 / bare.bad1,
+            f"{name}_live_density": live.density,
+            f"{name}_live_within_1_sigma": live.within(rounding_px=_rounding_px(pair)),
+        }
+        if pair.left.size >= LEAST_LIVE_PIXELS:
+            ratios.append(live.bad1 / bare.bad1)
+    live = _together([_judge_look(look, LiveEstimator) for look in looks])
+    bare = _together([_judge_bare_look(look) for look in looks])
+    figures |= {
+        "rendered_bad1_ratio": live.bad1 / bare.bad1,
+        "rendered_live_density": live.density,
+        "rendered_live_within_1_sigma": live.within(),
+    }
+    return figures | {"bad1_ratio": max(*ratios, live.bad1 / bare.bad1)}
+
+
+def speed_figures(pairs: list[RectifiedPair], *, runs: int) -> dict[str, object]:
+    """Return the rate of the live backend and its speed over bare SGBM, run in turn on looks in turn."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(CORES)
+    try:
+        times = [_timed(pairs[run % len(pairs)]) for run in range(runs + 1)][1:]
+    finally:
+        cv2.setNumThreads(threads)
+    wall_s, cpu_s = ({name: median(one[name][k] for one in times) for name in times[0]} for k in (0, 1))
+    height, width = pairs[0].left.shape[:2]
+    return {
+        "live_size_px": [int(width), int(height)],
+        "live_maps_per_s": 1.0 / wall_s["live"],
+        "sgbm_maps_per_s": 1.0 / wall_s["sgbm"],
+        "speedup_vs_sgbm": wall_s["sgbm"] / wall_s["live"],
+        "speedup_vs_sgbm_cpu": cpu_s["sgbm"] / cpu_s["live"],
+        "speedup_same_range": wall_s["same_range"] / wall_s["live"],
+        "speedup_no_margins": wall_s["no_margins"] / wall_s["live"],
+    }
+
+
+def _timed(pair: RectifiedPair) -> dict[str, tuple[float, float]]:
+    """Return the wall-clock and processor time, s, of the live backend and of three settings of SGBM."""
+    grays = gray(pair.left), gray(pair.right)
+    first, count = search_window(pair)
+    opencv = matcher(first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px)
+    return {
+        "live": _seconds(partial(LiveEstimator().estimate, pair)),
+        "sgbm": _seconds(_bare(grays, first, count)),
+        "same_range": _seconds(_bare(grays, *scene_window(pair, grays))),
+        "no_margins": _seconds(lambda: opencv.compute(*grays)),
+    }
+
+
+def _bare(grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], first: int, count: int) -> Callable[[], object]:
+    return lambda: semi_global(
+        *grays, first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px
+    )
+
+
+def _seconds(work: Callable[[], object]) -> tuple[float, float]:
+    began_s = time.perf_counter(), time.process_time()
+    work()
+    return time.perf_counter() - began_s[0], time.process_time() - began_s[1]
+
+
+def _judge_look(look: RenderedLook, estimator: Estimator) -> JudgedDepth:
+    found = estimator().estimate(look.pair)
+    judged = _judged(found.residual_px, found.sigma_px, look.truth_px, look.judged)
+    shared_px = float(np.median(judged.error_px))
+    return replace(
+        judged, own_error_px=judged.error_px - shared_px, shared=(shared_px / look.pair.pose_sigma_px,)
+    )
+
+
+def _judge_bare_look(look: RenderedLook) -> JudgedDepth:
+    grays = gray(look.pair.left), gray(look.pair.right)
+    first, count = scene_window(look.pair, grays)
+    found = np.asarray(_bare(grays, first, count)(), dtype=np.float32)
+    return _judged(found, np.ones_like(found), look.truth_px, look.judged)
+
+
+def _judge_real(pair: RealPair, estimator: Estimator) -> JudgedDepth:
+    rectified, settings = rectified_real(pair)
+    found = estimator(settings=settings).estimate(rectified)
+    return _judged(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
+
+
+def _judge_bare(pair: RealPair, *, margins: bool) -> JudgedDepth:
+    rectified, settings = rectified_real(pair)
+    grays = gray(rectified.left), gray(rectified.right)
+    first, count = scene_window(rectified, grays, settings)
+    if margins:
+        found = np.asarray(_bare(grays, first, count)(), dtype=np.float32)
+    else:
+        opencv = matcher(first=first, count=count, settings=settings, speckle_px=settings.speckle_px)
+        raw = np.asarray(opencv.compute(*grays))
+        found = np.where(raw >= first * STEP, raw / np.float32(STEP), np.float32(np.nan))
+    return _judged(found, np.ones_like(found), pair.truth_px, np.isfinite(pair.truth_px))
+
+
+def rectified_real(pair: RealPair) -> tuple[RectifiedPair, MatchSettings]:
+    """Return a real pair as one of the foveae's, and the search over its ground truth's range."""
+    seen = np.ones(pair.left.shape[:2], dtype=np.bool_)
+    known_px = pair.truth_px[np.isfinite(pair.truth_px)]
+    low_px, high_px = math.floor(known_px.min()), math.ceil(known_px.max())
+    f_b = REAL_F_PX * REAL_BASELINE_M
+    rectified = RectifiedPair(
+        left=pair.left,
+        right=pair.right,
+        valid_left=seen,
+        valid_right=seen,
+        f_px=REAL_F_PX,
+        baseline_m=REAL_BASELINE_M,
+        u0_left_px=0.0,
+        u0_right_px=-REAL_OFFSET_PX,
+        v0_px=0.0,
+        pose_sigma_px=0.0,
+        t_ns=0,
+    )
+    near_m, far_m = f_b / (high_px + REAL_OFFSET_PX), f_b / (low_px + REAL_OFFSET_PX)
+    return rectified, MatchSettings(near_m=near_m, far_m=far_m)
+
+
+def _judged(
+    residual_px: NDArray[np.float32],
+    sigma_px: NDArray[np.float32],
+    truth_px: NDArray[np.floating],
+    asked: NDArray[np.bool_],
+) -> JudgedDepth:
+    answered = asked & np.isfinite(residual_px)
+    error_px = (residual_px - truth_px)[answered].astype(np.float64)
+    return JudgedDepth(
+        error_px=error_px,
+        own_error_px=error_px,
+        sigma_px=sigma_px[answered].astype(np.float64),
+        asked=int(asked.sum()),
+    )
+
+
+def _together(judged: list[JudgedDepth]) -> JudgedDepth:
+    return JudgedDepth(
+        error_px=np.concatenate([one.error_px for one in judged]),
+        own_error_px=np.concatenate([one.own_error_px for one in judged]),
+        sigma_px=np.concatenate([one.sigma_px for one in judged]),
+        shared=tuple(each for one in judged for each in one.shared),
+        asked=sum(one.asked for one in judged),
+    )
+
+
+def _rms(error_px: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.square(error_px))))
+
+
+def _one_sigma_px(sigma_px: NDArray[np.float64], rounding_px: float) -> NDArray[np.float64]:
+    """Return (n,) the 68.3 % quantile of |error| when a rounding error adds to a normal one of `sigma_px`."""
+    table = np.geomspace(0.01, 50.0, 120)
+    return np.asarray(np.interp(sigma_px, table, list(_quantiles(table, rounding_px))), dtype=np.float64)
+
+
+def _quantiles(sigmas_px: NDArray[np.float64], rounding_px: float) -> Iterator[float]:
+    shares = (np.arange(400) + 0.5) / 400
+    normal = np.array([NormalDist().inv_cdf(share) for share in shares.tolist()])
+    rounding = (shares - 0.5) * rounding_px
+    for sigma_px in sigmas_px.tolist():
+        yield float(np.quantile(np.abs(sigma_px * normal[:, None] + rounding), ONE_SIGMA))
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[sys.argv.index("--data") + 1]) if "--data" in sys.argv else None
+    json.dump(run(quick="--quick" in sys.argv, data=folder), sys.stdout, indent=1)

@@ -1,0 +1,126 @@
+"""Generated requests for `bench doors`: Schemathesis asks every operation, in a process of its own.
+
+No operation is left out; of pictures, files and streams only the headers are read (`doors_generated_hook`).
+502, 503, 504 and 507 tell of the rig or its disk; whether they are documented is a check of its own.
+"""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from foveacam_hardware.contract import DeviceFault, InvalidInput
+
+SEED = 15
+EXAMPLES, QUICK_EXAMPLES = 10, 1
+"""Of each operation, in the phases that draw at random; the phase of edge cases alone asks 5 000 times."""
+FIGURES = {
+    "not_a_server_error": "server_errors",
+    "status_code_conformance": "undocumented_answers",
+    "content_type_conformance": "undocumented_answers",
+    "response_headers_conformance": "schema_errors",
+    "response_schema_conformance": "schema_errors",
+}
+"""What each check is counted as."""
+_UNANSWERED = ("ConnectionError", "ConnectTimeout", "ReadTimeout", "ChunkedEncodingError")
+"""Errors of the connection; whatever else stops an operation's requests is an error of its schema."""
+_LIMIT_S = 3600.0
+_SETTINGS = """
+request-timeout = 90
+continue-on-failure = true
+warnings = false
+[generation]
+database = "none"
+no-shrink = true
+[checks.not_a_server_error]
+expected-statuses = ["2xx", "3xx", "4xx", 502, 503, 504, 507]
+[[operations]]
+include-path = "/api/v1/events"
+request-timeout = 3
+max-stream-events = 3
+"""
+
+
+def check_generator() -> None:
+    """Raise `InvalidInput` where Schemathesis is not installed."""
+    if importlib.util.find_spec("schemathesis") is None:
+        raise InvalidInput(
+            "bench doors generates requests with Schemathesis, which is not installed; "
+            "install what developers use: pip install 'foveacam-duo[dev]', or make setup",
+            found="no package schemathesis",
+            remedy="pip install 'foveacam-duo[dev]', or make setup",
+        )
+
+
+def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[str, object]:
+    """Ask every operation of the server at `url`; return how often, and how often the answer was wrong.
+
+    `folder`: where settings and report are written. Equal failures of one operation count once.
+    """
+    report = folder / "report.ndjson"
+    settings = folder / "schemathesis.toml"
+    settings.write_text(_SETTINGS, encoding="utf-8")
+    done = subprocess.run(  # noqa: S603  # a package of ours
+        [
+            *(sys.executable, "-m", "schemathesis.cli", "--config-file", str(settings)),
+            *("run", f"{url}openapi.json", "--no-color", "--seed", str(SEED)),
+            *("--phases", "coverage" if quick else "examples,coverage,fuzzing,stateful"),
+            *("--max-examples", str(QUICK_EXAMPLES if quick else EXAMPLES)),
+            *("--checks", ",".join(FIGURES)),
+            *("--report", "ndjson", "--report-ndjson-path", str(report)),
+        ],
+        cwd=folder,  # where it keeps what failed
+        env={**os.environ, "SCHEMATHESIS_HOOKS": "foveacam_bench.doors.generated_hook"},
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT_S,
+        check=False,
+    )
+    events = list(_events(report)) if report.exists() else []
+    if not events or events[-1][0] != "EngineFinished":
+        said = done.stderr.strip() or done.stdout.strip()
+        raise DeviceFault(f"Schemathesis did not come to its end: {said}")
+    return counted(events)
+
+
+def counted(events: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, object]:  # Any: JSON documents
+    """Return the figures of the events that Schemathesis reports, in pairs of kind and event."""
+    requests = 0
+    failures = set[tuple[str, str, str]]()
+    for kind, event in events:
+        if kind == "ScenarioFinished":
+            requests += len(event["recorder"].get("interactions", {}))
+            failures.update(_failures(event["recorder"]))
+        elif kind == "NonFatalError":
+            unanswered = event["value"]["type"] in _UNANSWERED
+            figure = "generated_unanswered" if unanswered else "schema_errors"
+            failures.add((figure, event["label"], f"{event['value']['type']}: {event['value']['message']}"))
+    counts = Counter(figure for figure, _, _ in failures)
+    figures = ("generated_unanswered", *dict.fromkeys(FIGURES.values()))
+    return {
+        "generated_requests": requests,
+        **{figure: counts[figure] for figure in figures},
+        "generated_failures": [": ".join(failure) for failure in sorted(failures)],
+    }
+
+
+def _events(report: Path) -> Iterator[tuple[str, dict[str, Any]]]:  # Any: JSON documents
+    with report.open(encoding="utf-8") as lines:
+        for line in lines:
+            (found,) = json.loads(line).items()
+            yield found
+
+
+def _failures(record: dict[str, Any]) -> Iterator[tuple[str, str, str]]:  # Any: a JSON document
+    """Yield figure, operation and what was wrong of every check that failed."""
+    for checks in record.get("checks", {}).values():
+        for check in checks:
+            if check["status"] == "failure":
+                failure = check["failure_info"]["failure"]
+                said = str(failure.get("message", "")).strip().partition("\n")[0]
+                yield FIGURES[check["name"]], record["label"], said or str(failure.get("title"))

@@ -1,0 +1,168 @@
+"""Measure how fast the server stops the mirrors while outsiders load it (`foveacam bench doors`).
+
+The stop is requested several hundred times while bodies of 63 MB, estimates, viewers (one of which never
+reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then come 64 viewers
+that never read, requests that every port must refuse, and generated requests to every operation.
+"""
+
+import http.client
+import json
+import socket
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import urlsplit
+
+from foveacam_bench.doors.foreign import foreign_figures
+from foveacam_bench.doors.generated import check_generator, generated_figures
+from foveacam_bench.doors.load import upgrade
+from foveacam_bench.servers import ServerProcess, free_port
+
+STOPS, QUICK_STOPS = 320, 40
+PAUSE_S = 0.15
+"""Between two stops; the second half of each pause the rig may move."""
+WARM_UP_S = 3.0
+STOP = "/api/v1/stop"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimedStop:
+    """One stop as the one who asked for it saw it."""
+
+    took_ms: float
+    confirmed: bool
+    controller_ms: float | None
+
+
+def run(*, quick: bool = False) -> dict[str, object]:
+    """Measure and return the figures; about fifteen minutes, quick about five."""
+    check_generator()
+    count = QUICK_STOPS if quick else STOPS
+    with TemporaryDirectory() as folder:
+        quiet_mb, _, _ = _stopped(Path(folder) / "quiet", count=count, bodies=False)
+        peak_mb, stops, counts = _stopped(Path(folder) / "loaded", count=count, bodies=True)
+        figures = {**_stop_figures(stops), "rss_peak_mb": peak_mb, "rss_peak_ratio": peak_mb / quiet_mb}
+        with _server(Path(folder) / "open") as server:
+            figures["dead_viewers_after_30_s"] = dead_viewers(server.url)
+            figures |= foreign_figures(server.url, pid=server.process.pid)
+        with _server(Path(folder) / "generated") as server:
+            figures |= generated_figures(server.url, Path(folder), quick=quick)
+    return {**figures, "load": counts}
+
+
+def _stopped(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
+    """Return the server's peak memory, MB, the stops, and what was asked meanwhile."""
+    with _server(folder) as server, _load(server.url, bodies=bodies) as load:
+        time.sleep(WARM_UP_S)
+        stops = [_stop(server.url, kept=None) for _ in range(count)]
+        peak_mb = _peak_mb(server.process.pid)
+        printed, _ = load.communicate()
+    return peak_mb, stops, json.loads(printed)
+
+
+@contextmanager
+def _server(folder: Path) -> Iterator[ServerProcess]:
+    folder.mkdir()
+    with ServerProcess(folder, port=free_port()) as server:
+        yield server
+
+
+@contextmanager
+def _load(url: str, *, bodies: bool) -> Iterator[subprocess.Popen[str]]:
+    asked = [sys.executable, "-m", "foveacam_bench.doors.load", url, *["bodies"] * bodies]
+    load = subprocess.Popen(asked, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)  # noqa: S603  # our own module
+    try:
+        yield load
+    finally:
+        load.kill()
+        load.communicate()
+
+
+def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> TimedStop:
+    """Press the stop as a program does that asks for the first time; release it after half a pause."""
+    address = urlsplit(url)
+    connection = kept or http.client.HTTPConnection(address.hostname or "", address.port, timeout=60.0)
+    began_s = time.perf_counter()
+    connection.request("POST", STOP)
+    answer = json.loads(connection.getresponse().read())
+    took_ms = 1e3 * (time.perf_counter() - began_s)
+    time.sleep(PAUSE_S / 2)
+    connection.request("DELETE", STOP)
+    connection.getresponse().read()
+    connection.close()
+    time.sleep(PAUSE_S / 2)
+    return TimedStop(
+        took_ms=took_ms,
+        confirmed=answer.get("parked") is True,
+        controller_ms=answer.get("parked_in_ms"),
+    )
+
+
+def _stop_figures(stops: list[TimedStop]) -> dict[str, object]:
+    took_ms = sorted(stop.took_ms for stop in stops)
+    controller_ms = [stop.controller_ms for stop in stops if stop.controller_ms is not None]
+    return {
+        "stops": len(stops),
+        "stop_median_ms": statistics.median(took_ms),
+        "stop_p99_ms": took_ms[min(len(took_ms) - 1, round(0.99 * len(took_ms)))],
+        "stop_max_ms": took_ms[-1],
+        "stops_unconfirmed": sum(not stop.confirmed for stop in stops),
+        "controller_median_ms": statistics.median(controller_ms) if controller_ms else None,
+        "controller_max_ms": max(controller_ms, default=None),
+    }
+
+
+def _peak_mb(pid: int) -> float:
+    """Return the largest resident memory that a process ever had, MB."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
+    return int(line.split()[1]) / 1e3
+
+
+VIEWERS = 64
+WAIT_S = 30.0
+_SMALL_BUFFER_BYTES = 4096
+_SUBSCRIPTION = b'{"type": "subscribe", "views": {"wide": {"scale": 1}, "left": {"scale": 1}}}'
+
+
+def dead_viewers(url: str) -> int:
+    """Open 64 viewers that ask for pictures and read nothing; return how many are still held after 30 s."""
+    viewers = [_viewer(url) for _ in range(VIEWERS)]
+    time.sleep(WAIT_S)
+    held = sum(_held(viewer) for viewer in viewers)
+    for viewer in viewers:
+        viewer.close()
+    return held
+
+
+def _viewer(url: str) -> socket.socket:
+    address = urlsplit(url)
+    viewer = socket.socket()
+    viewer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SMALL_BUFFER_BYTES)
+    viewer.connect((address.hostname, address.port))
+    viewer.sendall(upgrade(address.netloc) + _masked(_SUBSCRIPTION))
+    return viewer
+
+
+def _masked(text: bytes) -> bytes:
+    """Return a WebSocket text message of a client; the mask is zero, which changes nothing."""
+    return bytes((0x81, 0x80 | len(text))) + bytes(4) + text
+
+
+def _held(viewer: socket.socket) -> bool:
+    """Tell whether the server still has the connection: reading what waits does not end in its end."""
+    viewer.settimeout(1.0)
+    try:
+        while viewer.recv(65_536):
+            pass
+    except TimeoutError:
+        return True
+    except OSError:
+        return False
+    return False

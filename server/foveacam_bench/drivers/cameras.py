@@ -1,0 +1,16 @@
+"""Figures of the camera drivers: what each costs over a bare loop on the same library, in the same run."""
+
+from collections.abc import Callable
+
+from foveacam_bench.drivers import aravis, pylon
+
+DRIVERS: tuple[Callable[..., dict[str, float]], ...] = (aravis.figures, pylon.figures)
+"""One entry a library; each names its figures by the library's name."""
+
+
+def run(*, quick: bool = False) -> dict[str, float]:
+    """Measure every driver; `quick` takes fewer samples."""
+    figures: dict[str, float] = {}
+    for measure in DRIVERS:
+        figures |= measure(quick=quick)
+    return figures

@@ -1,0 +1,1 @@
+"""Faults of devices, lines and disk: how long until they are noticed and repaired."""

@@ -1,0 +1,172 @@
+"""A disk that takes no more events, under the server's hardware thread: steering goes on, nothing is lost.
+
+The data directory lies on a file system of a megabyte that is filled up; where none may be mounted, the
+database is forbidden to grow. Either way the database itself finds that there is no room.
+"""
+
+import contextlib
+import random
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from sqlalchemy import select
+
+from foveacam_bench.faults.hardware_host import BenchHost, controller_rig, seconds_until, sleep_until
+from foveacam_bench.faults.killed_host import random_volts
+from foveacam_bench.faults.tally import FaultTally, LimitCables
+from foveacam_hardware.contract import FoveaError, MirrorLimits
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_server.runtime.store import EventRow
+
+SEQUENCES, QUICK_SEQUENCES = 8, 1
+SEED = 2812
+DISK_BYTES = 1_000_000
+EVENTS, EVENT_BYTES = 40, 2000
+AWAY_S = (0.3, 2.0)
+NOTICE_S, RECOVER_S = 5.0, 15.0
+STEER_S = 0.5
+"""Longest that a position may take meanwhile, else the rig waits for the disk."""
+STEER_PERIOD_S = 0.02
+LATE_IN_A_ROW = 3
+"""A busy machine is late with one or two of them; a rig that waits for the disk with all."""
+ANY_PAGES = 1_073_741_823
+
+
+class FillableDisk(Protocol):
+    """A disk that can be full."""
+
+    def fill(self, host: BenchHost) -> None:
+        """Leave no room."""
+        ...
+
+    def free(self, host: BenchHost) -> None:
+        """Make room."""
+        ...
+
+
+class SmallDisk:
+    """A file system of a megabyte and a file that fills it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._ballast = folder / "ballast"
+
+    def fill(self, host: BenchHost) -> None:
+        """Write until there is no room."""
+        with contextlib.suppress(OSError), self._ballast.open("wb", buffering=0) as file:
+            while file.write(bytes(4096)) == 4096:
+                continue
+
+    def free(self, host: BenchHost) -> None:
+        """Remove the file."""
+        self._ballast.unlink()
+
+
+class CappedDatabase:
+    """A database that may not grow."""
+
+    def fill(self, host: BenchHost) -> None:
+        """Allow no page more than it has."""
+        self._cap(host, 1)
+
+    def free(self, host: BenchHost) -> None:
+        """Allow as many as ever."""
+        self._cap(host, ANY_PAGES)
+
+    def _cap(self, host: BenchHost, pages: int) -> None:
+        with host.store.session() as session:
+            session.connection().exec_driver_sql(f"PRAGMA max_page_count={pages}")
+
+
+def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
+    """Run the sequences; tell whether the disk was one indeed, and how many events were lost."""
+    lost = 0
+    with tempfile.TemporaryDirectory(prefix="foveacam-disk-") as name, _disk(Path(name)) as disk:
+        for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
+            folder = Path(name) / str(number)
+            lost += _one_sequence(tally, number, disk, folder)
+        return {"disk_was_real": isinstance(disk, SmallDisk), "events_lost": lost}
+
+
+def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Path) -> int:
+    """Fill the disk once, or twice in a row; return how many events were lost."""
+    rng = random.Random(SEED + number)  # noqa: S311 - not a secret
+    cables = LimitCables(MirrorLimits())
+    with (
+        ControllerProcess(cables, strict=True) as controller,
+        BenchHost(controller_rig(controller.port), folder=folder) as host,
+    ):
+        for _ in range(rng.randint(1, 2)):
+            _suffer(tally, disk, host, rng)
+        lost = _lost(host)
+    for file in folder.iterdir():
+        file.unlink()  # room for the next
+    tally.add_violations(cables.violations)
+    tally.add_sequence()
+    return lost
+
+
+def _suffer(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.Random) -> None:
+    disk.fill(host)
+    began_ns = time.monotonic_ns()
+    for number in range(EVENTS):
+        host.events.emit("bench", f"{number} " + "x" * EVENT_BYTES)
+    noticed_s = seconds_until(lambda: host.events.fault is not None, since_ns=began_ns, within_s=NOTICE_S)
+    away_s = rng.uniform(*AWAY_S)
+    late, taken = 0, 0
+    while (time.monotonic_ns() - began_ns) / 1e9 < away_s:
+        if _steers(host, rng):
+            late, taken = 0, taken + 1
+        elif (late := late + 1) == LATE_IN_A_ROW:
+            break
+        time.sleep(STEER_PERIOD_S)
+    sleep_until(began_ns, away_s)
+    disk.free(host)
+    back_ns = time.monotonic_ns()
+    recovered_s = seconds_until(lambda: host.events.fault is None, since_ns=back_ns, within_s=RECOVER_S)
+    if noticed_s is None or late == LATE_IN_A_ROW or (late and not taken):
+        tally.add_hang()
+        return
+    # no reason to bring the mirrors to rest: the rig is as well as before
+    tally.add_fault(kind="disk_full", detected_s=noticed_s, recovered_s=recovered_s, parked=True)
+
+
+def _steers(host: BenchHost, rng: random.Random) -> bool:
+    """Tell whether the rig takes a position as it does with an empty disk."""
+    try:
+        volts = host.do(lambda mirrors: mirrors.steer(random_volts(rng)), timeout_s=STEER_S)
+    except (FoveaError, TimeoutError):
+        return False
+    return host.mirrors.state.volts == volts and not host.in_trouble
+
+
+def _lost(host: BenchHost) -> int:
+    """Return how many of the events told are not in the table, once the writer has had its time."""
+    told = {event.id for event in host.events.recent(2000)}
+
+    def missing() -> set[int]:
+        with host.store.session() as session:
+            return told - set(session.scalars(select(EventRow.id)))
+
+    seconds_until(lambda: not missing(), since_ns=time.monotonic_ns(), within_s=NOTICE_S)
+    return len(missing())
+
+
+@contextmanager
+def _disk(folder: Path) -> Iterator[FillableDisk]:
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "foveacam-bench", str(folder)]
+    try:
+        mounted = subprocess.run(mount, capture_output=True, check=False).returncode == 0  # noqa: S603 - constant
+    except FileNotFoundError:
+        mounted = False
+    if not mounted:
+        yield CappedDatabase()
+        return
+    try:
+        yield SmallDisk(folder)
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)  # noqa: S603, S607 - as it was mounted

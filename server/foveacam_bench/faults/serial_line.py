@@ -1,0 +1,191 @@
+"""Seeded faults on the controller's line, under the server's own hardware thread, on ptys and in real time.
+
+A sequence is one to three faults in a row while positions are steered: cut, garbage, half a packet, silence,
+a controller that stops for good. Noticed is what an operator would be told; recovered is a position that
+stands again, without a restart of anything on the host's side.
+"""
+
+import random
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import TypeAlias
+
+from foveacam_bench.faults.hardware_host import BenchHost, controller_rig, seconds_until, sleep_until
+from foveacam_bench.faults.killed_host import random_volts
+from foveacam_bench.faults.tally import FaultTally, LimitCables
+from foveacam_hardware.contract import FoveaError, MirrorLimits, Mirrors, StereoVolts
+from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
+
+NUMBERS, QUICK_NUMBERS = tuple(range(100)), (1, 5, 6, 7)
+"""Of the sequences; the quick ones begin with silence, half a packet, a controller that stops, a cut."""
+WORKERS, QUICK_WORKERS = 4, 2
+SEED = 404
+SILENCE_S = 5.0
+CUT_S = (0.1, 2.0)
+NOTICE_S, HARMLESS_S, RECOVER_S = 5.0, 1.5, 15.0
+"""How long the bench waits: for what must be noticed, for what may do no harm, and for the recovery."""
+STEER_PERIOD_S = 0.02
+ANSWER_S = 5.0
+_Fault: TypeAlias = tuple[Callable[[int], None], bool]
+"""What gives the device back, told when the fault began; and whether it must be noticed."""
+
+
+def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
+    """Run the sequences, several controllers at once; all they tell is in the tally."""
+    numbers = QUICK_NUMBERS if quick else NUMBERS
+    workers = QUICK_WORKERS if quick else WORKERS
+    shares = [numbers[first::workers] for first in range(workers)]
+    with ThreadPoolExecutor(workers) as pool:
+        for done in [pool.submit(_run_share, tally, share, quick) for share in shares]:
+            done.result()
+    return {}
+
+
+def _run_share(tally: FaultTally, numbers: Sequence[int], quick: bool) -> None:
+    for number in numbers:
+        rng = random.Random(SEED + number)  # noqa: S311 - not a secret
+        cables = LimitCables(MirrorLimits())
+        with (
+            ControllerProcess(cables, strict=bool(number % 2)) as controller,
+            BenchHost(controller_rig(controller.port)) as host,
+        ):
+            line = _Line(controller, cables, host, rng)
+            for _ in range(rng.randint(1, 3)):
+                line.suffer(tally, silence_s=1.5 if quick else SILENCE_S)
+        tally.add_violations(cables.violations)
+        tally.add_sequence()
+
+
+class _Line:
+    """A controller, the host that has it, and what is done to the line between them."""
+
+    def __init__(
+        self, controller: ControllerProcess, cables: LimitCables, host: BenchHost, rng: random.Random
+    ) -> None:
+        self._controller = controller
+        self._cables = cables
+        self._host = host
+        self._rng = rng
+        self._lost_before = 0
+
+    def suffer(self, tally: FaultTally, *, silence_s: float) -> None:
+        """Do one fault while positions are steered; measure when it is noticed and when all is well again."""
+        kinds = (self._cut, self._silence, self._garbage, self._garbage, self._half, self._stop)
+        fault = self._rng.choice(kinds)
+        with _Steering(self._host, self._rng) as steering:
+            time.sleep(self._rng.uniform(0.05, 0.4))
+            self._lost_before = self._host.mirrors.telemetry.lost_answers
+            began_ns = time.monotonic_ns()
+            give_back, sure = fault(silence_s)
+            noticed_s = seconds_until(
+                self._noticed, since_ns=began_ns, within_s=NOTICE_S if sure else HARMLESS_S
+            )
+            steering.set()
+        give_back(began_ns)
+        if self._controller.status().dead:
+            self._controller.power_cycle()
+        self._controller.heal()
+        back_ns = time.monotonic_ns()
+        recovered_s = seconds_until(self._well, since_ns=back_ns, within_s=RECOVER_S)
+        if noticed_s is None and (sure or recovered_s is None):
+            tally.add_hang()
+            return
+        self._controller.status()  # every event of the cables has come
+        parked = self._cables.rested_since(began_ns)
+        tally.add_fault(
+            kind=f"line_{fault.__name__.strip('_')}",
+            detected_s=noticed_s,
+            recovered_s=recovered_s,
+            parked=parked,
+        )
+
+    def _noticed(self) -> bool:
+        lost = self._host.mirrors.telemetry.lost_answers
+        return self._host.in_trouble or lost > self._lost_before
+
+    def _well(self) -> bool:
+        """Tell whether a position stands again: asked for, and confirmed by the controller."""
+        if self._host.in_trouble:
+            return False
+        try:
+            volts = self._host.do(lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S)
+            self._host.do(lambda mirrors: mirrors.ping(), timeout_s=ANSWER_S)
+        except (FoveaError, TimeoutError):
+            return False
+        return self._host.mirrors.state.volts == volts
+
+    def _cut(self, _silence_s: float) -> _Fault:
+        self._controller.unplug(keep_power=self._rng.random() < 0.5)
+        pause_s = self._rng.uniform(*CUT_S)
+
+        def plug(began_ns: int) -> None:
+            sleep_until(began_ns, pause_s)
+            self._controller.plug()
+
+        return plug, True
+
+    def _silence(self, silence_s: float) -> _Fault:
+        self._controller.configure(silent=True)
+
+        def speak(began_ns: int) -> None:
+            sleep_until(began_ns, silence_s)
+            self._controller.configure(silent=False)
+
+        return speak, True
+
+    def _garbage(self, _silence_s: float) -> _Fault:
+        damage = self._rng.choice((self._controller.damage_to_host, self._controller.damage_to_device))
+        for _ in range(self._rng.randint(1, 6)):
+            kind = self._rng.choice((DamageKind.INSERT, DamageKind.CORRUPT))
+            count, value = self._rng.randint(1, 30), self._rng.randint(1, 255)
+            damage(LineDamage(kind=kind, skip=self._rng.randint(0, 40), count=count, value=value))
+        return _nothing, False
+
+    def _half(self, _silence_s: float) -> _Fault:
+        damage = self._rng.choice((self._controller.damage_to_host, self._controller.damage_to_device))
+        damage(
+            LineDamage(kind=DamageKind.DROP, skip=self._rng.randint(1, 20), count=self._rng.randint(1, 30))
+        )
+        return _nothing, False
+
+    def _stop(self, _silence_s: float) -> _Fault:
+        self._controller.die()
+        return _nothing, True  # it is switched off and on as every dead one is
+
+
+class _Steering:
+    """Positions at 50 Hz while the context lasts, until told to stop."""
+
+    def __init__(self, host: BenchHost, rng: random.Random) -> None:
+        self._host = host
+        self._rng = random.Random(rng.random())  # noqa: S311 - not a secret
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="bench-steering", daemon=True)
+
+    def __enter__(self) -> threading.Event:
+        self._thread.start()
+        return self._over
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._over.wait(STEER_PERIOD_S):
+            try:
+                volts = random_volts(self._rng)
+                self._host.do(partial(_steer, volts), timeout_s=ANSWER_S)
+            except (FoveaError, TimeoutError):
+                continue  # that is what is going on
+
+
+def _nothing(_began_ns: int) -> None:
+    """Give nothing back: the line is healed after every fault."""
+
+
+def _steer(volts: StereoVolts, mirrors: Mirrors) -> StereoVolts:
+    return mirrors.steer(volts)

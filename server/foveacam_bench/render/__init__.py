@@ -1,0 +1,1 @@
+"""The renderer of the simulated rig: speed, memory and accuracy."""

@@ -1,0 +1,172 @@
+"""Figures of the renderer: CPU time a frame, threads, cache, start-up, memory, and truth of its pictures.
+
+Times are medians of CPU time on one thread (a busy machine does not count); the speed-up by a second thread
+is a ratio of the best wall times of runs that alternate, to be read beside what hashing gains then.
+"""
+
+import hashlib
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from foveacam_bench.render.accuracy import (
+    bits_are_equal,
+    depth_max_rel_error,
+    disparity_errors_px,
+    shimmer,
+)
+from foveacam_bench.render.scene import (
+    BOX_M,
+    PANEL_M,
+    STATUE_M,
+    fovea_view,
+    measured_scene,
+    wide_view,
+)
+from foveacam_hardware.sim.render import Projection, Renderer, SensorExposure, expose, place, warm_up
+
+ON_STATUE_M = (STATUE_M[0], -0.2, STATUE_M[2] - 0.4)
+ON_BOX_M = (BOX_M[0] + 0.3, BOX_M[1], BOX_M[2] - 0.7)
+EXPOSURES = (
+    SensorExposure(psf_sigma_px=0.6),
+    SensorExposure(psf_sigma_px=1.4),
+    SensorExposure(psf_sigma_px=1.4),
+)
+START = "from foveacam_bench.render.renderer import start_up; start_up()"
+
+
+def run(*, quick: bool = False) -> dict[str, float | int | bool]:
+    """Measure the renderer; `quick` takes fewer samples."""
+    warm_up()
+    frames = 3 if quick else 9
+    planar = max(_cpu_ms(_fovea(PANEL_M), frames), _cpu_ms(_fovea(ON_BOX_M), frames))
+    clean, noisy = disparity_errors_px(points=10 if quick else 40)
+    figures: dict[str, float | int | bool] = {
+        "wide_cpu_ms": _cpu_ms(lambda dx_px: wide_view(dx_px=dx_px), frames),
+        "fovea_planar_cpu_ms": planar,
+        "fovea_mesh_cpu_ms": _cpu_ms(_fovea(ON_STATUE_M), frames),
+        "moved_object_cpu_ms": _moved_object_cpu_ms(frames),
+        "speedup_2_threads": _speedup_2_threads(6 if quick else 25),
+        "machine_speedup_2_threads": _machine_speedup_2_threads(6 if quick else 25),
+        "unchanged_triplets_per_s": _unchanged_triplets_per_s(10 if quick else 40),
+        "disparity_rms_px": _rms(clean),
+        "disparity_bias_px": float(np.mean(clean)),
+        "disparity_noise_rms_px": _rms(noisy),
+        "depth_max_rel_error": depth_max_rel_error(),
+        "shimmer": shimmer(),
+        "bit_equal": bits_are_equal(),
+    }
+    return figures | _started()
+
+
+def start_up() -> None:
+    """Do what a new process does until it shows its first triplet; print its time and memory."""
+    begin_s = time.perf_counter()
+    warm_up()
+    with Renderer(measured_scene()) as renderer:
+        for view, exposure in zip(_triplet(), EXPOSURES, strict=True):
+            expose(renderer.radiance(view).radiance, exposure, (0, 0, 0))
+        rss_mb = _peak_rss_mb()
+    json.dump({"kernels_and_triplet_s": time.perf_counter() - begin_s, "rss_mb": rss_mb}, sys.stdout)
+
+
+def _peak_rss_mb() -> float:
+    """Return the most memory this process has held; getrusage would count its parent's before exec."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith("VmHWM"))
+
+
+def _started() -> dict[str, float | int | bool]:
+    """Measure a fresh process, imports included, with its kernels compiled before."""
+    begin_s = time.perf_counter()
+    done = subprocess.run(  # noqa: S603 (our own interpreter on a constant)
+        [sys.executable, "-c", START], check=True, capture_output=True, text=True
+    )
+    return {"warm_start_s": time.perf_counter() - begin_s, "rss_mb": float(json.loads(done.stdout)["rss_mb"])}
+
+
+def _rms(errors: np.typing.NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def _fovea(at_m: tuple[float, float, float]) -> Callable[[float], Projection]:
+    return lambda dx_px: fovea_view(at_m, dx_px=dx_px)
+
+
+def _triplet() -> list[Projection]:
+    return [wide_view(), fovea_view(PANEL_M), fovea_view(ON_STATUE_M)]
+
+
+def _cpu_ms(view: Callable[[float], Projection], frames: int) -> float:
+    """Return the median CPU time of frames that differ by a hundredth of a pixel, on one thread."""
+    times_ms = []
+    with Renderer(measured_scene(), threads=1, cached_frames=1) as renderer:
+        renderer.radiance(view(-0.01))
+        for k in range(frames):
+            projection = view(0.01 * k)
+            begin_s = time.process_time()
+            renderer.radiance(projection)
+            times_ms.append((time.process_time() - begin_s) * 1e3)
+    return median(times_ms)
+
+
+def _moved_object_cpu_ms(frames: int) -> float:
+    """Return the median CPU time of a wide frame in which only a box has moved."""
+    scene, times_ms = measured_scene(), []
+    with Renderer(scene, threads=1) as renderer:
+        renderer.radiance(wide_view())
+        for k in range(frames):
+            scene.set_pose(2, place((-0.2, 0.1, 16.0), yaw_rad=0.3 + 0.02 * (k + 1)))
+            begin_s = time.process_time()
+            renderer.radiance(wide_view())
+            times_ms.append((time.process_time() - begin_s) * 1e3)
+    return median(times_ms)
+
+
+def _speedup_2_threads(rounds: int) -> float:
+    """Return the best wall time of a wide frame on one thread over that on two."""
+    scene, best_s = measured_scene(), [np.inf, np.inf]
+    with (
+        Renderer(scene, threads=1, cached_frames=1) as one,
+        Renderer(scene, threads=2, cached_frames=1) as two,
+    ):
+        for k in range(rounds):
+            for which, renderer in enumerate((one, two)):
+                projection = wide_view(dx_px=0.01 * k)
+                begin_s = time.perf_counter()
+                renderer.radiance(projection)
+                best_s[which] = min(best_s[which], time.perf_counter() - begin_s)
+    return best_s[0] / best_s[1]
+
+
+def _machine_speedup_2_threads(rounds: int) -> float:
+    """Return what a second thread brings to hashing, which shares nothing: what this machine can give now."""
+    block, one_s, two_s = bytes(24_000_000), np.inf, np.inf
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(rounds):
+            begin_s = time.perf_counter()
+            for _ in range(2):
+                hashlib.sha256(block)
+            middle_s = time.perf_counter()
+            list(pool.map(hashlib.sha256, (block, block)))
+            one_s, two_s = min(one_s, middle_s - begin_s), min(two_s, time.perf_counter() - middle_s)
+    return float(one_s / two_s)
+
+
+def _unchanged_triplets_per_s(rounds: int) -> float:
+    """Return how often three cameras expose anew while nothing moves."""
+    times_s = []
+    with Renderer(measured_scene()) as renderer:
+        for k in range(rounds + 1):
+            begin_s = time.perf_counter()
+            for camera, (view, exposure) in enumerate(zip(_triplet(), EXPOSURES, strict=True)):
+                expose(renderer.radiance(view).radiance, exposure, (0, camera, k))
+            times_s.append(time.perf_counter() - begin_s)
+    return 1.0 / median(times_s[1:])

@@ -1,0 +1,1 @@
+"""Fixations of clicks, and looking around, judged by the simulation's truth."""

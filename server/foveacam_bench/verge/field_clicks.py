@@ -1,0 +1,240 @@
+"""Whether every click gets an answer: uniform clicks over the steering field, none left out.
+
+Each click of both scenes is fixated on the simulated rig in virtual time, with the shipped calibration, and
+judged by the simulation's truth at the moment of the last look. A distance that is off by more than 3 % and
+more than 5 standard errors is wrong.
+`python -m foveacam_bench.verge.field_clicks` prints every doubtful click.
+"""
+
+import json
+import math
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_bench.verge.click_truth import EYES, Click, look_up, point_at, visible_from
+from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.context.looks import fuse_fixation
+from foveacam_pipeline.context.wide_context import WideContext
+from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
+
+CLICKS, QUICK_CLICKS = 400, 12
+"""A scene."""
+FIELD_DEG = (8.0, 7.5)
+"""Half sides of the field of clicks, axis-wise."""
+LOOKED_AT_PX = 5.0
+"""A fovea looks at a point that is so near to its image centre, fovea px."""
+SEED = 14
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedClick:
+    """One click, its fixation, the truth at the moment of the last look; `range_m` inf: the background."""
+
+    scene: str
+    pixel: tuple[float, float]
+    name: str
+    seen_by: str
+    """Which eyes see the point when it is clicked: both, left, right, none."""
+    range_m: float
+    fixation: Fixation
+    off_centre_px: float
+    """Distance of the point from the centre of the nearer fovea image, fovea px."""
+    wall_ms: float
+
+    @property
+    def error_m(self) -> float:
+        """Return the error of the distance, NaN without one."""
+        distance_m = self.fixation.distance_m
+        return math.nan if distance_m is None else distance_m - self.range_m
+
+    @property
+    def sigmas(self) -> float:
+        """Return the error over the stated standard error."""
+        return self.error_m / (self.fixation.distance_sigma_m or math.nan)
+
+    @property
+    def wrong(self) -> bool:
+        """Return whether it claims a distance that is not so."""
+        return abs(self.error_m) > WRONG_SHARE * self.range_m and abs(self.sigmas) > WRONG_SIGMA
+
+    @property
+    def bound_holds(self) -> bool:
+        """Return whether the truth lies within the bound."""
+        bound = self.fixation.bound
+        return bound is not None and bound.nearest_m <= self.range_m <= bound.farthest_m
+
+    @property
+    def answer_s(self) -> float:
+        """Return the time to the answer: the rig's clock and the time of our own work."""
+        own_ms = sum(step.compute_ms for step in self.fixation.steps)
+        return (self.fixation.duration_ms + own_ms) / 1e3
+
+
+def run(*, quick: bool = False) -> dict[str, object]:
+    """Click, judge, and return the figures; `doubtful` lists what went wrong."""
+    count = QUICK_CLICKS if quick else CLICKS
+    return figures([answer for scene in SCENES for answer in answers(scene, count)])
+
+
+def answers(scene: str, count: int, *, seed: int = SEED) -> Iterator[JudgedClick]:
+    """Yield the answer to each of `count` clicks on one scene."""
+    calibration = load_calibration(CERTIFICATE)
+    rng = np.random.default_rng([seed, *scene.encode()])
+    with open_simulated(scene=scene, inline=True) as rig:
+        if rig.truth is None:
+            raise DeviceFault("bench clicks: the simulated rig came without its truth")
+        for _ in range(count):
+            limit_deg = np.array(FIELD_DEG)
+            angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))
+            yield judge(rig, calibration, scene, calibration.wide.pixels(angles_rad[None])[0])
+
+
+def judge(
+    rig: Rig,
+    calibration: Calibration,
+    scene: str,
+    pixel: NDArray[np.float64],
+    *,
+    context: WideContext | None = None,
+) -> JudgedClick:
+    """Fixate one click and compare with the truth; `context` is used, and told what was seen."""
+    truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
+    x_px, y_px = pixel.tolist()
+    shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
+    click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
+    began_s = time.perf_counter()
+    target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
+    fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known)
+    wall_ms = 1e3 * (time.perf_counter() - began_s)
+    if context is not None:
+        fuse_fixation(context, fixation, calibration)
+    t_ns = rig.clock.now_ns() if fixation.sighting is None else fixation.sighting.left.t_ns
+    point = None if click is None else point_at(truth, click, t_ns)
+    return JudgedClick(
+        scene=scene,
+        pixel=(x_px, y_px),
+        name="background" if click is None else click.name,
+        seen_by="both" if click is None else _seen_by(truth, click),
+        range_m=math.inf if point is None else float(np.linalg.norm(point)),
+        fixation=replace(fixation, sighting=None),  # hundreds of looks would fill the memory
+        off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
+        wall_ms=wall_ms,
+    )
+
+
+def _seen_by(truth: Truth, click: Click) -> str:
+    seen = [role.value for role in EYES if visible_from(truth, role, click)]
+    return "both" if len(seen) == 2 else "".join(seen) or "none"
+
+
+def _off_centre_px(
+    truth: Truth, fixation: Fixation, ray: NDArray[np.float64], point_rig_m: NDArray[np.float64] | None
+) -> float:
+    """Return how far the point is from the nearer image centre; the background is seen along its ray."""
+    sighting = fixation.sighting
+    if sighting is None:
+        return math.inf
+    off_px = []
+    for role, frame in zip(EYES, (sighting.left, sighting.right), strict=True):
+        view = truth.projection(role, frame.t_ns)
+        far_point = view.C + 1e6 * ray if point_rig_m is None else point_rig_m
+        middle = np.array([(view.width - 1) / 2, (view.height - 1) / 2])
+        off_px.append(float(np.linalg.norm(view.project(far_point)[0] - middle)))
+    return min((off for off in off_px if math.isfinite(off)), default=math.inf)
+
+
+def figures(results: list[JudgedClick]) -> dict[str, object]:
+    """Return the figures of a list of answers."""
+    answered = [r for r in results if r.fixation.distance_m is not None]
+    bounds = [r for r in results if r.fixation.basis is Basis.BOUND]
+    found: dict[str, object] = {
+        "clicks": len(results),
+        "answered_fraction": len(answered) / len(results),
+        "answered_of_surfaces_fraction": _of_surfaces(results),
+        "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
+        "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
+        "wrong": sum(r.wrong for r in results),
+        "within_3_sigma_fraction": _within(answered),
+        "bound_holds_fraction": sum(r.bound_holds for r in bounds) / len(bounds) if bounds else math.nan,
+        "no_answer": sum(r.fixation.basis is None for r in results),
+        "states": dict(Counter(r.fixation.state.value for r in results)),
+    }
+    for basis in Basis:
+        of_basis = [r for r in results if r.fixation.basis is basis]
+        found |= _figures_of(basis, of_basis)
+    return found | {"doubtful": [_account(r) for r in results if _doubtful(r)]}
+
+
+def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
+    found: dict[str, object] = {f"{basis}_count": len(results)}
+    if not results:
+        return found
+    found[f"{basis}_answer_s_median"] = median(r.answer_s for r in results)
+    found[f"{basis}_answer_s_p95"] = float(np.quantile([r.answer_s for r in results], 0.95))
+    if basis is not Basis.BOUND:
+        found[f"{basis}_within_3_sigma_fraction"] = _within(results)
+        found[f"{basis}_rel_error_median"] = median(abs(r.error_m) / r.range_m for r in results)
+        found[f"{basis}_rel_sigma_median"] = median(
+            (r.fixation.distance_sigma_m or math.nan) / (r.fixation.distance_m or math.nan) for r in results
+        )
+    return found
+
+
+def _of_surfaces(results: list[JudgedClick]) -> float:
+    """Return the share with a distance of the clicks that hit a surface: the sky has none."""
+    surfaces = [r for r in results if math.isfinite(r.range_m)]
+    return sum(r.fixation.distance_m is not None for r in surfaces) / len(surfaces) if surfaces else math.nan
+
+
+def _share(results: list[JudgedClick], basis: Basis) -> float:
+    return sum(r.fixation.basis is basis for r in results) / len(results)
+
+
+def _within(results: list[JudgedClick]) -> float:
+    return sum(abs(r.sigmas) <= 3.0 for r in results) / len(results) if results else math.nan
+
+
+def _doubtful(result: JudgedClick) -> bool:
+    answered = result.fixation.distance_m is not None
+    off_target = result.off_centre_px > LOOKED_AT_PX
+    return not answered or result.wrong or abs(result.sigmas) > 3.0 or off_target
+
+
+def _account(result: JudgedClick) -> dict[str, object]:
+    """Return all that helps to study one click."""
+    fixation = result.fixation
+    return {
+        "scene": result.scene,
+        "name": result.name,
+        "seen_by": result.seen_by,
+        "pixel": [round(value, 1) for value in result.pixel],
+        "range_m": round(result.range_m, 4),
+        "basis": fixation.basis,
+        "state": fixation.state,
+        "reason": fixation.reason,
+        "distance_m": fixation.distance_m,
+        "distance_sigma_m": fixation.distance_sigma_m,
+        "sigmas": round(result.sigmas, 2),
+        "wrong": result.wrong,
+        "bound": None if fixation.bound is None else [fixation.bound.nearest_m, fixation.bound.farthest_m],
+        "off_centre_px": round(result.off_centre_px, 1),
+        "looks": len(fixation.steps),
+        "answer_s": round(result.answer_s, 3),
+    }
+
+
+if __name__ == "__main__":
+    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)

@@ -1,0 +1,174 @@
+"""How well clicks become fixations: seeded clicks over both scenes on the simulated rig, in virtual time.
+
+The loop sees what it would see of a real rig, with the calibration that ships; the simulation's truth judges.
+Definitions: `verge_truth.Kind`. Fractions are of clicks on texture that both eyes can see ("textured").
+`python -m foveacam_bench.verge.fixations` prints the figures and every click that went wrong.
+"""
+
+import json
+import math
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+from foveacam_bench.verge.click_truth import Click, ClickKind, look_up, point_at, residual_px
+from foveacam_bench.verge.knock import knock_figures
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
+from foveacam_server.runtime.calibrations import SHIPPED
+
+CERTIFICATE = SHIPPED / "sim-rig120.json"
+SCENES = ("bench", "street")
+QUOTA = {ClickKind.TEXTURED: 75, ClickKind.PLAIN: 15, ClickKind.AWKWARD: 10}
+QUICK_QUOTA = {ClickKind.TEXTURED: 8, ClickKind.PLAIN: 3, ClickKind.AWKWARD: 1}
+NEAREST_M, FARTHEST_M = 1.5, 30.0
+BORDER_PX = 30.0
+WRONG_SHARE, WRONG_SIGMA = 0.03, 5.0
+"""A fixation is wrong when its distance is off by more than both."""
+SEED = 20_25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClickResult:
+    """One click, what became of it, and the truth at the moment of the last look."""
+
+    click: Click
+    fixation: Fixation
+    error_m: float = math.nan
+    residual_px: float = math.nan
+
+    @property
+    def verged(self) -> bool:
+        """Whether it ended verged."""
+        return self.fixation.state is FixationState.VERGED
+
+    @property
+    def sigmas(self) -> float:
+        """Distance error over its stated standard error."""
+        return self.error_m / (self.fixation.distance_sigma_m or math.nan)
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it claims a distance that is not so."""
+        far_off = abs(self.error_m) > WRONG_SHARE * self.click.range_m
+        return self.verged and far_off and abs(self.sigmas) > WRONG_SIGMA
+
+
+def run(*, quick: bool = False) -> dict[str, object]:
+    """Click, judge, and return the figures; `failures` lists what went wrong."""
+    results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
+    return figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
+
+
+def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> Iterator[ClickResult]:
+    """Yield the result of each click on one scene; clicks come from the whole wide view, as chance has it."""
+    calibration = load_calibration(CERTIFICATE)
+    rng = np.random.default_rng([seed, *scene.encode()])
+    left = dict(quota)
+    with open_simulated(scene=scene, inline=True) as rig:
+        truth = rig.truth
+        if truth is None:
+            raise DeviceFault(
+                "bench verge: the simulated rig came without its truth; open it with open_simulated"
+            )
+        while any(left.values()):
+            size = np.array([calibration.wide.width, calibration.wide.height])
+            x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
+            click = look_up(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
+            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or not left[click.kind]:
+                continue
+            left[click.kind] -= 1
+            yield judge(rig, calibration, click)
+
+
+def judge(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
+    """Fixate one click and compare with the truth."""
+    fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
+    if fixation.distance_m is None or fixation.sighting is None or rig.truth is None:
+        return ClickResult(click=click, fixation=fixation)
+    point = point_at(rig.truth, click, fixation.sighting.left.t_ns)
+    return ClickResult(
+        click=click,
+        fixation=fixation,
+        error_m=fixation.distance_m - float(np.linalg.norm(point)),
+        residual_px=float(np.linalg.norm(residual_px(rig.truth, fixation.sighting, point))),
+    )
+
+
+def figures(results: list[ClickResult]) -> dict[str, object]:
+    """Return the figures of a list of results."""
+    textured = [r for r in results if r.click.kind is ClickKind.TEXTURED]
+    verged = [r for r in textured if r.verged]
+    good = [r for r in verged if not r.wrong]
+    residuals = [r.residual_px for r in verged]
+    own = [r.fixation.residual_px for r in verged if r.fixation.residual_px is not None]
+    steps_ms = [step.compute_ms for r in results for step in r.fixation.steps]
+    return {
+        "clicks": len(results),
+        "textured_clicks": len(textured),
+        "verged_fraction": len(verged) / max(1, len(textured)),
+        "false_verged": sum(r.wrong for r in results if r.click.kind is ClickKind.PLAIN),
+        "false_verged_textured": sum(r.wrong for r in textured),
+        "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is ClickKind.AWKWARD),
+        "knock_claimed": sum(r.fixation.astray is not None for r in results),
+        "residual_median_px": median(residuals),
+        "residual_p95_px": float(np.quantile(residuals, 0.95)),
+        "own_residual_median_px": median(own),
+        "steps_median": median(len(r.fixation.steps) for r in verged),
+        "within_3_sigma_fraction": sum(abs(r.sigmas) <= 3.0 for r in verged) / max(1, len(verged)),
+        "sigmas_rms": float(np.sqrt(np.mean([r.sigmas**2 for r in good]))),
+        "compute_ms_per_step": median(steps_ms),
+        "compute_p95_ms_per_step": float(np.quantile(steps_ms, 0.95)),
+        "distance_rel_error_median": median(abs(r.error_m) / r.click.range_m for r in verged),
+        "duration_median_ms": median(r.fixation.duration_ms for r in verged),
+        **{f"{kind}_states": _states(results, kind) for kind in ClickKind},
+        "failures": [_account(r) for r in results if _failed(r)],
+    }
+
+
+def _states(results: list[ClickResult], kind: ClickKind) -> dict[str, int]:
+    return dict(Counter(r.fixation.state.value for r in results if r.click.kind is kind))
+
+
+def _failed(result: ClickResult) -> bool:
+    if result.click.kind is ClickKind.TEXTURED:
+        return not result.verged or abs(result.sigmas) > 3.0 or result.residual_px > 1.0
+    return result.wrong
+
+
+def _account(result: ClickResult) -> dict[str, object]:
+    """Return all that helps to study one click."""
+    click, fixation = result.click, result.fixation
+    return {
+        "scene": click.scene,
+        "kind": click.kind.value,
+        "name": click.name,
+        "x_px": round(click.x_px, 1),
+        "y_px": round(click.y_px, 1),
+        "t_ns": click.t_ns,
+        "range_m": round(click.range_m, 4),
+        "state": fixation.state.value,
+        "reason": fixation.reason,
+        "distance_m": fixation.distance_m,
+        "distance_sigma_m": fixation.distance_sigma_m,
+        "residual_px": None if math.isnan(result.residual_px) else round(result.residual_px, 3),
+        "steps": [
+            [s.phase.value, s.residual_x_px, s.residual_y_px, round(s.score, 3), round(s.compute_ms)]
+            for s in fixation.steps
+        ],
+    }
+
+
+if __name__ == "__main__":
+    began_s = time.perf_counter()
+    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)
+    sys.stderr.write(f"{time.perf_counter() - began_s:.0f} s\n")

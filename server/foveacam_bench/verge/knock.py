@@ -1,0 +1,101 @@
+"""Whether clicks tell that the mounts have moved: both eyes knocked as if the rig had been carried.
+
+Clicks on texture that both eyes can see, with the calibration of before the knock. A click tells by what it
+says (`Fixation.astray`) or by what it leaves (`HealthMonitor`); what matters is after how many of them the
+calibration's health asks to recalibrate.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from foveacam_bench.verge.click_truth import Click, ClickKind, look_up
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.rig import Rig
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_hardware.simulated_faults import MountKnock, SimulatedFaults
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdict
+from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.values import FixationState, PixelTarget
+
+KNOCKS, QUICK_KNOCKS = 3, 1
+"""A scene."""
+CLICKS = 12
+SHIFT_DEG, ROLL_DEG = 0.3, 0.1
+BORDER_PX = 200.0
+NEAREST_M, FARTHEST_M = 1.5, 30.0
+SEED = 7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnockResult:
+    """What the clicks after one knock came to; `told_after`: clicks, None when the verdict stayed good."""
+
+    failed: int
+    explained: int
+    told_after: int | None
+
+
+def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> dict[str, object]:
+    """Return after how many clicks a knock is told, and how many failures say why."""
+    count = QUICK_KNOCKS if quick else KNOCKS
+    every = [found for scene in scenes for found in _knocked(scene, calibration, count=count)]
+    told = [found.told_after for found in every if found.told_after is not None]
+    return {
+        "knocks": len(every),
+        "knocks_told_fraction": len(told) / len(every),
+        "knock_told_after_clicks_max": max(told, default=None),
+        "knock_failures_explained_fraction": sum(found.explained for found in every)
+        / max(1, sum(found.failed for found in every)),
+    }
+
+
+def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[KnockResult]:
+    rng = np.random.default_rng([SEED, *scene.encode()])
+    with open_simulated(scene=scene, inline=True) as rig:
+        if rig.breakable is None:
+            raise DeviceFault("bench verge: the simulated rig came without what breaks it")
+        for _ in range(count):
+            rig.breakable.put(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
+            yield _clicked(rig, calibration, [_textured(rig, calibration, scene, rng) for _ in range(CLICKS)])
+
+
+def _clicked(rig: Rig, calibration: Calibration, clicks: list[Click]) -> KnockResult:
+    checkup, failed, explained, told_after = HealthMonitor(calibration), 0, 0, None
+    for number, click in enumerate(clicks, start=1):
+        target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
+        fixation = fixate(rig.head, calibration, target, clock=rig.clock)
+        failed += fixation.state is not FixationState.VERGED
+        explained += fixation.astray is not None
+        checkup.add(fixation)
+        if told_after is None and checkup.health.verdict is HealthVerdict.RECALIBRATE:
+            told_after = number
+    return KnockResult(failed=failed, explained=explained, told_after=told_after)
+
+
+def _knock(rng: np.random.Generator) -> MountKnock:
+    heading = rng.uniform(0.0, 2.0 * math.pi)
+    return MountKnock(
+        shift_x_deg=SHIFT_DEG * math.cos(heading),
+        shift_y_deg=SHIFT_DEG * math.sin(heading),
+        rotation_deg=math.copysign(ROLL_DEG, rng.uniform(-1.0, 1.0)),
+    )
+
+
+def _textured(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> Click:
+    """Return a click on texture that both eyes would see if nothing had been knocked."""
+    if rig.truth is None:
+        raise DeviceFault("bench verge: the simulated rig came without its truth")
+    size = np.array([calibration.wide.width, calibration.wide.height])
+    while True:
+        x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
+        click = look_up(rig.truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
+        if (
+            click is not None
+            and click.kind is ClickKind.TEXTURED
+            and NEAREST_M <= click.range_m <= FARTHEST_M
+        ):
+            return click

@@ -1,1 +1,0 @@
-"""The measured figures, each a command that prints one JSON object."""
