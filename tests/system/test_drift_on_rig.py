@@ -17,9 +17,10 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.optics import gaze
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.drift.check import run_drift_check
+from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict
+from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
@@ -94,14 +95,14 @@ def pointing_rms_px(misses: NDArray[np.float64]) -> float:
 
 
 def shoot(rig: Rig, calibration: Calibration, settings: DriftSettings | None = None) -> DriftCheck:
-    return one_shot(rig.head, calibration, clock=rig.clock, settings=settings or DriftSettings())
+    return run_drift_check(rig.head, calibration, clock=rig.clock, settings=settings or DriftSettings())
 
 
 def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing() -> None:
     with relocated("calibration") as rig:
         before_px = pointing_rms_px(misses_px(rig, CERTIFICATE))
         check = shoot(rig, CERTIFICATE)
-        corrected = applied(CERTIFICATE, check, created_utc=LATER)
+        corrected = correct_calibration(CERTIFICATE, check, created_utc=LATER)
         after_px = pointing_rms_px(misses_px(rig, corrected))
         again = shoot(rig, corrected)
     assert before_px > 100.0
@@ -115,7 +116,7 @@ def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing()
 def test_without_a_known_depth_all_but_the_angle_between_the_eyes_is_restored() -> None:
     with relocated("bench") as rig:
         check = shoot(rig, CERTIFICATE, FEW)
-        corrected = applied(CERTIFICATE, check, created_utc=LATER)
+        corrected = correct_calibration(CERTIFICATE, check, created_utc=LATER)
         misses = misses_px(rig, corrected)
     assert not check.vergence_known
     common = misses.mean(axis=1)
@@ -161,7 +162,7 @@ def test_a_check_can_be_cancelled() -> None:
             return True
 
     with open_simulated("calibration", inline=True) as rig, pytest.raises(Cancelled):
-        one_shot(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
+        run_drift_check(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
 
 
 def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> HealthReport:

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
-from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace
+from foveacam_pipeline.calibrate.drift.values import DriftPlace, EyeTurn
 from foveacam_pipeline.verge.aim import aim_at
 
 from .plane_head import CALIBRATION

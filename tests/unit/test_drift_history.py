@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.drift.drift import judged
-from foveacam_pipeline.calibrate.drift.drift_history import FILE, DriftHistory
-from foveacam_pipeline.calibrate.drift.drift_trend import drift_trend, trend_picture
-from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck
+from foveacam_pipeline.calibrate.drift.check import evaluate_drift
+from foveacam_pipeline.calibrate.drift.history import FILE, DriftHistory, drift_trend, trend_picture
+from foveacam_pipeline.calibrate.drift.values import DriftCheck
 
 from .drift_scenes import LEFT, RIGHT, STILL, places
 from .plane_head import CALIBRATION
@@ -19,7 +18,7 @@ FIRST, SECOND, THIRD = (f"2026-02-0{day}T08:00:00+00:00" for day in (1, 2, 3))
 
 @pytest.fixture(scope="module")
 def check() -> DriftCheck:
-    return judged(places(LEFT, RIGHT, known=2), CALIBRATION)
+    return evaluate_drift(places(LEFT, RIGHT, known=2), CALIBRATION)
 
 
 def test_what_was_added_is_read_again(tmp_path: Path, check: DriftCheck) -> None:
@@ -63,7 +62,7 @@ def test_a_line_that_was_changed_is_named(tmp_path: Path, check: DriftCheck) -> 
 def test_the_trend_adds_what_corrections_have_taken_out(tmp_path: Path, check: DriftCheck) -> None:
     history = DriftHistory(tmp_path)
     history.add(check, created_utc=FIRST, new_calibration_id="corrected")
-    still = judged(places(STILL, STILL, known=2), CALIBRATION)
+    still = evaluate_drift(places(STILL, STILL, known=2), CALIBRATION)
     history.add(replace(still, calibration_id="corrected"), created_utc=SECOND)
     trend = drift_trend(history.records())
     for role, turn in ((Role.LEFT, LEFT), (Role.RIGHT, RIGHT)):
@@ -73,7 +72,7 @@ def test_the_trend_adds_what_corrections_have_taken_out(tmp_path: Path, check: D
 
 def test_a_check_without_lock_is_no_part_of_the_trend(tmp_path: Path, check: DriftCheck) -> None:
     history = DriftHistory(tmp_path)
-    history.add(judged((), CALIBRATION), created_utc=FIRST)
+    history.add(evaluate_drift((), CALIBRATION), created_utc=FIRST)
     history.add(check, created_utc=SECOND)
     assert len(drift_trend(history.records()).records) == 1
 

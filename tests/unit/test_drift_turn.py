@@ -6,7 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
-from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn, turned_eye
+from foveacam_pipeline.calibrate.drift.correction import turn_eye
+from foveacam_pipeline.calibrate.drift.values import EyeTurn
 from foveacam_pipeline.geometry import homography_apply
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
@@ -25,19 +26,19 @@ def volts_over_the_field(count: int = 300) -> NDArray[np.float64]:
 
 def test_a_turned_mirror_looks_where_the_turned_eye_does() -> None:
     volts = volts_over_the_field()
-    turned = turned_eye(CALIBRATION.left, STRETCHED, f_px=F_PX).mirror
+    turned = turn_eye(CALIBRATION.left, STRETCHED, f_px=F_PX).mirror
     expected = STRETCHED.apply(np.tan(CALIBRATION.left.mirror.angles_of(volts)))
     assert F_PX * float(np.abs(np.tan(turned.angles_of(volts)) - expected).max()) < 0.02
 
 
 def test_no_turn_changes_nothing() -> None:
     volts = volts_over_the_field()
-    still = turned_eye(CALIBRATION.left, EyeTurn(), f_px=F_PX).mirror
+    still = turn_eye(CALIBRATION.left, EyeTurn(), f_px=F_PX).mirror
     assert np.allclose(still.angles_of(volts), CALIBRATION.left.mirror.angles_of(volts), atol=0.001 / F_PX)
 
 
 def test_a_turned_mirror_still_closes_its_round_trip() -> None:
-    mirror = turned_eye(CALIBRATION.right, STRETCHED, f_px=F_PX).mirror
+    mirror = turn_eye(CALIBRATION.right, STRETCHED, f_px=F_PX).mirror
     angles = mirror.angles_of(volts_over_the_field())
     angles = angles[mirror.inside(angles)]
     assert len(angles) > 200
@@ -53,7 +54,7 @@ def test_every_pixel_of_a_turned_eye_is_turned(volts_v: tuple[float, float]) -> 
 
 
 def turned_rig() -> Calibration:
-    return replace(CALIBRATION, left=turned_eye(CALIBRATION.left, TURN, f_px=F_PX))
+    return replace(CALIBRATION, left=turn_eye(CALIBRATION.left, TURN, f_px=F_PX))
 
 
 def rays_of(

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import StereoVolts
-from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
 from foveacam_pipeline.calibrate.drift.health import (
-    FEWEST,
-    KEPT,
-    NEWEST,
+    MAX_RESIDUALS,
+    MIN_FIXATIONS,
+    NEWEST_COUNT,
     HealthMonitor,
     HealthReport,
     HealthVerdict,
 )
+from foveacam_pipeline.calibrate.drift.values import EyeTurn
 from foveacam_pipeline.geometry.triangulate import closest_approach
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, volts_for
 from foveacam_pipeline.verge.target_offset import TargetOffset
@@ -78,9 +78,9 @@ def test_one_eye_that_looks_too_high_shows_between_the_eyes() -> None:
 
 
 def test_a_few_fixations_tell_nothing() -> None:
-    found = health(KNOCKED, KNOCKED, count=FEWEST - 1)
+    found = health(KNOCKED, KNOCKED, count=MIN_FIXATIONS - 1)
     assert found.verdict is HealthVerdict.UNKNOWN
-    assert found.fixations == FEWEST - 1
+    assert found.fixations == MIN_FIXATIONS - 1
     assert found.score is None
 
 
@@ -100,7 +100,7 @@ def test_a_fixation_that_did_not_verge_says_nothing() -> None:
 
 def test_a_target_that_both_eyes_show_elsewhere_says_so() -> None:
     rng, checkup = np.random.default_rng(3), HealthMonitor(CALIBRATION)
-    for _ in range(KEPT):
+    for _ in range(MAX_RESIDUALS):
         checkup.add(fixation(rng, STILL, STILL))
     astray = TargetOffset(across_px=2.0, down_px=-20.0, rows_px=50.0, sigma_px=4.5)
     not_found = Fixation(
@@ -112,19 +112,19 @@ def test_a_target_that_both_eyes_show_elsewhere_says_so() -> None:
         astray=astray,
     )
     verdicts = []
-    for _ in range(NEWEST // 2 + 1):
+    for _ in range(NEWEST_COUNT // 2 + 1):
         checkup.add(not_found)
         verdicts.append(checkup.health.verdict)
-    assert verdicts[:-1] == [HealthVerdict.GOOD] * (NEWEST // 2)  # these may have been anything
+    assert verdicts[:-1] == [HealthVerdict.GOOD] * (NEWEST_COUNT // 2)  # these may have been anything
     assert verdicts[-1] is HealthVerdict.RECALIBRATE
     assert checkup.health.rows_px == pytest.approx(50.0, abs=0.1)
 
 
 def test_a_knock_shows_after_five_fixations_however_many_were_good_before() -> None:
     rng, checkup = np.random.default_rng(3), HealthMonitor(CALIBRATION)
-    for _ in range(KEPT):
+    for _ in range(MAX_RESIDUALS):
         checkup.add(fixation(rng, STILL, STILL))
-    for _ in range(NEWEST // 2 + 1):
+    for _ in range(NEWEST_COUNT // 2 + 1):
         checkup.add(fixation(rng, KNOCKED, KNOCKED))
     assert checkup.health.verdict is HealthVerdict.RECALIBRATE
 
@@ -132,10 +132,10 @@ def test_a_knock_shows_after_five_fixations_however_many_were_good_before() -> N
 @pytest.mark.parametrize("seed", range(20))
 def test_chance_alone_never_calls_for_a_calibration(seed: int) -> None:
     rng, checkup = np.random.default_rng(seed), HealthMonitor(CALIBRATION)
-    for _ in range(KEPT):
+    for _ in range(MAX_RESIDUALS):
         checkup.add(fixation(rng, STILL, STILL))
         assert checkup.health.verdict is not HealthVerdict.RECALIBRATE
 
 
 def test_what_is_long_ago_is_forgotten() -> None:
-    assert health(count=KEPT + 10).fixations == KEPT
+    assert health(count=MAX_RESIDUALS + 10).fixations == MAX_RESIDUALS

@@ -11,8 +11,8 @@ from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.drift import ThermalMountDrift as TrueDrift
 from foveacam_hardware.sim.optics import EyeProjection
-from foveacam_pipeline.calibrate.drift.drift import applied
-from foveacam_pipeline.calibrate.drift.drift_markers import marker_shot
+from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes
+from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
@@ -205,9 +205,9 @@ def test_what_drifts_after_the_fit_is_taken_out_by_nodes_visited_once_more() -> 
     far = visited(far, returns(far, later_s), drift_deg=FAST_DEG, run="three")
     visits = [pose for pose in far.repeats if pose.run == "three"]
 
-    found = marker_shot([far, near], visits, calibration, distance=DistanceSource.PRINT)
-    corrected = applied(calibration, found, created_utc="2026-01-31T13:00:00+00:00")
-    again = marker_shot([far, near], visits, corrected, distance=DistanceSource.PRINT)
+    found = check_drift_at_nodes([far, near], visits, calibration, distance=DistanceSource.PRINT)
+    corrected = correct_calibration(calibration, found, created_utc="2026-01-31T13:00:00+00:00")
+    again = check_drift_at_nodes([far, near], visits, corrected, distance=DistanceSource.PRINT)
 
     assert found.locked
     assert found.significant
@@ -221,7 +221,7 @@ def test_what_drifts_after_the_fit_is_taken_out_by_nodes_visited_once_more() -> 
 
 def test_a_shot_without_visits_has_no_lock() -> None:
     calibration = fitted(FAST_DEG, take_out_drift=True)
-    found = marker_shot(session(FAST_DEG), [], calibration, distance=DistanceSource.PRINT)
+    found = check_drift_at_nodes(session(FAST_DEG), [], calibration, distance=DistanceSource.PRINT)
     assert not found.locked
     assert not found.significant
 

@@ -183,12 +183,14 @@ def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: in
     rig.head.look(PARKED)
     before = _pointing_rms_px(calibration, truth, count=count, t_ns=rig.clock.now_ns())
     began_ns = rig.clock.now_ns()
-    found = one_shot(rig.head, calibration, clock=rig.clock)
+    found = run_drift_check(rig.head, calibration, clock=rig.clock)
     lasted_s = (rig.clock.now_ns() - began_ns) / 1e9
     if not found.significant:
         raise NotCalibrated(f"bench calibration: the knock was not noticed: {found.detail}")
-    corrected = applied(calibration, found, created_utc=datetime.now(tz=UTC).isoformat(timespec="seconds"))
-    again = one_shot(rig.head, corrected, clock=rig.clock)
+    corrected = correct_calibration(
+        calibration, found, created_utc=datetime.now(tz=UTC).isoformat(timespec="seconds")
+    )
+    again = run_drift_check(rig.head, corrected, clock=rig.clock)
     return {
         "pointing_before_drift_shot_rms_px": before,
         "pointing_after_drift_rms_px": _pointing_rms_px(

@@ -4,8 +4,8 @@ import math
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.drift.drift_history import DriftHistory, DriftRecord
-from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, EyeDrift
+from foveacam_pipeline.calibrate.drift.history import DriftHistory, DriftRecord, trend_picture
+from foveacam_pipeline.calibrate.drift.values import DriftCheck, EyeDrift
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.documents import deg, rounded
 from foveacam_server.runtime.store import Document
@@ -35,8 +35,6 @@ class DriftRecords:
 
     def trend_picture(self) -> bytes:
         """Return a PNG of the drift over time; raise `NotFound` before the first check."""
-        from foveacam_pipeline.calibrate.drift.drift_trend import trend_picture  # figures load for seconds
-
         records = self._history.records()
         if not records:
             raise NotFound("the drift was not checked yet, so there is no trend; POST /api/v1/drift_checks")

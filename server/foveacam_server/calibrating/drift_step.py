@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from foveacam_hardware.contract import Clock, Head
-from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.drift.check import run_drift_check
+from foveacam_pipeline.calibrate.drift.correction import correct_calibration
+from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepWatcher
@@ -25,7 +26,7 @@ def check_drift(
     """Return how far the eyes have moved; `distance_m`: of what stands in the middle, when known."""
     watch.stage("drift")
     settings = DriftSettings(distance_m=distance_m)
-    return one_shot(head, calibration, clock=clock, watch=watch, settings=settings)
+    return run_drift_check(head, calibration, clock=clock, watch=watch, settings=settings)
 
 
 def keep_check(
@@ -41,7 +42,7 @@ def keep_check(
     created_utc = utc_now().replace("Z", "+00:00")
     corrected = None
     if apply and found.locked and found.significant:
-        corrected = applied(calibration, found, created_utc=created_utc)
+        corrected = correct_calibration(calibration, found, created_utc=created_utc)
         corrected = replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
         registry.add(corrected)
     new_id = None if corrected is None else corrected.id

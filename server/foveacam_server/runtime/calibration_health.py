@@ -2,7 +2,7 @@
 
 import threading
 
-from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict, health_of
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict, report_health
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.runtime.documents import rounded
@@ -22,7 +22,7 @@ class CalibrationHealth:
         """Forget what was known: `calibration` is in force from now on."""
         with self._lock:
             self._checkup = HealthMonitor(calibration)
-        self._tell(health_of(()))
+        self._tell(report_health(()))
 
     def add(self, fixation: Fixation, calibration: Calibration) -> None:
         """Take a fixation; one made with a calibration that is no longer in force says nothing."""
@@ -38,7 +38,7 @@ class CalibrationHealth:
     def document(self) -> Document:
         """Return the verdict so far."""
         with self._lock:
-            return health_document(health_of(()) if self._checkup is None else self._checkup.health)
+            return health_document(report_health(()) if self._checkup is None else self._checkup.health)
 
     def _tell(self, health: HealthReport) -> None:
         level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO

@@ -1,8 +1,8 @@
-"""How good a calibration still is, told by ordinary fixations: nobody has to measure anything.
+"""Health of a calibration, estimated from ordinary fixations without extra measurements.
 
-Every verged fixation says twice where its target is: the eyes by their volts, the wide camera by itself. The
-two eyes' lines of sight must also meet in height. The angle between the eyes shows in neither: only a known
-distance can tell it. A target that was not found, because both eyes show it elsewhere, says the same by that.
+Every verged fixation locates its target twice, by the eyes' volts and by the wide camera, and the two lines
+of sight must meet in height. The angle between the eyes shows only at a known distance. A target that both
+eyes show away from its expected position counts as well.
 """
 
 import math
@@ -19,25 +19,25 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
-KEPT = 60
-"""Older fixations are forgotten: the mounts of that time may not be those of now."""
-NEWEST = 9
-"""Of so many the middle one says whether something has happened just now."""
-FEWEST = 5
-GOOD_UP_TO = 2.0
-"""Disagreement over what is stated and the measurement itself explains."""
+MAX_RESIDUALS = 60
+"""Number of residuals used; older fixations are dropped because the mounts may have moved since."""
+NEWEST_COUNT = 9
+"""Number of newest fixations whose median shows a sudden change."""
+MIN_FIXATIONS = 5
+MAX_GOOD_SCORE = 2.0
+"""Maximum score of a good calibration: disagreement over what stated errors and measurement noise explain."""
 PLACED_SIGMA_WIDE_PX = 0.35
-"""How well a fixation finds its place of the wide view again, each axis (as `VergeSettings` has it)."""
+"""Standard error of a fixation's position in the wide view, each axis (as in `VergeSettings`)."""
 ROWS_SIGMA_PX = 0.2
-"""How well left against right finds the row, fovea px."""
-NORMAL = 1.4826
-"""Standard deviation over median of the size, of what is normally distributed."""
+"""Standard error of the row match of left to right, fovea px."""
+SIGMA_PER_MEDIAN = 1.4826
+"""Standard deviation over median absolute value of a normal distribution."""
 MEDIAN_SIGMA = 1.17
-"""Standard error of a standard deviation told by the median, times the root of how many there are."""
+"""Standard error of a standard deviation estimated by that median, times the root of the count."""
 
 
 class HealthVerdict(StrEnum):
-    """What is to be done about it."""
+    """Verdict on a calibration."""
 
     GOOD = "good"
     RECALIBRATE = "recalibrate"
@@ -46,11 +46,10 @@ class HealthVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixationResidual:
-    """What one fixation says of the calibration, fovea px.
+    """Residual of one fixation against the calibration, fovea px.
 
-    `across_px`, `down_px`: where the eyes looked, the mean of both, against where the target was. `rows_px`:
-    how much lower the right eye looked than the left. `sigma_px`: what is stated of each, the measurement
-    included.
+    `across_px`, `down_px`: mean gaze of the eyes minus the target. `rows_px`: how much lower the right eye
+    looked than the left. `sigma_px`: stated standard error of each, measurement noise included.
     """
 
     across_px: float
@@ -61,11 +60,11 @@ class FixationResidual:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HealthReport:
-    """How good a calibration is.
+    """Health of a calibration.
 
-    `score`: disagreement over what may be expected, about 1 when all is as stated. `horizontal_px`,
-    `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
-    the two eyes in height. None while too few fixations have been seen.
+    `score`: disagreement over the stated errors, about 1 when these hold. `horizontal_px`, `vertical_px`:
+    median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of the two eyes in
+    height. All are None while there are too few fixations.
     """
 
     verdict: HealthVerdict
@@ -78,34 +77,34 @@ class HealthReport:
 
 
 class HealthMonitor:
-    """Takes fixations as they come, and tells the health of the calibration that they were made with."""
+    """Collects fixations and reports the health of the calibration that they were made with."""
 
     def __init__(self, calibration: Calibration) -> None:
         self._calibration = calibration
         self._calibration_id = calibration.id
-        self._residuals: deque[FixationResidual] = deque(maxlen=KEPT)
+        self._residuals: deque[FixationResidual] = deque(maxlen=MAX_RESIDUALS)
 
     @property
     def calibration_id(self) -> str:
-        """Whose health it is."""
+        """Id of the calibration."""
         return self._calibration_id
 
     def add(self, fixation: Fixation) -> None:
-        """Take a fixation; one that was not found says nothing, unless both eyes showed it elsewhere."""
-        residual = residual_of(fixation, self._calibration)
+        """Add a fixation; one that was not found is ignored, unless both eyes showed the target elsewhere."""
+        residual = fixation_residual(fixation, self._calibration)
         if residual is not None:
             self._residuals.append(residual)
 
     @property
     def health(self) -> HealthReport:
-        """Return what is known."""
-        return health_of(tuple(self._residuals))
+        """Return the health so far."""
+        return report_health(tuple(self._residuals))
 
 
-def residual_of(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
-    """Return what a fixation says, or None where it says nothing."""
+def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
+    """Return the residual of a fixation, or None where it has none."""
     if fixation.astray is not None:
-        return _residual_astray(fixation.astray)
+        return _offset_residual(fixation.astray)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
         return None
     x_m, y_m, z_m = fixation.point_rig_m
@@ -125,8 +124,8 @@ def residual_of(fixation: Fixation, calibration: Calibration) -> FixationResidua
     )
 
 
-def _residual_astray(astray: TargetOffset) -> FixationResidual:
-    """Return what a target says that both eyes showed far from its place."""
+def _offset_residual(astray: TargetOffset) -> FixationResidual:
+    """Return the residual of a target that both eyes showed far from its expected position."""
     sigma_px = astray.sigma_px
     return FixationResidual(
         across_px=astray.across_px,
@@ -136,18 +135,18 @@ def _residual_astray(astray: TargetOffset) -> FixationResidual:
     )
 
 
-def health_of(residuals: Sequence[FixationResidual]) -> HealthReport:
-    """Return the health that residuals tell; a few that are far off (targets that moved) do not matter.
+def report_health(residuals: Sequence[FixationResidual]) -> HealthReport:
+    """Return the health shown by residuals; medians tolerate a few outliers (targets that moved).
 
-    It is that of all or of the newest alone, whichever is worse: a knock shows after five fixations that
-    tell, not only once most of what is kept was made after it.
+    It is that of all residuals or of the newest alone, whichever is worse, so that a knock shows after five
+    fixations with a residual.
     """
-    every, newest = _health(residuals), _health(residuals[-NEWEST:])
+    every, newest = _report(residuals), _report(residuals[-NEWEST_COUNT:])
     return newest if (newest.score or 0.0) > (every.score or 0.0) else every
 
 
-def _health(residuals: Sequence[FixationResidual]) -> HealthReport:
-    if len(residuals) < FEWEST:
+def _report(residuals: Sequence[FixationResidual]) -> HealthReport:
+    if len(residuals) < MIN_FIXATIONS:
         return HealthReport(
             verdict=HealthVerdict.UNKNOWN,
             score=None,
@@ -155,14 +154,14 @@ def _health(residuals: Sequence[FixationResidual]) -> HealthReport:
             horizontal_px=None,
             vertical_px=None,
             rows_px=None,
-            detail=f"{len(residuals)} fixations so far; {FEWEST} that tell are needed.",
+            detail=f"{len(residuals)} fixations so far; {MIN_FIXATIONS} that tell are needed.",
         )
     seen = np.array([(r.across_px, r.down_px, r.rows_px) for r in residuals])
     stated = np.array([r.sigma_px for r in residuals])
     typical = np.median(np.abs(seen), axis=0)
-    scores = NORMAL * np.median(np.abs(seen / stated), axis=0) / _by_chance(len(residuals))
+    scores = SIGMA_PER_MEDIAN * np.median(np.abs(seen / stated), axis=0) / _chance_factor(len(residuals))
     score = float(scores.max())
-    verdict = HealthVerdict.GOOD if score <= GOOD_UP_TO else HealthVerdict.RECALIBRATE
+    verdict = HealthVerdict.GOOD if score <= MAX_GOOD_SCORE else HealthVerdict.RECALIBRATE
     across_px, down_px, rows_px = typical.tolist()
     return HealthReport(
         verdict=verdict,
@@ -175,13 +174,13 @@ def _health(residuals: Sequence[FixationResidual]) -> HealthReport:
     )
 
 
-def _by_chance(count: int) -> float:
-    """Return how much larger than 1 a score of a few is by chance, two standard errors of a median size."""
+def _chance_factor(count: int) -> float:
+    """Return the factor by which a score of few residuals exceeds 1 by chance, at two standard errors."""
     return 1.0 + 2.0 * MEDIAN_SIGMA / math.sqrt(count)
 
 
 def _rows_px(fixation: Fixation, volts: StereoVolts, calibration: Calibration) -> float:
-    """Return how much lower the right eye looked than the left at the same thing, fovea px."""
+    """Return how much lower the right eye looked than the left at the same point, fovea px."""
     apart_rad = calibration.meeting(volts).vertical_rad
     remaining_px = next(
         (step.residual_y_px for step in reversed(fixation.steps) if step.residual_y_px is not None), 0.0

@@ -1,6 +1,6 @@
 """Checks a calibration where it was not made: live looks at textured places between and beyond the nodes.
 
-Two things are asked of the fitted model (D3 asks them of a homography solved on the spot): does a thing lie
+Two things are asked of the fitted model (D3 asks them of a homography solved on the candidate): does a thing lie
 on the same row of both rectified foveae, and does the fovea laid into the wide view fit it there?
 """
 
@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Head, InvalidInput, Role, Sighting
-from foveacam_pipeline.calibrate.drift.drift_look import DriftExpectation, DriftPlaceFinder
-from foveacam_pipeline.calibrate.drift.drift_places import DistinctnessMap, DriftPatch, spots
-from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace, DriftSettings
+from foveacam_pipeline.calibrate.drift.patches import DistinctnessMap, DriftPatch, select_patches
+from foveacam_pipeline.calibrate.drift.place_finder import DriftExpectation, DriftPlaceFinder
+from foveacam_pipeline.calibrate.drift.values import DriftPlace, DriftSettings
 from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings, PointingError, RowMatch
 from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
@@ -74,7 +74,7 @@ class _Check:
         self._places = DriftSettings(
             columns=settings.columns, rows=settings.rows, margin_rad=settings.margin_rad, layout=None
         )
-        self._looker = DriftPlaceFinder(head, calibration, self._places)
+        self._finder = DriftPlaceFinder(head, calibration, self._places)
         self._rows: list[RowMatch] = []
         self._pointings: list[PointingError] = []
         self._farthest: tuple[float, Sighting] | None = None
@@ -84,26 +84,26 @@ class _Check:
         deadline_ns = self._clock.now_ns() + round(1e9 * self._settings.timeout_s)
         views = self._two_views()
         queue = [
-            spot
-            for spot in spots(
+            candidate
+            for candidate in select_patches(
                 DistinctnessMap.of(views, self._calibration, self._places), self._calibration, self._places
             )
-            if self._apart(spot, swept_rad)
+            if self._apart(candidate, swept_rad)
         ]
         mosaic = np.repeat(views[1][:, :, None], 3, axis=2)
         done: set[int] = set()
-        total = len({spot.part for spot in queue})
+        total = len({candidate.part for candidate in queue})
         expected = DriftExpectation()
-        for spot in queue:
+        for candidate in queue:
             check(self._watch, doing="the check")
-            if spot.part in done or self._clock.now_ns() > deadline_ns:
+            if candidate.part in done or self._clock.now_ns() > deadline_ns:
                 continue
-            place = self._looker.measure(spot, expected)
-            if place is None or self._looker.last is None:
+            place = self._finder.measure(candidate, expected)
+            if place is None or self._finder.last is None:
                 continue
-            done.add(spot.part)
-            self._take(place, self._looker.last)
-            self._lay_over(mosaic, self._looker.last, len(done))
+            done.add(candidate.part)
+            self._take(place, self._finder.last)
+            self._lay_over(mosaic, self._finder.last, len(done))
             self._watch.progress(len(done), total=total, note=f"{len(self._rows)} rows compared")
             self._watch.show("wide", mosaic)
         return self._found(mosaic)
@@ -120,7 +120,7 @@ class _Check:
             rows=tuple(self._rows),
             pointings=tuple(self._pointings),
             pointing_sigma_px=placed * self._calibration.fovea_f_px,
-            looks=self._looker.looks,
+            looks=self._finder.looks,
             mosaic=mosaic,
             farthest=None if self._farthest is None else self._farthest[1],
         )
@@ -130,10 +130,10 @@ class _Check:
         self._clock.sleep_until_ns(self._clock.now_ns() + PAUSE_NS)
         return first, gray(to_uint8(self._head.wide(max_age_ms=FRESH_MS)))
 
-    def _apart(self, spot: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
+    def _apart(self, candidate: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
         if swept_rad is None or not len(swept_rad):
             return True
-        apart = np.linalg.norm(np.arctan(spot.template.target) - swept_rad, axis=1)
+        apart = np.linalg.norm(np.arctan(candidate.template.target) - swept_rad, axis=1)
         return bool(apart.min() >= self._settings.apart_rad)
 
     def _take(self, place: DriftPlace, sighting: Sighting) -> None:

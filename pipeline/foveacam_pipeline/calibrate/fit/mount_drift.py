@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.drift.drift_turn import EyeTurn
+from foveacam_pipeline.calibrate.drift.values import EyeTurn
 
 S_PER_MIN = 60.0
 LEAST_KNOCK_RAD = math.radians(0.004)

@@ -1,7 +1,7 @@
-"""One place of a drift check: found in both foveae whatever has moved, then measured to a fraction of a px.
+"""Looks that find one patch of the wide view in both foveae and measure it to a fraction of a pixel.
 
-The eyes are turned there by the calibration as it stands. Nothing is assumed of the angle between them: a
-place that seems to lie beyond infinity is found as well.
+The eyes are steered by the calibration as it is. Nothing is assumed of the angle between them: a patch that
+seems to lie beyond infinity is found as well.
 """
 
 import math
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Head, OutOfRange, Role, Sighting
-from foveacam_pipeline.calibrate.drift.drift_places import DriftPatch
-from foveacam_pipeline.calibrate.drift.drift_values import DriftPlace, DriftSettings
+from foveacam_pipeline.calibrate.drift.patches import DriftPatch
+from foveacam_pipeline.calibrate.drift.values import DriftPlace, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -25,28 +25,28 @@ from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, match_fine
 from foveacam_pipeline.verge.survey import ReducedEye, reduce_look
 from foveacam_pipeline.verge.wide_patch import WidePatch, follow, peak
 
-SPANS = (0.0, 0.2, 0.4, 0.6)
-"""Depths at which a place is looked for when nothing is known, 1/m: infinity to 1.7 m."""
+SEARCH_INVERSE_DEPTHS = (0.0, 0.2, 0.4, 0.6)
+"""Inverse depths that are searched when nothing is known, 1/m: infinity to 1.7 m."""
 SAME_SPAN = 0.09
-"""Depths that differ by less show the same, 1/m."""
-EDGE_PER_M = 0.03
-"""The last look of a search keeps so far from the end of what the eyes reach: they may have drifted, 1/m."""
-LEAST_SEEN = 0.97
+"""Looks at inverse depths closer than this show the same, 1/m."""
+REACH_MARGIN_PER_M = 0.03
+"""Margin to the nearest depth that the eyes reach, because they may have drifted, 1/m."""
+MIN_COVER = 0.97
 EYES_AGREE_PX = 3.0
-"""By so much, survey px, the wide patch in each eye may differ from where left and right match."""
-ASTRAY_PX = 14.0
-"""Once others were found, a place lies so near to where they say, survey px."""
-UNSEEN = -1.0
+"""Maximum difference between the wide patch's offset in the eyes and their match to each other, survey px."""
+EXPECTED_REACH_PX = 14.0
+"""Search radius about the expected row once other places were found, survey px."""
+OUT_OF_SEARCH = -1.0
 
 
 @dataclass(slots=True)
 class DriftExpectation:
-    """What the places so far say: how far each eye is off, (2,) tangents, and how far away things are."""
+    """Offsets of each eye, (2,) tangents, and inverse depths, 1/m, of the places found so far."""
 
     offsets: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=list)
     inverse_depths: list[float] = field(default_factory=list)
 
-    def offset(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def median_offsets(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the median offset of the left and of the right eye."""
         if not self.offsets:
             return np.zeros(2), np.zeros(2)
@@ -54,23 +54,23 @@ class DriftExpectation:
         return left, right
 
     def depths(self) -> Iterator[float]:
-        """Yield 1/Z, 1/m, at which to look: where the last things were found, then everywhere."""
+        """Yield the inverse depths to look at, 1/m: those of the last two places, then the whole range."""
         tried: list[float] = []
-        for inverse in (*reversed(self.inverse_depths[-2:]), *SPANS):
+        for inverse in (*reversed(self.inverse_depths[-2:]), *SEARCH_INVERSE_DEPTHS):
             if all(abs(inverse - other) > SAME_SPAN for other in tried):
                 tried.append(inverse)
                 yield inverse
 
     def add(self, offset: tuple[NDArray[np.float64], NDArray[np.float64]], inverse_depth: float) -> None:
-        """Take a place: what cannot be told from depth counts as depth."""
+        """Add a place; an offset that cannot be separated from depth counts as depth."""
         across = (offset[0][0] + offset[1][0]) / 2.0
         self.offsets.append((np.array([across, offset[0][1]]), np.array([across, offset[1][1]])))
         self.inverse_depths.append(inverse_depth)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Found:
-    """A look in which both eyes see the place: (2,) tangents from each gaze, and left against right."""
+class _FoundPatch:
+    """A look that shows the patch in both eyes: (2,) tangents from each gaze, and the match of both."""
 
     sighting: Sighting
     left: NDArray[np.float64]
@@ -80,7 +80,7 @@ class _Found:
 
 
 class DriftPlaceFinder:
-    """Looks at places through the head and counts the looks."""
+    """Measures patches with the head and counts the looks."""
 
     def __init__(self, head: Head, calibration: Calibration, settings: DriftSettings) -> None:
         self._head = head
@@ -89,78 +89,78 @@ class DriftPlaceFinder:
         self.looks = 0
         self.last: Sighting | None = None
 
-    def measure(self, spot: DriftPatch, expected: DriftExpectation) -> DriftPlace | None:
-        """Return what both eyes see of a place, or None when they do not both see it well."""
-        for inverse in self._reached(spot.template, expected):
-            found = self._find(spot.template, expected, inverse)
+    def measure(self, candidate: DriftPatch, expected: DriftExpectation) -> DriftPlace | None:
+        """Return a patch as both eyes see it, or None when they do not both see it well."""
+        for inverse in self._reachable_depths(candidate.template, expected):
+            found = self._find(candidate.template, expected, inverse)
             if found is None:
                 continue
-            place = self._centred(spot, found) or self._aside(spot, found)
+            place = self._measure_centred(candidate, found) or self._measure_off_centre(candidate, found)
             if place is not None:
-                self._learn(expected, place)
+                self._update(expected, place)
             return place
         return None
 
-    def _reached(self, template: WidePatch, expected: DriftExpectation) -> Iterator[float]:
-        """Yield 1/Z, 1/m, at which to look, from the depths at which both eyes can look there."""
-        span = reach_span(self._calibration, template.target, nearest=SPANS[-1])
+    def _reachable_depths(self, template: WidePatch, expected: DriftExpectation) -> Iterator[float]:
+        """Yield the inverse depths to look at, 1/m, moved into the range that both eyes reach there."""
+        span = reach_span(self._calibration, template.target, nearest=SEARCH_INVERSE_DEPTHS[-1])
         if span is None:
             return
         tried: list[float] = []
         for wanted in expected.depths():
-            inverse = min(max(wanted, span[0]), span[1] - EDGE_PER_M)
+            inverse = min(max(wanted, span[0]), span[1] - REACH_MARGIN_PER_M)
             if all(abs(inverse - other) > SAME_SPAN / 2.0 for other in tried):
                 tried.append(inverse)
                 yield inverse
 
-    def _find(self, template: WidePatch, expected: DriftExpectation, inverse: float) -> _Found | None:
-        """Look once, and return where each eye sees the place, if left and right agree on it."""
-        left, right = expected.offset()
+    def _find(self, template: WidePatch, expected: DriftExpectation, inverse: float) -> _FoundPatch | None:
+        """Look once, and return where each eye sees the patch, if left and right agree on it."""
+        left, right = expected.median_offsets()
         gazes = aim_at(self._calibration, template.target, inverse).moved(left, right)
         sighting = self._look(gazes)
         if sighting is None:
             return None
         look = reduce_look(sighting, self._calibration, f_px=template.f_px)
-        reach_px = ASTRAY_PX if expected.offsets else math.inf
+        reach_px = EXPECTED_REACH_PX if expected.offsets else math.inf
         rows = [look.f_px * float(template.target[1] + offset[1]) for offset in (left, right)]
-        at_left = _found(look.left, look.f_px, template, row_px=rows[0], reach_px=reach_px)
-        at_right = _found(look.right, look.f_px, template, row_px=rows[1], reach_px=reach_px)
+        at_left = _locate_patch(look.left, look.f_px, template, row_px=rows[0], reach_px=reach_px)
+        at_right = _locate_patch(look.right, look.f_px, template, row_px=rows[1], reach_px=reach_px)
         score = min(at_left[1], at_right[1])
         if score < self._settings.score:
             return None
         fine = match_fine(sighting, self._calibration, MatchGuess(left=at_left[0], right=at_right[0]))
-        if not self._sharp(fine, apart=at_left[0] - at_right[0], f_px=look.f_px):
+        if not self._matches_well(fine, apart=at_left[0] - at_right[0], f_px=look.f_px):
             return None
-        return _Found(sighting=sighting, left=at_left[0], right=at_right[0], fine=fine, score=score)
+        return _FoundPatch(sighting=sighting, left=at_left[0], right=at_right[0], fine=fine, score=score)
 
-    def _centred(self, spot: DriftPatch, found: _Found) -> DriftPlace | None:
-        """Look with the place in both centres and measure it there; None where an eye cannot turn so far."""
+    def _measure_centred(self, candidate: DriftPatch, found: _FoundPatch) -> DriftPlace | None:
+        """Look with the patch at both image centres and measure it; None where an eye cannot turn so far."""
         gazes = gazes_under(self._calibration, found.sighting.volts).moved(found.left, found.right)
         sighting = self._look(gazes)
-        template = spot.template
-        if sighting is None or not self._still(template, sighting):
+        template = candidate.template
+        if sighting is None or not self._is_static(template, sighting):
             return None
         look = reduce_look(sighting, self._calibration, f_px=template.f_px)
         left, right, _ = vicinity(look, template, np.zeros(2)).peaks()
         fine = match_fine(sighting, self._calibration, MatchGuess(left=left, right=right))
-        if not self._sharp(fine, apart=left - right, f_px=look.f_px):
+        if not self._matches_well(fine, apart=left - right, f_px=look.f_px):
             return None
         residual = fine.residual_px / self._calibration.fovea_f_px
         centre, score = vicinity(look, template, np.zeros(2), slope=fine.slope).given(residual)
         if score < self._settings.score:
             return None
-        return self._place(spot, sighting, centre=centre, fine=fine, score=score)
+        return self._place(candidate, sighting, centre=centre, fine=fine, score=score)
 
-    def _aside(self, spot: DriftPatch, found: _Found) -> DriftPlace | None:
-        """Measure the place where it lies, beside the centres."""
-        if not self._still(spot.template, found.sighting):
+    def _measure_off_centre(self, candidate: DriftPatch, found: _FoundPatch) -> DriftPlace | None:
+        """Measure the patch in the look that found it, beside the image centres."""
+        if not self._is_static(candidate.template, found.sighting):
             return None
         centre = (found.left + found.right) / 2.0
-        return self._place(spot, found.sighting, centre=centre, fine=found.fine, score=found.score)
+        return self._place(candidate, found.sighting, centre=centre, fine=found.fine, score=found.score)
 
     def _place(
         self,
-        spot: DriftPatch,
+        candidate: DriftPatch,
         sighting: Sighting,
         *,
         centre: NDArray[np.float64],
@@ -170,10 +170,10 @@ class DriftPlaceFinder:
         gazes = gazes_under(self._calibration, sighting.volts)
         half = fine.residual_px / (2.0 * self._calibration.fovea_f_px)
         seen = gazes.moved(centre + half, centre - half)
-        placed = math.hypot(self._settings.placed_sigma_wide_px, spot.template.sigma_px)
+        placed = math.hypot(self._settings.placed_sigma_wide_px, candidate.template.sigma_px)
         f_px = self._calibration.fovea_f_px
         return DriftPlace(
-            target=_pair(spot.template.target),
+            target=_pair(candidate.template.target),
             left=_pair(seen.left),
             right=_pair(seen.right),
             sigma=(
@@ -183,19 +183,19 @@ class DriftPlaceFinder:
             ),
             score=score,
             t_ns=sighting.left.t_ns,
-            inverse_depth=spot.known_inverse,
-            inverse_sigma=spot.known_sigma,
+            inverse_depth=candidate.known_inverse,
+            inverse_sigma=candidate.known_sigma,
         )
 
-    def _learn(self, expected: DriftExpectation, place: DriftPlace) -> None:
-        """Split what was seen into depth and offsets, for the looks that follow."""
+    def _update(self, expected: DriftExpectation, place: DriftPlace) -> None:
+        """Add the depth and the eye offsets of a place to what later looks expect."""
         apart = place.left[0] - place.right[0]
         inverse = apart / self._calibration.baseline_m
         true = aim_at(self._calibration, np.array(place.target), inverse)
         expected.add((place.seen(Role.LEFT) - true.left, place.seen(Role.RIGHT) - true.right), inverse)
 
     def _look(self, gazes: Gazes) -> Sighting | None:
-        """Look, or return None where an eye cannot."""
+        """Take a look, or return None where a gaze is out of range."""
         with suppress(OutOfRange):
             volts = volts_for(self._calibration, gazes)
             self.last = self._head.look(volts)
@@ -203,25 +203,25 @@ class DriftPlaceFinder:
             return self.last
         return None
 
-    def _sharp(self, fine: FineMatch, *, apart: NDArray[np.float64], f_px: float) -> bool:
-        """Return whether left and right match well, and where the wide patch in each says (`apart`)."""
+    def _matches_well(self, fine: FineMatch, *, apart: NDArray[np.float64], f_px: float) -> bool:
+        """Return whether left and right match well, and do so where the wide patch was found (`apart`)."""
         settings = self._settings
-        astray = np.abs(apart - fine.residual_px / self._calibration.fovea_f_px).max() * f_px
+        differ_px = np.abs(apart - fine.residual_px / self._calibration.fovea_f_px).max() * f_px
         clear = fine.score >= settings.fine_score and fine.sigma_x_px <= settings.fine_sigma_px
-        return bool(clear and astray <= EYES_AGREE_PX)
+        return bool(clear and differ_px <= EYES_AGREE_PX)
 
-    def _still(self, template: WidePatch, sighting: Sighting) -> bool:
-        """Return whether the place is where it was in the wide picture of this look."""
+    def _is_static(self, template: WidePatch, sighting: Sighting) -> bool:
+        """Return whether the patch has not moved in the wide picture of this look."""
         image = gray(to_uint8(sighting.wide))
         return follow(template, image, self._calibration.wide, elapsed_s=0.0) is template.target
 
 
-def _found(
+def _locate_patch(
     eye: ReducedEye, f_px: float, template: WidePatch, *, row_px: float, reach_px: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Return where an eye sees the patch, (2,) tangents from its gaze, and the correlation there.
+    """Return the patch's (2,) tangents from an eye's gaze, and the correlation there.
 
-    Its whole field is searched, or the rows within `reach_px` of `row_px`, survey px of the plane.
+    The whole field is searched, or the rows within `reach_px` of `row_px`, survey px of the plane.
     """
     height, width = template.patch.shape
     half_x, half_y = (width - 1) // 2, (height - 1) // 2
@@ -230,10 +230,10 @@ def _found(
     )
     cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
     rows, columns = scores.shape
-    scores[cover[half_y : half_y + rows, half_x : half_x + columns] < LEAST_SEEN] = UNSEEN
+    scores[cover[half_y : half_y + rows, half_x : half_x + columns] < MIN_COVER] = OUT_OF_SEARCH
     if math.isfinite(reach_px):
         v_px = np.arange(rows) + eye.v0_px + half_y
-        scores[np.abs(v_px - row_px) > reach_px] = UNSEEN
+        scores[np.abs(v_px - row_px) > reach_px] = OUT_OF_SEARCH
     x, y, score = peak(scores)
     at = np.array([eye.u0_px + half_x + x, eye.v0_px + half_y + y])
     return (at - eye.centre_px) / f_px, score
