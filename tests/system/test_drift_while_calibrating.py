@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.fit.measured import NominalRig, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import NominalRig, reduce_sweeps
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
@@ -111,7 +111,7 @@ def test_what_is_complete_is_not_measured_again(swept: Swept) -> None:
 
 
 def test_the_drift_that_was_measured_is_the_true_one(swept: Swept) -> None:
-    found = rig_sweep(swept.sweeps, WIDE, drawing=NominalRig(rig_id=swept.rig.rig_id), label="hot")
+    found = reduce_sweeps(swept.sweeps, WIDE, drawing=NominalRig(rig_id=swept.rig.rig_id), label="hot")
     assert found.drift is not None
     for role in EYES:
         (run,) = found.drift[role].runs

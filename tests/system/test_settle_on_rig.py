@@ -11,9 +11,9 @@ from foveacam_hardware.sim.low_pass import DriveHistory
 from foveacam_hardware.sim.presets import RigPreset, find_preset
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings
-from foveacam_pipeline.calibrate.settle.settle_wait import wait_us
+from foveacam_pipeline.calibrate.settle.settle_wait import settle_wait_us
 from foveacam_pipeline.verge.aim import EYES
 
 from .calibration_room import make_grey
@@ -68,7 +68,7 @@ def measured(
     scene.write_text(WALL)
     with open_simulated(str(scene), preset.name, inline=True) as rig:
         before = plainly(rig)
-        report = characterise(
+        report = characterise_settling(
             rig.head,
             clock=rig.clock,
             rig_id=rig.rig_id,
@@ -96,7 +96,9 @@ def test_largest_move_is_over_after_the_wait_that_follows(measured: tuple[RigPre
     preset, report = measured
     largest_px = max(axis.step_px * 2.0 * MAX_V / axis.step_v for axis in report.axes)
     true_us = true_time_us(preset, 1.0 / largest_px)
-    assert wait_us(report, max_v=MAX_V) == pytest.approx(true_us, abs=TOLERANCE_US[preset.name] + 100.0)
+    assert settle_wait_us(report, max_v=MAX_V) == pytest.approx(
+        true_us, abs=TOLERANCE_US[preset.name] + 100.0
+    )
 
 
 @pytest.mark.parametrize("role", EYES)

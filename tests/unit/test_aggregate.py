@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.records.aggregate import aggregate, combine_sessions, sweep_paths
+from foveacam_pipeline.calibrate.records.aggregate import collect_sweeps, combine_sessions, sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
@@ -29,14 +29,14 @@ def session(folder: Path, **sweeps: Sweep) -> Path:
 
 def test_sweeps_of_two_sessions_make_one_fit(tmp_path: Path) -> None:
     one, two = session(tmp_path / "one", far=FAR), session(tmp_path / "two", near=NEAR)
-    found = aggregate([*sweep_paths(one), *sweep_paths(two)], rig_id="lab-1")
+    found = collect_sweeps([*sweep_paths(one), *sweep_paths(two)], rig_id="lab-1")
     assert [sweep.header.station.distance_m for sweep in found.sweeps] == [5.0, 2.5]
     assert found.label == "combined from 2 sweeps of 18 poses"
 
 
 def test_a_sweep_given_twice_counts_once(tmp_path: Path) -> None:
     one, two = session(tmp_path / "one", far=FAR), session(tmp_path / "two", copy=FAR)
-    found = aggregate([*sweep_paths(one), *sweep_paths(two)], rig_id="lab-1")
+    found = collect_sweeps([*sweep_paths(one), *sweep_paths(two)], rig_id="lab-1")
     assert len(found.sweeps) == 1
     assert [source.repeated for source in found.sources] == [False, True]
 
@@ -44,19 +44,19 @@ def test_a_sweep_given_twice_counts_once(tmp_path: Path) -> None:
 def test_a_sweep_of_another_rig_is_refused(tmp_path: Path) -> None:
     folder = session(tmp_path / "one", far=FAR)
     with pytest.raises(InvalidInput, match="is of rig 'lab-1', this one is 'lab-2'"):
-        aggregate(sweep_paths(folder), rig_id="lab-2")
+        collect_sweeps(sweep_paths(folder), rig_id="lab-2")
 
 
 def test_a_sweep_with_another_camera_is_refused(tmp_path: Path) -> None:
     other = replace(NEAR, header=replace(NEAR.header, left_serial="42"))
     folder = session(tmp_path / "one", far=FAR, near=other)
     with pytest.raises(InvalidInput, match="left_serial is '42', another sweep has ''"):
-        aggregate(sweep_paths(folder), rig_id="lab-1")
+        collect_sweeps(sweep_paths(folder), rig_id="lab-1")
 
 
 def test_nothing_to_put_together_is_refused() -> None:
     with pytest.raises(InvalidInput, match="no sweep was given"):
-        aggregate([], rig_id="lab-1")
+        collect_sweeps([], rig_id="lab-1")
 
 
 def test_a_combined_session_holds_the_sweeps_and_names_their_sources(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from foveacam_pipeline.calibrate.wide.board_pose import attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.coverage import CoverageTracker, coverage_of
 
@@ -28,7 +28,7 @@ def test_a_tilt_is_named_by_the_side_that_is_nearer(turn_rad: tuple[float, float
     depth_of_first_corner = (pose.rotation @ [-1.0, -1.0, 0.0])[2]  # the first corner is left and above
     if tilt != "frontal":
         assert (depth_of_first_corner < 0.0) == (tilt in ("top nearer", "left side nearer"))
-    attitude = attitude_of(board_view(BOARD, pose))
+    attitude = pose_of_view(board_view(BOARD, pose))
     assert attitude.tilt == tilt
     assert attitude.tilt_rad == pytest.approx(math.hypot(*turn_rad[:2]), abs=0.02)
 

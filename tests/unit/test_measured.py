@@ -8,7 +8,12 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, NotCalibrated, Role
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import (
+    DistanceSource,
+    NominalRig,
+    SweepMeasurements,
+    reduce_sweeps,
+)
 from foveacam_pipeline.calibrate.fit.parallax import eq1_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
@@ -33,7 +38,7 @@ def lens(rig: SweptRig) -> Intrinsics:
 
 @pytest.fixture(scope="module")
 def measured(lens: Intrinsics) -> SweepMeasurements:
-    return rig_sweep([swept(0, 5.0), swept(0, 2.5)], lens, drawing=DRAWING, label="two stations")
+    return reduce_sweeps([swept(0, 5.0), swept(0, 2.5)], lens, drawing=DRAWING, label="two stations")
 
 
 def of_eye(measured: SweepMeasurements, role: Role) -> EyeSweep:
@@ -86,7 +91,9 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) 
 
 
 def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(rig: SweptRig, lens: Intrinsics) -> None:
-    plain = rig_sweep([swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=DistanceSource.UNKNOWN)
+    plain = reduce_sweeps(
+        [swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=DistanceSource.UNKNOWN
+    )
     assert not plain.parallax[0].corrected
     assert "left in" in plain.parallax[0].words
     assert np.std(missed_px(rig, plain, Role.LEFT), axis=0).max() > 2.0  # 0.02 degrees are 9 px
@@ -97,8 +104,8 @@ def test_a_tape_rules_over_the_print(lens: Intrinsics) -> None:
     sweep = swept(0, 5.0)
     station = replace(sweep.header.station, distance_m=4.95)
     told = replace(sweep, header=replace(sweep.header, station=station))
-    taped = rig_sweep([told], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
-    printed = rig_sweep([told], lens, drawing=DRAWING, label="print")
+    taped = reduce_sweeps([told], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
+    printed = reduce_sweeps([told], lens, drawing=DRAWING, label="print")
     np.testing.assert_allclose(taped.rig.left.depth_m, 0.99 * printed.rig.left.depth_m, rtol=2e-4)
     assert taped.parallax[0].print_m == pytest.approx(5.0, rel=1e-3)
 
@@ -193,14 +200,14 @@ def test_a_bad_sweep_is_named_and_refused(
     spoilt: Callable[[Sweep], Sweep], error: type[FoveaError], words: str, lens: Intrinsics
 ) -> None:
     with pytest.raises(error, match=words):
-        rig_sweep([spoilt(swept(0, 5.0))], lens, drawing=DRAWING, label="spoilt")
+        reduce_sweeps([spoilt(swept(0, 5.0))], lens, drawing=DRAWING, label="spoilt")
 
 
 def test_no_sweep_at_all_and_one_given_twice_are_refused(lens: Intrinsics) -> None:
     with pytest.raises(InvalidInput, match="no sweep was given"):
-        rig_sweep([], lens, drawing=DRAWING, label="none")
+        reduce_sweeps([], lens, drawing=DRAWING, label="none")
     with pytest.raises(InvalidInput, match="given twice"):
-        rig_sweep([swept(0, 5.0), swept(0, 5.0)], lens, drawing=DRAWING, label="twice")
+        reduce_sweeps([swept(0, 5.0), swept(0, 5.0)], lens, drawing=DRAWING, label="twice")
 
 
 def test_a_fit_by_tape_needs_a_tape(lens: Intrinsics) -> None:
@@ -209,14 +216,14 @@ def test_a_fit_by_tape_needs_a_tape(lens: Intrinsics) -> None:
         sweep, header=replace(sweep.header, station=replace(sweep.header.station, distance_m=None))
     )
     with pytest.raises(InvalidInput, match="nobody measured the distance"):
-        rig_sweep([untold], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
+        reduce_sweeps([untold], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
 
 
 def test_a_pose_that_cannot_be_placed_is_left_out_with_its_reason(lens: Intrinsics) -> None:
     sweep = swept(0, 5.0)
     alone = replace(sweep.poses[10], wide={0: sweep.poses[10].wide[0]})
     spoilt = replace(sweep, poses=(*sweep.poses[:10], alone, *sweep.poses[11:]))
-    found = rig_sweep([spoilt], lens, drawing=DRAWING, label="one hidden")
+    found = reduce_sweeps([spoilt], lens, drawing=DRAWING, label="one hidden")
     assert len(found.left_out) == 1
     assert "pose 10" in found.left_out[0]
     assert 10 not in found.nodes[Role.LEFT][:, 1]
@@ -239,4 +246,4 @@ def test_whatever_the_noise_poses_in_one_row_are_refused_by_name(
             return replace(pose, wide=noisy)
 
         with pytest.raises(InvalidInput, match=r"does not follow|nearly on a line"):
-            rig_sweep([each_pose(spoilt(sweep), change)], lens, drawing=DRAWING, label="one row")
+            reduce_sweeps([each_pose(spoilt(sweep), change)], lens, drawing=DRAWING, label="one row")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorFit, MirrorModelFamily, fit_mirror_models
-from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, stretched
+from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, spring_deflection
 
 NOISE_RAD = math.radians(2e-4)
 UNSEEN = np.random.default_rng(4).uniform(-165.0, 165.0, (300, 2))
@@ -25,7 +25,7 @@ def cubic(volts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def stiff(volts: NDArray[np.float64]) -> NDArray[np.float64]:
-    u = stretched(volts / 170.0, (0.21, 0.13))
+    u = spring_deflection(volts / 170.0, (0.21, 0.13))
     return np.column_stack([0.16 * u[:, 0] + 0.01 * u[:, 1] ** 2, 0.15 * u[:, 1] - 0.008 * u[:, 0] * u[:, 1]])
 
 
@@ -40,7 +40,7 @@ def of_springs() -> MirrorFit:
 
 def test_deflections_solve_the_balance_of_the_springs() -> None:
     share = np.random.default_rng(2).uniform(-1.2, 1.2, (50, 2))
-    u = stretched(share, (0.4, 0.0))
+    u = spring_deflection(share, (0.4, 0.0))
     np.testing.assert_allclose(u[:, 0] + 0.4 * u[:, 0] ** 3, share[:, 0], atol=1e-13)
     np.testing.assert_array_equal(u[:, 1], share[:, 1])
 

@@ -15,11 +15,16 @@ from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
-from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, referred
+from foveacam_pipeline.calibrate.fit.measured import (
+    DistanceSource,
+    NominalRig,
+    SweepMeasurements,
+    reduce_sweeps,
+)
+from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, turn_back
 from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, mount_sigma_rad
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to, returned
+from foveacam_pipeline.calibrate.sweep.sweep_reference import has_returned, middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration, Intrinsics
 
 from .swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
@@ -73,7 +78,7 @@ def session(drift_deg: float) -> tuple[Sweep, Sweep]:
 
 def measured(*sweeps: Sweep, take_out_drift: bool = True) -> SweepMeasurements:
     drawing = NominalRig(rig_id=f"sim-{SEED}")
-    return rig_sweep(sweeps, lens(), drawing=drawing, label="drifting", take_out_drift=take_out_drift)
+    return reduce_sweeps(sweeps, lens(), drawing=drawing, label="drifting", take_out_drift=take_out_drift)
 
 
 @cache
@@ -229,8 +234,8 @@ def test_a_shot_without_visits_has_no_lock() -> None:
 def test_gaze_and_corners_turn_back_together() -> None:
     turn = np.array([[1e-3, -2e-3, 3e-3]])
     angles, corners = np.array([[0.1, -0.05]]), np.array([[[300.0, 200.0], [np.nan, np.nan]]])
-    gaze, plane = referred(angles, corners, turn, f_px=F_PX)
-    there, back = referred(gaze, plane, -turn, f_px=F_PX)
+    gaze, plane = turn_back(angles, corners, turn, f_px=F_PX)
+    there, back = turn_back(gaze, plane, -turn, f_px=F_PX)
     assert np.abs(gaze - angles).max() > 1e-3
     assert plane[0, 0] == pytest.approx([300.0, 200.0], abs=3.0)  # 3 mrad of roll on 360 px
     np.testing.assert_allclose(there, angles, atol=1e-8)  # small turns: the order of the axes is felt squared
@@ -274,11 +279,11 @@ def test_runs_are_drawn_one_after_the_other_and_the_far_one_says_how_far() -> No
 
 def test_the_rig_has_returned_once_nodes_out_in_the_field_were_visited_in_the_last_run() -> None:
     far, near = session(0.0)
-    assert returned([far, near])
-    assert not returned([replace(far, repeats=far.repeats[:6]), near])
+    assert has_returned([far, near])
+    assert not has_returned([replace(far, repeats=far.repeats[:6]), near])
     poses = (*near.poses[:-1], replace(near.poses[-1], run="two"))
-    assert not returned([far, replace(near, poses=poses)])  # resumed since: the mounts have drifted on
-    assert not returned([swept(SEED, 5.0)])
+    assert not has_returned([far, replace(near, poses=poses)])  # resumed since: the mounts have drifted on
+    assert not has_returned([swept(SEED, 5.0)])
 
 
 def test_a_grid_without_a_node_in_its_middle_is_returned_to_once() -> None:
@@ -286,8 +291,8 @@ def test_a_grid_without_a_node_in_its_middle_is_returned_to_once() -> None:
     nodes = nodes_to_return_to(even)
     assert len(nodes) == 4  # the nearest to the middle is one of those out in the field
     visits = {100.0 + number: node for number, node in enumerate(nodes)}
-    assert returned([visited(even, visits, drift_deg=0.0, run="one")])
-    assert not returned([visited(even, {100.0: nodes[0]}, drift_deg=0.0, run="one")])
+    assert has_returned([visited(even, visits, drift_deg=0.0, run="one")])
+    assert not has_returned([visited(even, {100.0: nodes[0]}, drift_deg=0.0, run="one")])
 
 
 def test_nodes_to_return_to_lie_in_the_middle_and_out_in_all_four_quarters() -> None:

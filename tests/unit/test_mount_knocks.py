@@ -10,7 +10,7 @@ import pytest
 from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import NominalRig, SweepMeasurements, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import NominalRig, SweepMeasurements, reduce_sweeps
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
@@ -72,7 +72,7 @@ def knocked(*knocks: tuple[float, Turns], drift_deg: float = DRIFT_DEG) -> tuple
 
 
 def measured(sweeps: tuple[Sweep, ...]) -> SweepMeasurements:
-    return rig_sweep(sweeps, lens(), drawing=NominalRig(rig_id=f"sim-{SEED}"), label="knocked")
+    return reduce_sweeps(sweeps, lens(), drawing=NominalRig(rig_id=f"sim-{SEED}"), label="knocked")
 
 
 def drift_of(sweeps: tuple[Sweep, ...]) -> dict[Role, MountDrift]:

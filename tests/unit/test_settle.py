@@ -19,10 +19,10 @@ from foveacam_hardware.contract import (
     StereoVolts,
     VirtualClock,
 )
-from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_file import load_settle, save_settle
 from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
-from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance, left_of_step
+from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance, remaining_step
 from foveacam_pipeline.calibrate.settle.settle_shift import SettledPicture
 from foveacam_pipeline.calibrate.settle.settle_values import (
     SettleReport,
@@ -73,7 +73,7 @@ def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> StepT
     damping = omega / (2.0 * quality)
     poles = np.append(poles, [-damping + 1j * swing, -damping - 1j * swing])
     times_s = np.linspace(0.0, 1.0, 40) ** 1.6 * 9e-3
-    left = STEP_PX * left_of_step(poles, times_s)
+    left = STEP_PX * remaining_step(poles, times_s)
     left = left + np.random.default_rng(4).normal(0.0, noise_px, len(left))
     return StepTrace(times_us=tuple((1e6 * times_s).tolist()), left_px=tuple(left.tolist()))
 
@@ -172,7 +172,7 @@ class SpringHead:
 
 
 def measure(head: SpringHead, settings: SettleSettings = QUICK) -> SettleReport:
-    return characterise(
+    return characterise_settling(
         head,
         clock=head.clock,
         rig_id="spring",
@@ -254,7 +254,7 @@ def test_it_can_be_cancelled() -> None:
 
     head = SpringHead()
     with pytest.raises(Cancelled):
-        characterise(
+        characterise_settling(
             head, clock=head.clock, rig_id="spring", created_utc="", watch=Impatient(), before=NORMAL
         )
     assert head.exposures[-1] == (NORMAL.exposure_ns, NORMAL.gain_db)

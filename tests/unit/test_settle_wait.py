@@ -6,7 +6,7 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.settle.settle_values import MirrorResonance
-from foveacam_pipeline.calibrate.settle.settle_wait import largest_move_us, wait_us
+from foveacam_pipeline.calibrate.settle.settle_wait import largest_move_us, settle_wait_us
 
 from .settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
 
@@ -32,6 +32,6 @@ def test_wait_is_never_shorter_than_what_was_measured(move_v: float) -> None:
 
 def test_rig_waits_for_its_slowest_axis_in_whole_tenths_of_a_millisecond() -> None:
     slow = replace(AXIS, role=Role.RIGHT, settle_us=MEASURED_US + 1_000.0)
-    found_us = wait_us(replace(REPORT, axes=(AXIS, slow)), max_v=LARGEST_V / 2.0)
+    found_us = settle_wait_us(replace(REPORT, axes=(AXIS, slow)), max_v=LARGEST_V / 2.0)
     assert found_us % 100 == 0
     assert 0.0 <= found_us - largest_move_us(REPORT, slow, move_v=LARGEST_V) < 100.0

@@ -9,7 +9,7 @@ import pytest
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import middle_px
-from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest, fresh_wide
+from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest, next_wide_frame
 
 from .marker_images import draw_marker, homography
 
@@ -52,7 +52,7 @@ class WideHead:
 def test_a_frame_that_was_begun_before_the_rig_came_to_rest_does_not_count() -> None:
     clock = VirtualClock(10 * PERIOD_NS - 2_000_000)  # while frame 10 is being exposed
 
-    frame = fresh_wide(WideHead(clock), clock, since_ns=clock.now_ns())
+    frame = next_wide_frame(WideHead(clock), clock, since_ns=clock.now_ns())
 
     assert frame.seq == 11
 
@@ -61,7 +61,7 @@ def test_a_camera_that_stands_still_is_stale() -> None:
     clock = VirtualClock(1_000_000_000)
 
     with pytest.raises(Timeout, match="its newest frame is 1000 ms too old"):
-        fresh_wide(WideHead(clock, running=False), clock, since_ns=clock.now_ns())
+        next_wide_frame(WideHead(clock, running=False), clock, since_ns=clock.now_ns())
 
 
 def test_the_frames_at_rest_are_averaged() -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, held_to_base
+from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, constrain_to_base
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models import Intrinsics
@@ -33,7 +33,7 @@ def single_views(sweeps: list[Sweep], lens: Intrinsics) -> list[list[TargetPose]
 
 def held(sweeps: list[Sweep], lens: Intrinsics) -> tuple[list[list[TargetPose]], TurningBase]:
     views = [[pose.wide for pose in sweep.poses] for sweep in sweeps]
-    return held_to_base(single_views(sweeps, lens), views, lens)
+    return constrain_to_base(single_views(sweeps, lens), views, lens)
 
 
 def apart_px(sweep: Sweep, poses: list[TargetPose]) -> NDArray[np.float64]:

@@ -38,7 +38,7 @@ class SilentWatcher:
         """Look away."""
 
 
-def check(watch: ProcedureWatcher, *, doing: str) -> None:
+def raise_if_cancelled(watch: ProcedureWatcher, *, doing: str) -> None:
     """Raise `Cancelled` when the watcher has had enough."""
     if watch.cancelled():
         raise Cancelled(f"{doing} was cancelled; what was measured is kept, and it can be resumed")

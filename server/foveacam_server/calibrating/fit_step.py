@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -47,7 +47,7 @@ def fit_session(
     longer = _Longer(watch)
     result = fit_of(session, options, wide, watch=longer)
     pictures = _pictures(session, result, watch=longer)
-    check(watch, doing=DOING)
+    raise_if_cancelled(watch, doing=DOING)
     calibration = result.calibration
     registry.add(calibration)
     session.write(FIT, fit_document(result))
@@ -106,7 +106,7 @@ def _pictures(session: CalibrationSession, result: FitResult, *, watch: _Longer)
     """Draw everything, keep nothing yet."""
     pictures, fitted = {}, watch.total - PICTURES
     for number, (name, make) in enumerate(fit_pictures(result).items()):
-        check(watch, doing=DOING)
+        raise_if_cancelled(watch, doing=DOING)
         watch.progress(fitted + number, total=fitted, note="drawing")
         png = drawn(session, name, make)
         if png is not None:

@@ -16,7 +16,7 @@ from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
-from foveacam_pipeline.calibrate.sweep.sweep_reference import return_to_nodes, returned
+from foveacam_pipeline.calibrate.sweep.sweep_reference import has_returned, return_to_nodes
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -64,7 +64,7 @@ def measure_mirrors(
                 settings=settings,
             )
     swept = swept_stations(session, workplace)
-    if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
+    if not has_returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
         revisit(session, swept[0], wide, workplace=workplace, watch=watch, settings=settings)
 
 

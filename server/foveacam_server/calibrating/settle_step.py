@@ -3,11 +3,11 @@
 from functools import partial
 
 from foveacam_hardware.contract import NotCalibrated, StationTarget
-from foveacam_pipeline.calibrate.settle.settle import characterise
+from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_file import save_settle
 from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
-from foveacam_pipeline.calibrate.settle.settle_wait import wait_us
+from foveacam_pipeline.calibrate.settle.settle_wait import settle_wait_us
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.options import SettleOptions
@@ -39,7 +39,7 @@ def measure_settle(
                 head=hands.head,
                 wide=_known_lens(session),
             )
-        report = characterise(
+        report = characterise_settling(
             hands.head,
             clock=workplace.clock,
             rig_id=workplace.rig_id,
@@ -49,7 +49,7 @@ def measure_settle(
         )
     time = SettleTime(
         rig_id=report.rig_id,
-        settle_us=wait_us(report, max_v=workplace.max_v),
+        settle_us=settle_wait_us(report, max_v=workplace.max_v),
         measured_utc=report.created_utc,
         session_id=session.id,
         low_pass_hz=report.low_pass_hz,

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase, StationBase, TurnSettings
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 TURN_S = 40.0
@@ -85,7 +85,7 @@ def _wait(pan_tilt: PanTilt, longest_s: float, *, what: str, clock: Clock, watch
     while (state := pan_tilt.state).moving:
         if watch.cancelled():
             pan_tilt.hold()
-        check(watch, doing=what)
+        raise_if_cancelled(watch, doing=what)
         if clock.now_ns() > deadline_ns:
             pan_tilt.hold()
             raise Timeout(f"pan-tilt: {what} was not over within {longest_s:g} s; free it and try again")

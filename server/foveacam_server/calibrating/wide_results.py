@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.calibrate.wide.board_pose import attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide
@@ -98,7 +98,7 @@ def _sample(sample: WideSample, rms_px: float | None, lens: Intrinsics | None) -
 
 def _tilt_deg(sample: WideSample, lens: Intrinsics | None) -> float | None:
     try:
-        return round(math.degrees(attitude_of(sample.view, lens).tilt_rad), 1)
+        return round(math.degrees(pose_of_view(sample.view, lens).tilt_rad), 1)
     except FoveaError:
         return None
 

@@ -36,10 +36,10 @@ from foveacam_pipeline.calibrate.drift.values import (
     EyeTurn,
     describe_check,
 )
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, PlacedPose, placed_targets
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, PlacedPose, locate_targets
 from foveacam_pipeline.calibrate.fit.measured_rows import FitRow, eye_rows
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -164,7 +164,7 @@ class _DriftRound:
         expected = DriftExpectation()
         total = len({candidate.part for candidate in queue})
         for candidate in queue:
-            check(self._watch, doing="the drift check")
+            raise_if_cancelled(self._watch, doing="the drift check")
             if candidate.part in self._done:
                 continue
             if self._time_is_up(started_ns):
@@ -274,7 +274,7 @@ def check_drift_at_nodes(
     `sweeps`: those the calibration was fitted to, the visits among their repeats. Raise InvalidInput when
     the pose of a target cannot be found.
     """
-    placed, _, _ = placed_targets(sweeps, calibration.wide, distance=distance)
+    placed, _, _ = locate_targets(sweeps, calibration.wide, distance=distance)
     wanted = {(pose.run, pose.index, pose.repeat) for pose in visits}
     seen = [one for one in placed if (one.pose.run, one.pose.index, one.pose.repeat) in wanted]
     places = tuple(place for one in seen if (place := _node_place(one, calibration, distance)) is not None)

@@ -17,7 +17,7 @@ from foveacam_pipeline.calibrate.exchange.documents import Datapoint, Point2
 from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKind
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_plan import FEWEST, SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_plan import MIN_NODES, SweepPlan
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -183,11 +183,11 @@ def _angle(point: Datapoint) -> tuple[float, float]:
 
 def _plan(angles: Sequence[tuple[float, float]]) -> SweepPlan:
     """Return a grid that has as many nodes, and reaches as far, as the poses."""
-    columns = max(FEWEST, math.ceil(math.sqrt(len(angles))))
+    columns = max(MIN_NODES, math.ceil(math.sqrt(len(angles))))
     half = np.maximum(np.abs(np.array(angles)).max(axis=0), 1e-6)
     return SweepPlan(
         columns=columns,
-        rows=max(FEWEST, math.ceil(len(angles) / columns)),
+        rows=max(MIN_NODES, math.ceil(len(angles) / columns)),
         half_width_rad=float(half[0]),
         half_height_rad=float(half[1]),
     )

@@ -1,6 +1,6 @@
 """Checks a calibration where it was not made: live looks at textured places between and beyond the nodes.
 
-Two things are asked of the fitted model (D3 asks them of a homography solved on the candidate): does a thing lie
+Two things are asked of the fitted model (D3 asks them of a homography solved on the spot): does a thing lie
 on the same row of both rectified foveae, and does the fovea laid into the wide view fit it there?
 """
 
@@ -16,7 +16,7 @@ from foveacam_pipeline.calibrate.drift.place_finder import DriftExpectation, Dri
 from foveacam_pipeline.calibrate.drift.values import DriftPlace, DriftSettings
 from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings, PointingError, RowMatch
 from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
@@ -25,13 +25,13 @@ from foveacam_pipeline.verge.fine import MatchGuess, match_fine
 
 PAUSE_NS = 300_000_000
 """Between the two wide pictures that tell what moves."""
-FRESH_MS = 40.0
-ASIDE = 0.55
+MAX_AGE_MS = 40.0
+CORNER_SHARE = 0.55
 """Rows are compared at the gaze and at so much of the way from it to the corners of the image."""
-LEAST_POSES = 4
+MIN_POSES = 4
 VERGED_PX = 20.0
 """A look in which the eyes see one thing so near to the same place is good enough to be shown."""
-FRAMES = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
+FRAME_COLOURS = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
 
 
 def check_calibration(
@@ -48,13 +48,13 @@ def check_calibration(
     `swept_rad`: (n, 2) gazes at which it was fitted; places nearer to one than the settings say are left out.
     Raise InvalidInput when the scene shows too few places to say anything.
     """
-    run = _Check(
+    run = _CheckRun(
         head, calibration, clock=clock, watch=watch or SilentWatcher(), settings=settings or CheckSettings()
     )
     return run.result(swept_rad)
 
 
-class _Check:
+class _CheckRun:
     """The looks of one check."""
 
     def __init__(
@@ -95,7 +95,7 @@ class _Check:
         total = len({candidate.part for candidate in queue})
         expected = DriftExpectation()
         for candidate in queue:
-            check(self._watch, doing="the check")
+            raise_if_cancelled(self._watch, doing="the check")
             if candidate.part in done or self._clock.now_ns() > deadline_ns:
                 continue
             place = self._finder.measure(candidate, expected)
@@ -109,9 +109,9 @@ class _Check:
         return self._found(mosaic)
 
     def _found(self, mosaic: NDArray[np.uint8]) -> CheckResult:
-        if len(self._pointings) < LEAST_POSES:
+        if len(self._pointings) < MIN_POSES:
             raise InvalidInput(
-                f"check: both foveae found {len(self._pointings)} places of the wide view, {LEAST_POSES} are "
+                f"check: both foveae found {len(self._pointings)} places of the wide view, {MIN_POSES} are "
                 "needed; turn the rig to a scene with texture, or calibrate the mirrors again"
             )
         placed = math.sqrt(2.0) * self._places.placed_sigma_wide_px / self._calibration.wide.fx_px
@@ -128,7 +128,7 @@ class _Check:
     def _two_views(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         first = gray(to_uint8(self._head.wide()))
         self._clock.sleep_until_ns(self._clock.now_ns() + PAUSE_NS)
-        return first, gray(to_uint8(self._head.wide(max_age_ms=FRESH_MS)))
+        return first, gray(to_uint8(self._head.wide(max_age_ms=MAX_AGE_MS)))
 
     def _apart(self, candidate: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
         if swept_rad is None or not len(swept_rad):
@@ -150,7 +150,7 @@ class _Check:
         x_px, y_px = (self._calibration.fovea_f_px * missed).tolist()
         self._pointings.append(PointingError(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
         beside = place.seen(Role.LEFT) - gazes.left, place.seen(Role.RIGHT) - gazes.right
-        self._rows += row_matches(sighting, self._calibration, self._settings, beside=beside)
+        self._rows += match_rows(sighting, self._calibration, self._settings, beside=beside)
         reach = float(np.linalg.norm(middle))
         verged = float(np.abs(beside[0] - beside[1]).max()) * self._calibration.fovea_f_px < VERGED_PX
         if verged and (self._farthest is None or reach > self._farthest[0]):
@@ -165,10 +165,10 @@ class _Check:
         part = mosaic[y : y + window.height, x : x + window.width]
         part[seen] = shown[seen][:, None]
         inside = cv2.erode(seen.astype(np.uint8), np.ones((3, 3), dtype=np.uint8), borderValue=0) > 0
-        part[seen & ~inside] = FRAMES[role]
+        part[seen & ~inside] = FRAME_COLOURS[role]
 
 
-def row_matches(
+def match_rows(
     sighting: Sighting,
     calibration: Calibration,
     settings: CheckSettings,
@@ -183,7 +183,13 @@ def row_matches(
     gazes = gazes_under(calibration, sighting.volts)
     ax_rad, ay_rad = np.arctan((gazes.left + gazes.right) / 2.0).tolist()
     found = []
-    for x, y in ((0.0, 0.0), (-ASIDE, -ASIDE), (ASIDE, -ASIDE), (ASIDE, ASIDE), (-ASIDE, ASIDE)):
+    for x, y in (
+        (0.0, 0.0),
+        (-CORNER_SHARE, -CORNER_SHARE),
+        (CORNER_SHARE, -CORNER_SHARE),
+        (CORNER_SHARE, CORNER_SHARE),
+        (-CORNER_SHARE, CORNER_SHARE),
+    ):
         aside = np.array([x, y]) * half / calibration.fovea_f_px
         guess = MatchGuess(left=beside[0] + aside, right=beside[1] + aside)
         fine = match_fine(sighting, calibration, guess)
@@ -194,14 +200,14 @@ def row_matches(
             RowMatch(
                 gaze_rad=(ax_rad, ay_rad),
                 offset_px=(float(place[0]), float(place[1])),
-                rows_px=_middles_apart_px(sighting, calibration, guess) + fine.residual_y_px,
+                rows_px=_centre_row_difference_px(sighting, calibration, guess) + fine.residual_y_px,
                 sigma_px=fine.sigma_y_px,
             )
         )
     return found
 
 
-def _middles_apart_px(sighting: Sighting, calibration: Calibration, guess: MatchGuess) -> float:
+def _centre_row_difference_px(sighting: Sighting, calibration: Calibration, guess: MatchGuess) -> float:
     """Return by how much lower the left eye's image centre lies on its plane than the right one's, px."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])

@@ -27,8 +27,8 @@ def check_pictures(result: CheckResult, calibration: Calibration) -> dict[str, C
     return {
         "epipolar": lambda: epipolar_picture(result, calibration),
         "overlay": lambda: overlay_picture(result, calibration),
-        "anaglyph_before": lambda: anaglyph_picture(_far(result), calibration, rectified=False),
-        "anaglyph_after": lambda: anaglyph_picture(_far(result), calibration, rectified=True),
+        "anaglyph_before": lambda: anaglyph_picture(_farthest_look(result), calibration, rectified=False),
+        "anaglyph_after": lambda: anaglyph_picture(_farthest_look(result), calibration, rectified=True),
     }
 
 
@@ -78,25 +78,25 @@ def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
         axes.invert_yaxis()
         axes.grid(visible=True, alpha=0.25)
     figure.colorbar(shown, ax=within, label="left eye lower than right, fovea px", shrink=0.85)
-    figure.suptitle(_words(result), fontsize=10)
+    figure.suptitle(_caption(result), fontsize=10)
     return png(figure)
 
 
 def overlay_picture(result: CheckResult, calibration: Calibration) -> bytes:
     """Return a PNG: all foveae laid into the wide view, and one of them in tiles with it, enlarged."""
-    sighting = _far(result)
+    sighting = _farthest_look(result)
     figure = Figure(figsize=(13.0, 5.6), dpi=_DPI, layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     whole.imshow(result.mosaic)
     whole.set_title("foveae laid into the wide view by the fitted models", fontsize=10)
-    near.imshow(tiles(sighting, calibration, Role.LEFT), cmap="gray", vmin=0, vmax=255)
+    near.imshow(tile_picture(sighting, calibration, Role.LEFT), cmap="gray", vmin=0, vmax=255)
     near.set_title("the farthest one: tiles of the wide view and of the left fovea", fontsize=10)
     for axes in (whole, near):
         axes.set_axis_off()
     return png(figure)
 
 
-def tiles(sighting: Sighting, calibration: Calibration, role: Role) -> NDArray[np.uint8]:
+def tile_picture(sighting: Sighting, calibration: Calibration, role: Role) -> NDArray[np.uint8]:
     """Return a fovea in the wide view, enlarged: tiles of each in turn, so that every step at a rim shows."""
     window = footprint_window(calibration, role, sighting, zoom=_ZOOM)
     shown, seen = fovea_in_wide(sighting, calibration, role, window)
@@ -122,13 +122,13 @@ def anaglyph_picture(sighting: Sighting, calibration: Calibration, *, rectified:
     return png(figure)
 
 
-def _far(result: CheckResult) -> Sighting:
+def _farthest_look(result: CheckResult) -> Sighting:
     if result.farthest is None:
         raise InvalidInput("check: no look was kept to draw; check the calibration again")
     return result.farthest
 
 
-def _words(result: CheckResult) -> str:
+def _caption(result: CheckResult) -> str:
     if result.epipolar_rms_px is None:
         return f"no row could be compared at {result.poses} poses"
     return (

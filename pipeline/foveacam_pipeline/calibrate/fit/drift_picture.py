@@ -11,7 +11,7 @@ from foveacam_pipeline.calibrate.fit.mount_drift import S_PER_MIN, DriftRun, Mou
 
 _DPI = 110
 _LEAST_GAP_MIN, _GAP_SHARE = 0.1, 0.05
-_WORTH_SAYING_PX = 0.05
+_LEAST_LABEL_PX = 0.05
 ACROSS, DOWN, KNOCK = "#1f4e79", "#b03a2e", "#b9770e"
 
 
@@ -24,7 +24,7 @@ def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
     figure = Figure(figsize=(9.6, 3.8), dpi=_DPI, layout="constrained")
     panels = figure.subplots(1, len(drift), sharey=True, squeeze=False)[0]
     for axes, (role, mount) in zip(panels, drift.items(), strict=True):
-        _draw(axes, mount, f_px=f_px)
+        _draw_drift(axes, mount, f_px=f_px)
         axes.set_title(f"{role} eye: {f_px * mount.rad_per_minute:.2f} px a minute", fontsize=10)
         axes.set_xlabel("minutes of measuring before the end")
     panels[0].set_ylabel("gaze against the end of the run, fovea px")
@@ -32,19 +32,19 @@ def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
+def _draw_drift(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
     """Draw all runs, the last one up to zero."""
     axes.axhline(0.0, color="0.6", linewidth=0.7)
     axes.margins(y=0.15)  # room for what is written above
     end_min, gap_min = 0.0, max(_LEAST_GAP_MIN, _GAP_SHARE * mount.minutes)
     for before, run in reversed(list(pairwise([mount.runs[0], *mount.runs]))):
-        _draw_run(axes, run, end_min=end_min, f_px=f_px, named=run is mount.runs[-1])
+        _draw_drift_run(axes, run, end_min=end_min, f_px=f_px, named=run is mount.runs[-1])
         end_min -= run.minutes + gap_min
         if run is not mount.runs[0]:
-            _part(axes, end_min + gap_min / 2.0, knocked=before.knocked)
+            _draw_gap(axes, end_min + gap_min / 2.0, knocked=before.knocked)
 
 
-def _part(axes: Axes, at_min: float, *, knocked: bool) -> None:
+def _draw_gap(axes: Axes, at_min: float, *, knocked: bool) -> None:
     """Draw what lies between two runs: time, or a knock."""
     colour, style = (KNOCK, "-") if knocked else ("0.8", ":")
     axes.axvline(at_min, color=colour, linewidth=0.7, linestyle=style)
@@ -62,7 +62,7 @@ def _part(axes: Axes, at_min: float, *, knocked: bool) -> None:
         )
 
 
-def _draw_run(axes: Axes, run: DriftRun, *, end_min: float, f_px: float, named: bool) -> None:
+def _draw_drift_run(axes: Axes, run: DriftRun, *, end_min: float, f_px: float, named: bool) -> None:
     """Draw one run; `named`: with its lines in the legend."""
     minutes = end_min + (run.knots_s - run.knots_s[-1]) / S_PER_MIN
     gaze = f_px * np.column_stack([run.turn_rad[:, 1], -run.turn_rad[:, 0]])
@@ -79,7 +79,7 @@ def _draw_run(axes: Axes, run: DriftRun, *, end_min: float, f_px: float, named: 
             capsize=2,
         )
     away_px = float(np.linalg.norm(gaze[-1]))
-    if away_px > _WORTH_SAYING_PX:
+    if away_px > _LEAST_LABEL_PX:
         middle_min = float(minutes[0] + minutes[-1]) / 2.0
         axes.annotate(
             f"{away_px:.1f} px off",

@@ -19,7 +19,7 @@ from foveacam_pipeline.calibrate.fit.mirror_models import (
 )
 from foveacam_pipeline.calibrate.fit.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot, mount_sigma_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 
@@ -87,11 +87,11 @@ def fit_rig(
     """
     choice, watch = choice or FitChoice(), watch or SilentWatcher()
     first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
-    check(watch, doing=DOING)
+    raise_if_cancelled(watch, doing=DOING)
     sharper = replace(
         sweep,
-        left=_sharpened(sweep, sweep.left, pupil_m=first_pupil_m),
-        right=_sharpened(sweep, sweep.right, pupil_m=first_pupil_m),
+        left=_refined_gazes(sweep, sweep.left, pupil_m=first_pupil_m),
+        right=_refined_gazes(sweep, sweep.right, pupil_m=first_pupil_m),
     )
     pupil_m = _fit_pupil(sharper, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
     return _fit_eyes(sharper, choice, pupil_m=pupil_m, watch=watch)
@@ -103,7 +103,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Proc
     widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
     mirrors, fields, fitted = {}, {}, {}
     for role, eye in eyes.items():
-        check(watch, doing=DOING)
+        raise_if_cancelled(watch, doing=DOING)
         mirrors[role] = fit_mirror_models(
             eye.volts_v,
             _gaze_from_pivot(eye, pivots[role]),
@@ -114,7 +114,9 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Proc
         gaze = mirrors[role].model.forward(eye.volts_v)
         fields[role] = _fit_fields(sweep, eye, gaze, pupil_m=pupil_m, choice=choice)
         shift = -widened if role is Role.LEFT else widened
-        fitted[role] = _eye(eye, mirrors[role], fields[role].field, pivots[role], reference_shift_m=shift)
+        fitted[role] = _eye_calibration(
+            eye, mirrors[role], fields[role].field, pivots[role], reference_shift_m=shift
+        )
     calibration = Calibration(
         rig_id=sweep.rig_id,
         created_utc=sweep.created_utc,
@@ -132,7 +134,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Proc
     return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, pivots=pivots, sweeps=eyes)
 
 
-def _eye(
+def _eye_calibration(
     eye: EyeSweep, mirror: MirrorFit, field: HomographyField, pivot: PivotFit, *, reference_shift_m: float
 ) -> EyeCalibration:
     x_m, y_m, z_m = pivot.offset_m
@@ -156,17 +158,17 @@ def _gaze_from_pivot(eye: EyeSweep, pivot: PivotFit) -> NDArray[np.float64]:
     return gaze
 
 
-def _sharpened(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSweep:
+def _refined_gazes(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSweep:
     """Return the sweep of an eye with its gazes measured by all corners through a first rectification."""
     choice = FitChoice(field_orders=(_PUPIL_ORDER,))
     field = _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
-    places = apply_field(field, eye.angles_rad, eye.raw_px) * _widening(eye, pupil_m)[:, None, None]
+    places = apply_field(field, eye.angles_rad, eye.raw_px) * _pupil_scale(eye, pupil_m)[:, None, None]
     shift_px = np.nanmedian(eye.plane_px - places, axis=1)
     angles = np.arctan(np.tan(eye.angles_rad) + shift_px / sweep.fovea_f_px)
     return replace(eye, angles_rad=angles, plane_px=eye.plane_px - shift_px[:, None, :])
 
 
-def _widening(eye: EyeSweep, pupil_m: float) -> NDArray[np.float64]:
+def _pupil_scale(eye: EyeSweep, pupil_m: float) -> NDArray[np.float64]:
     """Return (n,) how much wider than from the pivot a pupil behind it sees the targets."""
     forward = 1.0 / np.sqrt(1.0 + np.sum(np.tan(eye.angles_rad) ** 2, axis=1))
     return np.asarray(1.0 + pupil_m * forward / eye.depth_m, dtype=np.float64)
@@ -178,7 +180,7 @@ def _fit_fields(
     return fit_fields(
         gaze,
         eye.raw_px,
-        eye.plane_px / _widening(eye, pupil_m)[:, None, None],
+        eye.plane_px / _pupil_scale(eye, pupil_m)[:, None, None],
         width=sweep.fovea_width,
         height=sweep.fovea_height,
         orders=choice.field_orders,

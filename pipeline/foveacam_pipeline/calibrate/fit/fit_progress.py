@@ -1,9 +1,9 @@
 """How far a fit is, and whether it shall go on: counted in fits of a whole rig."""
 
 from foveacam_pipeline.calibrate.fit.fit import DOING
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 
-ELECTION = 4
+ELECTION_PARTS = 4
 """A fit that tries every model takes so much longer than one whose models are known."""
 
 
@@ -12,12 +12,12 @@ class FitProgress:
 
     def __init__(self, watch: ProcedureWatcher, *, comparisons: int) -> None:
         self.watch = watch
-        self._total = ELECTION + comparisons + 1
+        self._total = ELECTION_PARTS + comparisons + 1
         self._done = 0
 
     def begin(self, what: str) -> None:
         """Tell what is fitted next; raise Cancelled when the watcher has had enough."""
-        check(self.watch, doing=DOING)
+        raise_if_cancelled(self.watch, doing=DOING)
         self.watch.progress(self._done, total=self._total, note=what)
 
     def end(self, parts: int = 1) -> None:

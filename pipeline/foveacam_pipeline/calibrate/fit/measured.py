@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.fit.measured_drift import without_drift
+from foveacam_pipeline.calibrate.fit.measured_drift import remove_drift
 from foveacam_pipeline.calibrate.fit.measured_rows import (
     DistanceSource,
     FitRow,
@@ -25,9 +25,9 @@ from foveacam_pipeline.calibrate.fit.measured_rows import (
     volts_of,
 )
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
-from foveacam_pipeline.calibrate.fit.parallax import StationParallax, parallax_of
+from foveacam_pipeline.calibrate.fit.parallax import StationParallax, station_parallax
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
-from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, held_to_base
+from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, constrain_to_base
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_checks import (
@@ -46,9 +46,9 @@ __all__ = [
     "NominalRig",
     "PlacedPose",
     "SweepMeasurements",
-    "placed_targets",
-    "rig_sweep",
-    "same_node",
+    "locate_targets",
+    "node_groups",
+    "reduce_sweeps",
 ]
 
 SAME_NODE_RAD = math.radians(0.2)
@@ -74,7 +74,7 @@ class SweepMeasurements:
     drift: dict[Role, MountDrift] | None = None
 
 
-def rig_sweep(
+def reduce_sweeps(
     sweeps: Sequence[Sweep],
     wide: Intrinsics,
     *,
@@ -88,12 +88,12 @@ def rig_sweep(
     Nodes that were visited again serve to measure the mounts' drift and are no rows of their own.
     """
     check_sweeps(sweeps, wide, rig_id=drawing.rig_id)
-    placed, left_out, base = placed_targets(sweeps, wide, distance=distance)
+    placed, left_out, base = locate_targets(sweeps, wide, distance=distance)
     centre_px = (np.array(sweeps[0].header.fovea_size) - 1) / 2.0
     seen = {role: eye_rows(placed, role, drawing, distance, centre_px=centre_px) for role in EYES}
-    group = dict(zip(((p.sweep, p.pose.index) for p in placed), same_node(placed), strict=True))
+    group = dict(zip(((p.sweep, p.pose.index) for p in placed), node_groups(placed), strict=True))
     _check_nodes(sweeps, seen)
-    straight, drift = without_drift(seen, group, f_px=drawing.fovea_f_px) if take_out_drift else (seen, None)
+    straight, drift = remove_drift(seen, group, f_px=drawing.fovea_f_px) if take_out_drift else (seen, None)
     rows = {role: [row for row in straight[role] if not row.visit] for role in EYES}
     one_depth = distance is DistanceSource.UNKNOWN
     header = sweeps[0].header
@@ -103,8 +103,8 @@ def rig_sweep(
         origin="measured",
         label=label,
         wide=wide,
-        left=_swept(rows, Role.LEFT, group, drift, one_depth=one_depth),
-        right=_swept(rows, Role.RIGHT, group, drift, one_depth=one_depth),
+        left=_sweep_of_eye(rows, Role.LEFT, group, drift, one_depth=one_depth),
+        right=_sweep_of_eye(rows, Role.RIGHT, group, drift, one_depth=one_depth),
         baseline_m=drawing.baseline_m,
         fovea_f_px=drawing.fovea_f_px,
         fovea_width=header.fovea_size[0],
@@ -136,7 +136,7 @@ def _parallax(
     sweeps: Sequence[Sweep], placed: Sequence[PlacedPose], drawing: NominalRig, distance: DistanceSource
 ) -> tuple[StationParallax, ...]:
     return tuple(
-        parallax_of(
+        station_parallax(
             sweep.header.station,
             [one.target for one in placed if one.sweep == k],
             baseline_m=drawing.baseline_m,
@@ -146,7 +146,7 @@ def _parallax(
     )
 
 
-def _swept(
+def _sweep_of_eye(
     rows: dict[Role, list[FitRow]],
     role: Role,
     group: dict[tuple[int, int], int],
@@ -158,7 +158,7 @@ def _swept(
     return replace(eye, drift=None if drift is None else drift[role])
 
 
-def placed_targets(
+def locate_targets(
     sweeps: Sequence[Sweep], wide: Intrinsics, *, distance: DistanceSource
 ) -> tuple[list[PlacedPose], tuple[str, ...], TurningBase]:
     """Return every pose with its target, what could not be placed and why, and how the base turned."""
@@ -180,20 +180,22 @@ def placed_targets(
                 f"{len(sweep.poses)} poses only; {left_out[-1] if left_out else 'it holds no pose'}"
             )
         placed.append(mine)
-    targets, base = held_to_base(
+    targets, base = constrain_to_base(
         [[p.target for p in mine] for mine in placed], [[p.pose.wide for p in mine] for mine in placed], wide
     )
     for sweep, found in zip(sweeps, targets, strict=True):
         check_target(sweep, found)
     held = [
-        PlacedPose(sweep=p.sweep, pose=p.pose, target=_as_told(target, sweeps[p.sweep], distance, found))
+        PlacedPose(
+            sweep=p.sweep, pose=p.pose, target=_at_stated_distance(target, sweeps[p.sweep], distance, found)
+        )
         for mine, found in zip(placed, targets, strict=True)
         for p, target in zip(mine, found, strict=True)
     ]
     return held, tuple(left_out), base
 
 
-def _as_told(
+def _at_stated_distance(
     target: TargetPose, sweep: Sweep, distance: DistanceSource, station: Sequence[TargetPose]
 ) -> TargetPose:
     """Return the target at the distance that counts; a tape scales all poses of its station alike."""
@@ -209,7 +211,7 @@ def _as_told(
     return target.at_distance(factor * target.distance_m)
 
 
-def same_node(placed: Sequence[PlacedPose]) -> list[int]:
+def node_groups(placed: Sequence[PlacedPose]) -> list[int]:
     """Return for each pose the number of the first one that was planned for nearly the same gaze."""
     nodes_rad = np.array([one.pose.node_rad for one in placed])
     apart = np.linalg.norm(nodes_rad[:, None, :] - nodes_rad[None, :, :], axis=2)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, stretched
+from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, spring_deflection
 from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_polynomial
 from foveacam_pipeline.models.mirror import MirrorModel
 
@@ -98,7 +98,7 @@ class _Candidate:
         """Return what the polynomial is a function of, (n, 2), under volts (n, 2)."""
         if self.family is MirrorModelFamily.POLYNOMIAL:
             return volts_v
-        return stretched(volts_v / self.max_v, self.stiffening)
+        return spring_deflection(volts_v / self.max_v, self.stiffening)
 
     def __call__(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the angles (n, 2), rad, of volts (n, 2)."""
@@ -121,7 +121,7 @@ def fit_mirror_models(
     candidates = _candidates(volts_v, angles_rad, orders, spring_orders)
     if group is not None:
         candidates = [replace(c, fit=_left_out_together(c, volts_v, group)) for c in candidates]
-    judged = _judged_rad(candidates)
+    judged = _election_errors_rad(candidates)
     limit = min(judged) * (1.0 + TOLERANCE)
     fitting = [k for k, error in enumerate(judged) if error <= limit]
     elected = min(fitting, key=lambda k: candidates[k].terms)
@@ -136,7 +136,7 @@ def fit_mirror_models(
         *(math.degrees(v) for v in scores[elected].loo_rad),
     )
     return MirrorFit(
-        model=_written(candidates[elected], volts_v, angles_rad),
+        model=_as_mirror_model(candidates[elected], volts_v, angles_rad),
         scores=scores,
         residuals_rad=fit.residuals,
         loo_residuals_rad=fit.loo_residuals,
@@ -174,7 +174,7 @@ def _candidates(
         if len(exponents(order)) <= rooms
     ]
     stiff = [order for order in sorted(spring_orders) if len(exponents(order)) + 1 <= rooms]
-    found += [_springs(volts_v, angles_rad, max_v, order) for order in stiff]
+    found += [_spring_candidate(volts_v, angles_rad, max_v, order) for order in stiff]
     if not found:
         fewest = min((*orders, *spring_orders))
         raise InvalidInput(
@@ -201,16 +201,16 @@ def _left_out_together(
     return replace(fit, loo_residuals=left_out)
 
 
-def _springs(
+def _spring_candidate(
     volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], max_v: NDArray[np.float64], order: int
 ) -> _Candidate:
     stiffening = fit_stiffening(volts_v / max_v, angles_rad, order=order)
-    drive = stretched(volts_v / max_v, stiffening)
+    drive = spring_deflection(volts_v / max_v, stiffening)
     fit = fit_polynomial(drive, angles_rad, order)
     return _Candidate(family=MirrorModelFamily.SPRINGS, stiffening=stiffening, max_v=max_v, fit=fit)
 
 
-def _judged_rad(candidates: list[_Candidate]) -> list[float]:
+def _election_errors_rad(candidates: list[_Candidate]) -> list[float]:
     """Return each model's leave-one-out error, with one limit for all: none hides its misses as outliers."""
     misses = [np.abs(candidate.fit.loo_residuals) for candidate in candidates]
     cap = _OUTLIER_SIGMAS * 1.4826 * np.min([np.median(m, axis=0) for m in misses], axis=0)
@@ -233,7 +233,7 @@ def _score(candidate: _Candidate, judged_rad: float, *, chosen: bool) -> MirrorS
     )
 
 
-def _written(
+def _as_mirror_model(
     candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
 ) -> MirrorModel:
     """Return the model of the product: one forward polynomial, a start for its inverse, and the domain."""

@@ -121,7 +121,7 @@ class MountDrift:
         return math.hypot(own_x, wander_x), math.hypot(own_y, wander_y)
 
 
-def referred(
+def turn_back(
     angles_rad: NDArray[np.float64],
     plane_px: NDArray[np.float64],
     turns_rad: NDArray[np.float64],

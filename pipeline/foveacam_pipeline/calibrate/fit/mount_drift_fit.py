@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.mirror_models import ORDERS
-from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, referred
+from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, turn_back
 from foveacam_pipeline.geometry.polynomial import BivariatePolynomial, fit_best_order, huber_weights
 
-MOST_PIECES = 8
+MAX_PIECES = 8
 SHORTEST_S = 15.0
 """Within so little time a mount counts as still."""
-FEWEST_VISITS = 4
+MIN_VISITS = 4
 """Fewer repeated nodes than this tell nothing."""
 PRIOR_RAD = math.radians(0.005)
 """How far a mount may have turned between two moments, before anything was seen (deduced: some fovea px)."""
-LEAVES_PRIOR_M = 5e-3
-USUAL_RAD = 2e-6
+PIVOT_PRIOR_M = 5e-3
+GAZE_NOISE_RAD = 2e-6
 """What one measurement of a gaze is good for: some hundredths of a fovea px."""
-MIRROR_LACK = 0.005
+MIRROR_MODEL_ERROR = 0.005
 """By which share of a gaze's way from its node the preliminary model of the mirror may be wrong."""
-FLOOR_RAD = 1e-7
+MIN_SIGMA_RAD = 1e-7
 PIVOT_UNKNOWNS = 6
 """Unknowns of where a gaze leaves: beside the reference point by (x, y), and how much more for a unit of
 either tangent. A pivot's depth is one of these; a lens beside the mirror's middle makes all four, and what
@@ -76,7 +76,7 @@ class DriftKnots:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Solved:
+class _DriftSolution:
     """`turns`: (knots - 1, 2) about x and y; `rolls`: (knots - 1,). `covariance`: pivot, turns, rolls."""
 
     turns: NDArray[np.float64]
@@ -87,18 +87,19 @@ class _Solved:
 
 def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDrift] | None:
     """Return the drift of both eyes, or None where too few nodes were visited again."""
-    if not watched(samples):
+    if not has_enough_visits(samples):
         return None
     straight = dict(samples)
     for _ in range(_ORDER_ROUNDS):
-        mirrors = {role: _mirror(straight[role]) for role in samples}
-        choices = [knots_of(list(samples.values()), pieces) for pieces in range(1, MOST_PIECES + 1)]
+        mirrors = {role: _preliminary_mirror(straight[role]) for role in samples}
+        choices = [place_knots(list(samples.values()), pieces) for pieces in range(1, MAX_PIECES + 1)]
         solved = [
-            {role: _solve(eye, mirrors[role], knots) for role, eye in samples.items()} for knots in choices
+            {role: _solve_drift(eye, mirrors[role], knots) for role, eye in samples.items()}
+            for knots in choices
         ]
         best = int(np.argmin([sum(eye.criterion for eye in both.values()) for both in solved]))
         found = {role: _drift(eye, solved[best][role], choices[best]) for role, eye in samples.items()}
-        straight = {role: _straightened(eye, found[role]) for role, eye in samples.items()}
+        straight = {role: _without_drift(eye, found[role]) for role, eye in samples.items()}
     for role, drift in found.items():
         logger.info(
             "%s mount: %.4f deg from the end at most, %.4f deg a minute, %d pieces",
@@ -110,23 +111,23 @@ def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDri
     return found
 
 
-def watched(samples: Mapping[Role, DriftSamples]) -> bool:
+def has_enough_visits(samples: Mapping[Role, DriftSamples]) -> bool:
     """Tell whether enough nodes were visited again to see a mount move."""
-    return min(int(eye.visit.sum()) for eye in samples.values()) >= FEWEST_VISITS
+    return min(int(eye.visit.sum()) for eye in samples.values()) >= MIN_VISITS
 
 
-def _mirror(samples: DriftSamples) -> BivariatePolynomial:
+def _preliminary_mirror(samples: DriftSamples) -> BivariatePolynomial:
     """Return about what the mirror does, good enough for the small differences within a group."""
     return fit_best_order(samples.volts_v, samples.angles_rad, orders=ORDERS).polynomial
 
 
-def _straightened(samples: DriftSamples, drift: MountDrift) -> DriftSamples:
-    turns = turns_of(drift, samples.t_s, samples.run)
+def _without_drift(samples: DriftSamples, drift: MountDrift) -> DriftSamples:
+    turns = turns_at(drift, samples.t_s, samples.run)
     nothing = np.empty((len(turns), 0, 2))
-    return replace(samples, angles_rad=referred(samples.angles_rad, nothing, turns, f_px=1.0)[0])
+    return replace(samples, angles_rad=turn_back(samples.angles_rad, nothing, turns, f_px=1.0)[0])
 
 
-def turns_of(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]) -> NDArray[np.float64]:
+def turns_at(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return (n, 3) turns at (n,) times of (n,) runs."""
     turns = np.zeros((len(t_s), 3))
     for number, mine in enumerate(drift.runs):
@@ -135,7 +136,7 @@ def turns_of(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]
     return turns
 
 
-def knots_of(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
+def place_knots(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
     """Part the longest run into so many pieces, and the others into pieces as long."""
     times = np.concatenate([eye.t_s for eye in eyes])
     run = np.concatenate([eye.run for eye in eyes])
@@ -144,14 +145,14 @@ def knots_of(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
     piece_s = max(SHORTEST_S, max(end - begin for begin, end in spans) / pieces)
     turns, rolls = [], []
     for k, (begin, end) in enumerate(spans):
-        still = end - begin < SHORTEST_S or int(visit[run == k].sum()) < FEWEST_VISITS
+        still = end - begin < SHORTEST_S or int(visit[run == k].sum()) < MIN_VISITS
         count = 0 if still else max(1, round((end - begin) / piece_s))
         turns.append(np.linspace(begin, end, count + 1) if count else np.array([end]))
         rolls.append(np.array([end]) if still else np.array([begin, end]))
     return DriftKnots(turns=tuple(turns), rolls=tuple(rolls))
 
 
-def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots) -> _Solved:
+def _solve_drift(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots) -> _DriftSolution:
     """Fit pivot and drift by robust least squares; every node's own gaze is projected out."""
     matrix = motion_columns(
         samples.angles_rad,
@@ -160,24 +161,27 @@ def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots
         rolls=knots.hats(samples, knots.rolls),
     )
     values = (samples.angles_rad - mirror(samples.volts_v)).T.ravel()
-    nodes = _node_of(samples)
+    nodes = _node_numbers(samples)
     moved = matrix.shape[1] - PIVOT_UNKNOWNS
     prior = np.diag(
-        np.concatenate([np.full(PIVOT_UNKNOWNS, LEAVES_PRIOR_M**-2), np.full(moved, PRIOR_RAD**-2)])
+        np.concatenate([np.full(PIVOT_UNKNOWNS, PIVOT_PRIOR_M**-2), np.full(moved, PRIOR_RAD**-2)])
     )
-    trust = _trust(samples)
-    weights, sigma = trust, USUAL_RAD
+    trust = _model_weights(samples)
+    weights, sigma = trust, GAZE_NOISE_RAD
     free = max(1, len(values) - int(nodes.max()) - 1 - matrix.shape[1])
     for _ in range(_ROUNDS):
-        own, seen = _about_nodes(matrix, nodes, weights), _about_nodes(values[:, None], nodes, weights)[:, 0]
+        own, seen = (
+            _minus_node_means(matrix, nodes, weights),
+            _minus_node_means(values[:, None], nodes, weights)[:, 0],
+        )
         normal = (own * weights[:, None]).T @ own / sigma**2 + prior
         unknowns = np.linalg.solve(normal, own.T @ (weights * seen) / sigma**2)
         left = seen - own @ unknowns
         weights = trust * huber_weights(left * np.sqrt(trust))
-        sigma = max(FLOOR_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
+        sigma = max(MIN_SIGMA_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
     rolls = sum(len(run) for run in knots.rolls) - 1
     found = np.asarray(unknowns[PIVOT_UNKNOWNS:], dtype=np.float64)
-    return _Solved(
+    return _DriftSolution(
         turns=found[: moved - rolls].reshape(2, -1).T,
         rolls=found[moved - rolls :],
         covariance=np.asarray(np.linalg.inv(normal), dtype=np.float64),
@@ -185,13 +189,13 @@ def _solve(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots
     )
 
 
-def _node_of(samples: DriftSamples) -> NDArray[np.int64]:
+def _node_numbers(samples: DriftSamples) -> NDArray[np.int64]:
     """Return (2 n,) the number of each row's node and axis."""
     _, number = np.unique(samples.group, return_inverse=True)
     return np.concatenate([number, number + int(number.max()) + 1]).astype(np.int64)
 
 
-def _about_nodes(
+def _minus_node_means(
     rows: NDArray[np.float64], nodes: NDArray[np.int64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return (2 n, k) rows less the weighted mean of their node."""
@@ -201,14 +205,14 @@ def _about_nodes(
     return np.asarray(rows - means[nodes], dtype=np.float64)
 
 
-def _trust(samples: DriftSamples) -> NDArray[np.float64]:
+def _model_weights(samples: DriftSamples) -> NDArray[np.float64]:
     """Return (2 n,) weights: what was measured beside the rest of its node leans on the mirror's model."""
     aside_rad = np.empty(len(samples.group))
     for node in np.unique(samples.group):
         mine = samples.group == node
         middle = np.median(samples.angles_rad[mine], axis=0)
         aside_rad[mine] = np.linalg.norm(samples.angles_rad[mine] - middle, axis=1)
-    weights = 1.0 / (1.0 + (MIRROR_LACK * aside_rad / USUAL_RAD) ** 2)
+    weights = 1.0 / (1.0 + (MIRROR_MODEL_ERROR * aside_rad / GAZE_NOISE_RAD) ** 2)
     return np.tile(weights, 2)
 
 
@@ -236,7 +240,7 @@ def motion_columns(
     return np.vstack([np.hstack([across, *by_ax]), np.hstack([down, *by_ay])])
 
 
-def _drift(samples: DriftSamples, solved: _Solved, knots: DriftKnots) -> MountDrift:
+def _drift(samples: DriftSamples, solved: _DriftSolution, knots: DriftKnots) -> MountDrift:
     turns = np.vstack([solved.turns, np.zeros(2)])
     rolls = np.append(solved.rolls, 0.0)
     count = len(solved.turns)

@@ -20,30 +20,30 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.mount_drift import LEAST_KNOCK_RAD
 from foveacam_pipeline.calibrate.fit.mount_drift_fit import (
+    GAZE_NOISE_RAD,
     PIVOT_UNKNOWNS,
-    USUAL_RAD,
     DriftSamples,
-    knots_of,
     motion_columns,
+    place_knots,
 )
 from foveacam_pipeline.calibrate.fit.mount_moves import TURNS, both_axes, mirror_columns
 
-SURE_SIGMAS = 6.0
+KNOCK_SIGMAS = 6.0
 """Hundreds of moments are tried."""
-WRONG_ONE_IN = 10
+ROWS_AN_OUTLIER = 10
 """Of so many measurements one may be left out as wrong."""
-PIECES = 3
+KNOCK_PIECES = 3
 """More of them can bend the drift to the shape of a knock."""
-FEWEST_ASIDE = 3
+MIN_ROWS_ASIDE = 3
 """So many measurements of a run lie on either side: one that went wrong is no knock."""
-FEWEST_FREE = 12
+MIN_FREEDOM = 12
 """A sweep of few poses has none to spare."""
-MOST_KNOCKS = 4
-MOST_UNSEEN = 0.35
+MAX_KNOCKS = 4
+MAX_UNSEEN = 0.35
 """Knocks leave 0.01 to 0.15 of themselves unseen, what goes with the row more than this."""
 SAME_DEPTH = 0.02
 """By how much the depth of a node may differ from visit to visit; that of another station differs more."""
-SOON = 1.5
+REVISIT_FACTOR = 1.5
 """Nodes count that were visited again within so many times the shortest such while."""
 _RANK = 1e-9
 _SMALLEST_RAD = 1e-12
@@ -52,7 +52,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Step:
+class _KnockStep:
     """A turn at a moment of a run: how much better it explains the measurements, and its size in sigmas.
 
     `unseen`: which share of it the nodes that were visited shortly before and after do not show.
@@ -66,12 +66,12 @@ class _Step:
     unseen: float
 
 
-def parted_at_knocks(samples: Mapping[Role, DriftSamples]) -> dict[Role, DriftSamples]:
+def split_at_knocks(samples: Mapping[Role, DriftSamples]) -> dict[Role, DriftSamples]:
     """Return the same measurements with each run that was knocked as two, in the order of time."""
     found = dict(samples)
-    for _ in range(MOST_KNOCKS):
-        step = _likeliest(found)
-        if step is None or step.turn_rad < LEAST_KNOCK_RAD or step.sigmas < SURE_SIGMAS:
+    for _ in range(MAX_KNOCKS):
+        step = _best_step(found)
+        if step is None or step.turn_rad < LEAST_KNOCK_RAD or step.sigmas < KNOCK_SIGMAS:
             break
         logger.info(
             "a mount turned by %.3f deg within run %d, %.1f s after it began",
@@ -80,38 +80,38 @@ def parted_at_knocks(samples: Mapping[Role, DriftSamples]) -> dict[Role, DriftSa
             step.t_s - min(eye.t_s[eye.run == step.run].min() for eye in found.values()),
         )
         found = {
-            role: replace(eye, run=eye.run + ((eye.run > step.run) | _after(eye, step.run, step.t_s)))
+            role: replace(eye, run=eye.run + ((eye.run > step.run) | _is_after(eye, step.run, step.t_s)))
             for role, eye in found.items()
         }
     return found
 
 
-def _after(samples: DriftSamples, run: int, t_s: float) -> NDArray[np.bool_]:
+def _is_after(samples: DriftSamples, run: int, t_s: float) -> NDArray[np.bool_]:
     return np.asarray((samples.run == run) & (samples.t_s > t_s))
 
 
-def _likeliest(samples: Mapping[Role, DriftSamples]) -> _Step | None:
+def _best_step(samples: Mapping[Role, DriftSamples]) -> _KnockStep | None:
     """Return the step that explains most of what both eyes' models leave; None where these bend at will.
 
     Measurements that went wrong are left out: those of which one alone explains more than any step.
     """
     eyes = list(samples.values())
-    for _ in range(1 + len(eyes[0].t_s) // WRONG_ONE_IN):
-        models = [_model(eye, eyes) for eye in eyes]
-        if any(model.free < FEWEST_FREE for model in models):
+    for _ in range(1 + len(eyes[0].t_s) // ROWS_AN_OUTLIER):
+        models = [_fit_run_model(eye, eyes) for eye in eyes]
+        if any(model.free < MIN_FREEDOM for model in models):
             return None
-        seen = [step for step in _steps(models) if step.unseen < MOST_UNSEEN]
+        seen = [step for step in _fit_steps(models) if step.unseen < MAX_UNSEEN]
         best = max(seen, key=lambda step: step.gain, default=None)
         wrong, gain = max(((k, model.wrong_gain) for k, model in enumerate(models)), key=lambda one: one[1])
-        if best is None or gain < max(best.gain, SURE_SIGMAS**2):
+        if best is None or gain < max(best.gain, KNOCK_SIGMAS**2):
             return best
         eyes[wrong] = models[wrong].without_wrong()
     return best
 
 
-def _steps(models: "list[_Model]") -> Iterator[_Step]:
+def _fit_steps(models: "list[_RunModel]") -> Iterator[_KnockStep]:
     for run, t_s in _moments([model.samples for model in models]):
-        yield _both([model.turned(run, t_s) for model in models])
+        yield _combine_eyes([model.turned(run, t_s) for model in models])
 
 
 def _moments(eyes: list[DriftSamples]) -> list[tuple[int, float]]:
@@ -120,13 +120,15 @@ def _moments(eyes: list[DriftSamples]) -> list[tuple[int, float]]:
     for run in np.unique(np.concatenate([eye.run for eye in eyes])).tolist():
         times = np.unique(np.concatenate([eye.t_s[eye.run == run] for eye in eyes]))
         middles = (times[:-1] + times[1:]) / 2.0
-        found += [(run, t_s) for t_s in middles[FEWEST_ASIDE - 1 : len(middles) - FEWEST_ASIDE + 1].tolist()]
+        found += [
+            (run, t_s) for t_s in middles[MIN_ROWS_ASIDE - 1 : len(middles) - MIN_ROWS_ASIDE + 1].tolist()
+        ]
     return found
 
 
-def _model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_Model":
+def _fit_run_model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_RunModel":
     """Fit one eye's mirror, pivot and slow drift."""
-    knots = knots_of(eyes, PIECES)
+    knots = place_knots(eyes, KNOCK_PIECES)
     mirror = mirror_columns(samples.volts_v)
     motion = motion_columns(
         samples.angles_rad,
@@ -138,7 +140,7 @@ def _model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_Model":
     spans = spans[:, weights > _RANK * weights[0]]
     values = samples.angles_rad.T.ravel()
     drive = np.linalg.lstsq(mirror, samples.angles_rad, rcond=None)[0]
-    return _Model(
+    return _RunModel(
         samples=samples,
         spans=spans,
         left=values - spans @ (spans.T @ values),
@@ -148,7 +150,7 @@ def _model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_Model":
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Model:
+class _RunModel:
     """One eye: (2 n, k) what the model spans, orthonormal, and (2 n,) what it leaves of ax, then ay.
 
     `aside_rad`: (n, 2) gazes beside what a mirror would do on a mount that stands still. `repeats`: (m, 2)
@@ -184,20 +186,20 @@ class _Model:
         eye, kept = self.samples, np.arange(len(self.samples.t_s)) != int(np.argmax(self._aside))
         return DriftSamples(**{field.name: getattr(eye, field.name)[kept] for field in fields(eye)})
 
-    def turned(self, run: int, t_s: float) -> _Step:
+    def turned(self, run: int, t_s: float) -> _KnockStep:
         """Fit a turn of the mount at a moment; told is its surest angle."""
         eye = self.samples
-        after = _after(eye, run, t_s)
+        after = _is_after(eye, run, t_s)
         member = after.astype(np.float64)[:, None]
         columns = motion_columns(eye.angles_rad, eye.depth_m, turns=member, rolls=member)[:, PIVOT_UNKNOWNS:]
         own = columns - self.spans @ (self.spans.T @ columns)
         inverse = np.linalg.pinv(own.T @ own, rcond=_RANK)
         turn = inverse @ (own.T @ self.left)
         now = float(np.sum((self.left - own @ turn) ** 2))
-        sigma = max(USUAL_RAD, math.sqrt(now / self.free))
+        sigma = max(GAZE_NOISE_RAD, math.sqrt(now / self.free))
         sigmas = np.abs(turn[:2]) / np.maximum(sigma * np.sqrt(np.diag(inverse)[:2]), _SMALLEST_RAD)
         surest = int(sigmas.argmax())
-        return _Step(
+        return _KnockStep(
             run=run,
             t_s=t_s,
             gain=self._gain(now),
@@ -212,7 +214,7 @@ class _Model:
         if not len(across):
             return math.inf
         while_s = np.diff(self.samples.t_s[across], axis=1)[:, 0]
-        before, then = across[while_s <= SOON * while_s.min()].T
+        before, then = across[while_s <= REVISIT_FACTOR * while_s.min()].T
         told = step_rad[then].mean(axis=0)
         seen = (self.aside_rad[then] - self.aside_rad[before]).mean(axis=0)
         return float(np.linalg.norm(seen - told) / max(_SMALLEST_RAD, float(np.linalg.norm(told))))
@@ -220,7 +222,7 @@ class _Model:
     def _gain(self, now: float) -> float:
         """Return twice the logarithm by which the measurements become likelier with so many squares left."""
         before = float(self.left @ self.left)
-        return len(self.left) * math.log((before + USUAL_RAD**2) / (max(0.0, now) + USUAL_RAD**2))
+        return len(self.left) * math.log((before + GAZE_NOISE_RAD**2) / (max(0.0, now) + GAZE_NOISE_RAD**2))
 
 
 def _repeats(samples: DriftSamples) -> NDArray[np.int64]:
@@ -232,7 +234,7 @@ def _repeats(samples: DriftSamples) -> NDArray[np.int64]:
     return np.asarray(np.column_stack([first, then])[same], dtype=np.int64)
 
 
-def _both(eyes: list[_Step]) -> _Step:
+def _combine_eyes(eyes: list[_KnockStep]) -> _KnockStep:
     """Put both eyes' turns at one moment together: a knock may have hit one of them alone."""
     surest = max(eyes, key=lambda eye: eye.sigmas)
     return replace(surest, gain=sum(eye.gain for eye in eyes))

@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.calibrate.fit.mount_drift_fit import (
-    LEAVES_PRIOR_M,
+    GAZE_NOISE_RAD,
+    PIVOT_PRIOR_M,
     PIVOT_UNKNOWNS,
-    USUAL_RAD,
     motion_columns,
 )
 from foveacam_pipeline.geometry.polynomial import huber_weights, monomials
 
-FAR_RAD = math.radians(0.01)
+MIN_MOVE_RAD = math.radians(0.01)
 """Moves up to this much are drift, some fovea px."""
-SURE_SIGMAS = 5.0
+MOVE_SIGMAS = 5.0
 """Two runs at one distance each cannot tell a move from a pivot beside its place: the errors are large."""
-ORDER = 7
+MAX_MIRROR_ORDER = 7
 ROWS_AN_UNKNOWN = 3
-ROUNDS = 4
+MOVE_ROUNDS = 4
 _ROBUST_ROUNDS = 3
 TURNS = 3
 
@@ -40,11 +40,11 @@ class MountMoves:
     @property
     def far(self) -> bool:
         """Whether any is more than drift, and surely so."""
-        least_rad = np.maximum(FAR_RAD, SURE_SIGMAS * self.sigma_rad)
+        least_rad = np.maximum(MIN_MOVE_RAD, MOVE_SIGMAS * self.sigma_rad)
         return bool((np.abs(self.turn_rad) > least_rad).any())
 
 
-def moves_between(
+def fit_moves(
     volts_v: NDArray[np.float64],
     angles_rad: NDArray[np.float64],
     depth_m: NDArray[np.float64],
@@ -58,7 +58,7 @@ def moves_between(
     mirror = mirror_columns(volts_v)
     member = (run[:, None] == np.arange(runs - 1)).astype(np.float64)
     matrix = np.hstack([both_axes(mirror), motion_columns(angles_rad, depth_m, turns=member, rolls=member)])
-    found, sigmas = _solved(matrix, angles_rad.T.ravel(), pivot=2 * mirror.shape[1])
+    found, sigmas = _solve_moves(matrix, angles_rad.T.ravel(), pivot=2 * mirror.shape[1])
     turns, errors = (
         np.vstack([part[-TURNS * (runs - 1) :].reshape(TURNS, runs - 1).T, np.zeros(TURNS)])
         for part in (found, sigmas)
@@ -69,7 +69,7 @@ def moves_between(
 def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n, k) the powers of the drive, of the highest order that the rows can bear."""
     scaled = volts_v / np.abs(volts_v).max()
-    order, unknowns = ORDER, len(volts_v) // ROWS_AN_UNKNOWN
+    order, unknowns = MAX_MIRROR_ORDER, len(volts_v) // ROWS_AN_UNKNOWN
     while order > 1 and (order + 1) * (order + 2) // 2 > unknowns:
         order -= 1
     return monomials(scaled[:, 0], scaled[:, 1], order)
@@ -81,12 +81,12 @@ def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.vstack([np.hstack([columns, nothing]), np.hstack([nothing, columns])])
 
 
-def _solved(
+def _solve_moves(
     matrix: NDArray[np.float64], values: NDArray[np.float64], *, pivot: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the unknowns and their errors by robust least squares; from `pivot` on come the pivot's."""
     prior = np.zeros((PIVOT_UNKNOWNS, matrix.shape[1]))
-    prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (USUAL_RAD / LEAVES_PRIOR_M)
+    prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (GAZE_NOISE_RAD / PIVOT_PRIOR_M)
     weights = np.ones(len(values))
     for _ in range(_ROBUST_ROUNDS):
         root = np.sqrt(weights)
@@ -97,6 +97,6 @@ def _solved(
         left = values - matrix @ found
         weights = huber_weights(left)
     free = max(1, len(values) - matrix.shape[1])
-    sigma = max(USUAL_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
+    sigma = max(GAZE_NOISE_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
     variance = sigma**2 * np.diag(np.linalg.pinv(rows.T @ rows))
     return np.asarray(found, dtype=np.float64), np.sqrt(variance)

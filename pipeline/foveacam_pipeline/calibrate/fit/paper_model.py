@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolts
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, rig_sweep
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, reduce_sweeps
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.geometry.polynomial import PolynomialFit, fit_polynomial
@@ -103,7 +103,7 @@ class PaperModel:
 
 def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: NominalRig) -> PaperModel:
     """Calibrate as the paper does, with the sweep of one station."""
-    measured = rig_sweep(
+    measured = reduce_sweeps(
         [sweep],
         wide,
         drawing=replace(drawing, pupil_m=0.0),
@@ -116,6 +116,6 @@ def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: NominalRig) -> PaperMo
     return PaperModel(fit=fit, inverse=inverse, station=sweep.header.station.name)
 
 
-def farthest(sweeps: Sequence[Sweep], distances_m: Sequence[float]) -> Sweep:
+def farthest_sweep(sweeps: Sequence[Sweep], distances_m: Sequence[float]) -> Sweep:
     """Return the sweep whose target stood farthest, where Eq. 1 does least harm."""
     return sweeps[int(np.argmax(distances_m))]

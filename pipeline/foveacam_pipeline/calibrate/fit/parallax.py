@@ -45,12 +45,12 @@ def eq1_rad(theta_rad: NDArray[np.float64], *, spacing_m: float, distance_m: flo
     return np.asarray(np.arctan(behind / (distance_m + spacing_m * np.sin(theta_rad))), dtype=np.float64)
 
 
-def parallax_of(
+def station_parallax(
     station: Station, targets: Sequence[TargetPose], *, baseline_m: float, corrected: bool
 ) -> StationParallax:
     """Return the parallax at a station: each eye's bearing of its marker less the wide camera's, exactly."""
     distances = np.array([target.distance_m / target.scale for target in targets])
-    missed = np.concatenate([_missed_rad(target, baseline_m) for target in targets])
+    missed = np.concatenate([_parallax_rad(target, baseline_m) for target in targets])
     return StationParallax(
         station=station.name,
         print_m=float(np.median(distances)),
@@ -62,7 +62,7 @@ def parallax_of(
     )
 
 
-def _missed_rad(target: TargetPose, baseline_m: float) -> NDArray[np.float64]:
+def _parallax_rad(target: TargetPose, baseline_m: float) -> NDArray[np.float64]:
     """Return (4,) differences of the angles: left x, y, right x, y."""
     own = np.arctan(target.middle_m[:2] / target.middle_m[2])
     missed = []

@@ -69,12 +69,12 @@ def fit_pivot(sweep: EyeSweep) -> PivotFit:
     variance = float(np.sum((target - matrix @ offset) ** 2)) / max(free, 1)
     covariance = variance * np.linalg.inv(matrix.T @ matrix)
     x_m, y_m, z_m = offset.tolist()
-    sigma_m = math.hypot(math.sqrt(max(covariance[0, 0], covariance[1, 1])), _drift_m(sweep))
+    sigma_m = math.hypot(math.sqrt(max(covariance[0, 0], covariance[1, 1])), _drift_sigma_m(sweep))
     logger.info("gaze leaves %.2f, %.2f, %.2f mm beside the drawing", 1e3 * x_m, 1e3 * y_m, 1e3 * z_m)
     return PivotFit(offset_m=(x_m, y_m, z_m), sigma_m=sigma_m)
 
 
-def _drift_m(sweep: EyeSweep) -> float:
+def _drift_sigma_m(sweep: EyeSweep) -> float:
     """Return how far drift that was not taken out may seem to move the pivot.
 
     Measured, its own uncertainty counts; else the usual drift between the near and the far targets' times.

@@ -9,11 +9,16 @@ import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
-from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION, FitProgress
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, SweepMeasurements, rig_sweep
+from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION_PARTS, FitProgress
+from foveacam_pipeline.calibrate.fit.measured import (
+    DistanceSource,
+    NominalRig,
+    SweepMeasurements,
+    reduce_sweeps,
+)
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
-from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest, fit_paper
+from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest_sweep, fit_paper
 from foveacam_pipeline.calibrate.fit.parallax import StationParallax
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS, VariantScore, compare_variants
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
@@ -26,7 +31,7 @@ ROUNDTRIP_SIDE = 41
 
 logger = logging.getLogger(__name__)
 
-_Found = TypeVar("_Found")
+_Compared = TypeVar("_Compared")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,16 +112,16 @@ def fit_session(
     comparisons = FOLDS * MOST_VARIANTS if settings.compare else 0
     progress = FitProgress(watch or SilentWatcher(), comparisons=comparisons)
     progress.begin("mirrors and rectification")
-    measured = rig_sweep(sweeps, wide, drawing=drawing, label=label, distance=settings.distance)
-    far = farthest(sweeps, [parallax.print_m for parallax in measured.parallax])
+    measured = reduce_sweeps(sweeps, wide, drawing=drawing, label=label, distance=settings.distance)
+    far = farthest_sweep(sweeps, [parallax.print_m for parallax in measured.parallax])
     if not settings.all_distances and len(sweeps) > 1:
-        measured = rig_sweep([far], wide, drawing=drawing, label=label, distance=settings.distance)
+        measured = reduce_sweeps([far], wide, drawing=drawing, label=label, distance=settings.distance)
     fit = fit_rig(measured.rig, settings.choice, watch=progress.watch)
-    progress.end(ELECTION)
+    progress.end(ELECTION_PARTS)
     calibration = replace(fit.calibration, session_id=session_id)
-    compared = _or_none(lambda: _variants(sweeps, measured, fit, progress)) if settings.compare else None
+    compared = _if_possible(lambda: _variants(sweeps, measured, fit, progress)) if settings.compare else None
     progress.begin("the paper's model")
-    paper = _or_none(lambda: fit_paper(far, wide, drawing=drawing))
+    paper = _if_possible(lambda: fit_paper(far, wide, drawing=drawing))
     progress.finish()
     return FitResult(
         calibration=calibration,
@@ -128,7 +133,7 @@ def fit_session(
     )
 
 
-def _or_none(compare: Callable[[], _Found]) -> _Found | None:
+def _if_possible(compare: Callable[[], _Compared]) -> _Compared | None:
     """Return a comparison; a rig with poses enough for ours shall not be refused for want of the paper's."""
     try:
         return compare()
@@ -144,7 +149,7 @@ def _variants(
     used = [sweep for sweep in sweeps if sweep.header.station.name in {p.station for p in measured.parallax}]
     rig = measured.rig
     drawing = NominalRig(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
-    plain = rig_sweep(
+    plain = reduce_sweeps(
         used, rig.wide, drawing=drawing, label="paper", distance=DistanceSource.UNKNOWN, take_out_drift=False
     )
     far = int(np.argmax([parallax.print_m for parallax in measured.parallax]))

@@ -12,13 +12,13 @@ from scipy.optimize import minimize
 
 from foveacam_pipeline.geometry.polynomial import monomials
 
-USUAL_STIFFENING = 0.15
+START_STIFFENING = 0.15
 """A tenth less reach at full drive than the slope at rest promises."""
-_MOST = 2.0
-_STEP = 1e-5
+_MAX_STIFFENING = 2.0
+_STIFFENING_TOLERANCE = 1e-5
 
 
-def stretched(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
+def spring_deflection(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
     """Return (n, 2) deflections u of springs with u + k u^3 = `share`: (n, 2), k >= 0 for each axis."""
     columns = []
     for drive, k in zip(share.T, stiffening, strict=True):
@@ -40,17 +40,17 @@ def fit_stiffening(
 
     def squares(stiffening: NDArray[np.float64]) -> float:
         kx, ky = np.maximum(stiffening, 0.0).tolist()
-        drive = stretched(share, (kx, ky))
+        drive = spring_deflection(share, (kx, ky))
         basis = monomials(drive[:, 0], drive[:, 1], order)
         solution = np.linalg.solve(basis.T @ basis, basis.T @ angles_rad)  # the search bears its rounding
         return float(np.sum((angles_rad - basis @ solution) ** 2))
 
-    start = np.array([USUAL_STIFFENING, USUAL_STIFFENING])
+    start = np.array([START_STIFFENING, START_STIFFENING])
     scale = max(squares(start), 1e-300)
 
     def share_left(stiffening: NDArray[np.float64]) -> float:
         return squares(stiffening) / scale
 
-    found = minimize(share_left, start, method="Nelder-Mead", tol=_STEP)
-    kx, ky = np.clip(found.x, 0.0, _MOST).tolist()
+    found = minimize(share_left, start, method="Nelder-Mead", tol=_STIFFENING_TOLERANCE)
+    kx, ky = np.clip(found.x, 0.0, _MAX_STIFFENING).tolist()
     return kx, ky

@@ -19,7 +19,7 @@ from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
-FEWEST_POSES = 9
+MIN_POSES = 9
 LARGEST_EXCESS = 1.2
 """More variance than this over that of free poses, and something else than a pan-tilt moved the rig."""
 _ROUNDS = 12
@@ -80,7 +80,7 @@ class _State:
         return np.asarray(arms + self.lifts @ self.step_m + self.pivot_m, dtype=np.float64)
 
 
-def held_to_base(
+def constrain_to_base(
     poses: Sequence[Sequence[TargetPose]], views: Sequence[Sequence[Views]], wide: Intrinsics
 ) -> tuple[list[list[TargetPose]], TurningBase]:
     """Return the poses of each station's sweep made to turn with the base, if a pan-tilt really turned it.
@@ -88,17 +88,17 @@ def held_to_base(
     `poses` are those of the single views. A rig that is moved by hand leaves more than the corners' noise,
     and poses in one row do not tell where it turns: then they come back as they were.
     """
-    corners = _gather(poses, views, wide)
+    corners = _gather_corners(poses, views, wide)
     flat = [pose for station in poses for pose in station]
     free = wide.fx_px * _sigma(_misses(corners, _turns_of(flat), _middles_of(flat)), 6.0 * len(flat))
     unchanged = [list(station) for station in poses]
     nothing = TurningBase(
         held=False, corner_sigma_px=free, free_sigma_px=free, tilt_axis_rig_m=(0.0, 0.0, 0.0)
     )
-    if min(len(station) for station in poses) < FEWEST_POSES:
+    if min(len(station) for station in poses) < MIN_POSES:
         return unchanged, nothing
     try:
-        state = _solved(corners, _start(flat, corners))
+        state = _solve_base(corners, _start_state(flat, corners))
     except np.linalg.LinAlgError:
         return unchanged, nothing
     unknowns = 3.0 * len(flat) + 3.0 * len(poses) + _SHARED
@@ -116,14 +116,14 @@ def held_to_base(
     if not base.held:
         return unchanged, base
     ends = iter(zip(state.turns, state.middles_m(corners), strict=True))
-    return [[_moved(pose, *next(ends)) for pose in station] for station in poses], base
+    return [[_with_pose(pose, *next(ends)) for pose in station] for station in poses], base
 
 
-def _moved(pose: TargetPose, turn: NDArray[np.float64], middle_m: NDArray[np.float64]) -> TargetPose:
+def _with_pose(pose: TargetPose, turn: NDArray[np.float64], middle_m: NDArray[np.float64]) -> TargetPose:
     return replace(pose, rotation=turn, middle_m=middle_m)
 
 
-def _gather(
+def _gather_corners(
     poses: Sequence[Sequence[TargetPose]], views: Sequence[Sequence[Views]], wide: Intrinsics
 ) -> _Corners:
     """Return the corners of all views, padded to one length."""
@@ -145,7 +145,7 @@ def _gather(
     return _Corners(tangents=tangents, places_m=places, seen=seen, station=station_of)
 
 
-def _start(flat: list[TargetPose], corners: _Corners) -> _State:
+def _start_state(flat: list[TargetPose], corners: _Corners) -> _State:
     """Return the state whose middles come nearest to those of the single views (linear least squares)."""
     turns, middles = _turns_of(flat), _middles_of(flat)
     y, z = middles[:, 1], middles[:, 2]
@@ -165,7 +165,7 @@ def _start(flat: list[TargetPose], corners: _Corners) -> _State:
     return _stepped(state, np.zeros((len(flat), 3)), np.asarray(found, dtype=np.float64))
 
 
-def _solved(corners: _Corners, state: _State) -> _State:
+def _solve_base(corners: _Corners, state: _State) -> _State:
     """Return the state that leaves the least (Gauss-Newton; the poses' turns are eliminated one by one)."""
     for _ in range(_ROUNDS):
         misses, to_turn, to_middle = _slopes(corners, state.turns, state.middles_m(corners))

@@ -106,7 +106,7 @@ def _orders(fit: RigFit, family: MirrorModelFamily, *, less: int = 1) -> tuple[i
 
 def _folds(measured: SweepMeasurements, folds: int) -> NDArray[np.int64]:
     """Return which fold each node's number belongs to, scattered over the field; -1 for no node."""
-    groups = np.unique(np.concatenate([group_of(measured.rig.left), group_of(measured.rig.right)]))
+    groups = np.unique(np.concatenate([group_numbers(measured.rig.left), group_numbers(measured.rig.right)]))
     fold_of = np.full(int(groups.max()) + 1, -1, dtype=np.int64)
     fold_of[np.random.default_rng(_SEED).permutation(groups)] = np.arange(len(groups)) % folds
     return fold_of
@@ -123,15 +123,15 @@ def _score(
     pointing, corners, rows = [], [], []
     for fold in range(FOLDS):
         progress.begin(f"judging {variant.name}, part {fold + 1} of {FOLDS}")
-        seen = _part(variant.measured, fold_of != fold, far=far if variant.far else None)
+        seen = _select_rig(variant.measured, fold_of != fold, far=far if variant.far else None)
         calibration = fit_rig(seen, variant.choice, watch=progress.watch).calibration
-        unseen = {role: _kept(measured, role, fold_of == fold, far=None) for role in EYES}
+        unseen = {role: _select_rows(measured, role, fold_of == fold, far=None) for role in EYES}
         base_m = measured.rig.baseline_m
-        missed = {role: _missed_px(calibration, role, unseen[role], baseline_m=base_m) for role in EYES}
+        missed = {role: _residuals_px(calibration, role, unseen[role], baseline_m=base_m) for role in EYES}
         for centre_px, corners_px in missed.values():
             pointing.append(np.linalg.norm(centre_px, axis=1))
             corners.append(np.linalg.norm(corners_px, axis=2).ravel())
-        rows.append(_rows_apart(measured, fold_of == fold, {role: m[1] for role, m in missed.items()}))
+        rows.append(_row_differences(measured, fold_of == fold, {role: m[1] for role, m in missed.items()}))
         progress.end()
     return VariantScore(
         name=variant.name,
@@ -141,8 +141,8 @@ def _score(
     )
 
 
-def _part(measured: SweepMeasurements, takes: NDArray[np.bool_], *, far: int | None) -> RigSweep:
-    left, right = (_kept(measured, role, takes, far=far) for role in EYES)
+def _select_rig(measured: SweepMeasurements, takes: NDArray[np.bool_], *, far: int | None) -> RigSweep:
+    left, right = (_select_rows(measured, role, takes, far=far) for role in EYES)
     return replace(measured.rig, left=left, right=right)
 
 
@@ -150,11 +150,13 @@ def _rows_of(
     measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], far: int | None
 ) -> NDArray[np.bool_]:
     """Return (n,) bool: the rows of an eye whose node is taken, of one station or of all."""
-    kept = takes[group_of(_eye(measured, role))]
+    kept = takes[group_numbers(_eye(measured, role))]
     return kept if far is None else kept & (measured.nodes[role][:, 0] == far)
 
 
-def _kept(measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], *, far: int | None) -> EyeSweep:
+def _select_rows(
+    measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], *, far: int | None
+) -> EyeSweep:
     eye, rows = _eye(measured, role), _rows_of(measured, role, takes, far)
     return EyeSweep(
         volts_v=eye.volts_v[rows],
@@ -162,12 +164,12 @@ def _kept(measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], *, 
         depth_m=eye.depth_m[rows],
         raw_px=eye.raw_px[rows],
         plane_px=eye.plane_px[rows],
-        group=group_of(eye)[rows],
+        group=group_numbers(eye)[rows],
         t_s=None if eye.t_s is None else eye.t_s[rows],
     )
 
 
-def _missed_px(
+def _residuals_px(
     calibration: Calibration, role: Role, eye: EyeSweep, *, baseline_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return by how much a calibration misses what was measured: image centres (n, 2), corners (n, m, 2).
@@ -188,7 +190,7 @@ def _missed_px(
     return centres - measured, corners - (measured[:, None, :] + eye.plane_px)
 
 
-def _rows_apart(
+def _row_differences(
     measured: SweepMeasurements, takes: NDArray[np.bool_], corners_px: dict[Role, NDArray[np.float64]]
 ) -> NDArray[np.float64]:
     """Return (k,) differences of the eyes' rows, left less right, at the poses that both measured."""
@@ -207,7 +209,7 @@ def _eye(measured: SweepMeasurements, role: Role) -> EyeSweep:
     return measured.rig.left if role is Role.LEFT else measured.rig.right
 
 
-def group_of(eye: EyeSweep) -> NDArray[np.int64]:
+def group_numbers(eye: EyeSweep) -> NDArray[np.int64]:
     """Return the (n,) numbers of the nodes, each row its own where none were given."""
     return np.arange(len(eye.volts_v)) if eye.group is None else eye.group
 

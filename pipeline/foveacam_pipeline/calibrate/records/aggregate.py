@@ -46,7 +46,7 @@ def sweep_id(sweep: Sweep) -> str:
     return content_id(plain(sweep))
 
 
-def aggregate(paths: Sequence[Path], *, rig_id: str) -> CombinedSweeps:
+def collect_sweeps(paths: Sequence[Path], *, rig_id: str) -> CombinedSweeps:
     """Read sweeps and check that they are of one rig with one set of cameras; leave out repeated ones."""
     known: dict[str, Sweep] = {}
     sources = []
@@ -85,21 +85,21 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
     How the mounts moved in between is fitted as it is between the runs of one session, where nodes were
     visited again; without such visits only moves of more than 0.01° are taken out.
     """
-    combined = aggregate([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
+    combined = collect_sweeps([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
     if not (wide_from / "wide.json").is_file():
         raise InvalidInput(f"session {wide_from} holds no wide.json; name one with a calibrated wide camera")
     if into.exists():
         raise InvalidInput(f"session {into} exists already, nothing was overwritten; give a new one")
     beside = into.with_name(f".{into.name}.part")
     try:
-        _fill(beside, combined, wide_from)
+        _write_session(beside, combined, wide_from)
         beside.replace(into)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return combined
 
 
-def _fill(folder: Path, combined: CombinedSweeps, wide_from: Path) -> None:
+def _write_session(folder: Path, combined: CombinedSweeps, wide_from: Path) -> None:
     folder.mkdir(parents=True)
     files = (path for found in wide_from.glob("wide*") for path in (found, *found.rglob("*")))
     for path in files:  # one by one: `copytree` gathers its errors, and loses what ails the disk
@@ -110,13 +110,13 @@ def _fill(folder: Path, combined: CombinedSweeps, wide_from: Path) -> None:
             shutil.copy2(path, target)
     taken: set[str] = set()
     for sweep in sorted(combined.sweeps, key=lambda sweep: sweep.header.created_utc):
-        named = _named_apart(sweep, taken)
+        named = _with_unique_name(sweep, taken)
         save_sweep(named, folder / sweep_filename(named.header.station))
     listing = {"wide": str(wide_from), "sweeps": [_source_document(source) for source in combined.sources]}
     (folder / SOURCES_FILE).write_text(json.dumps(listing, indent=1) + "\n", encoding="utf-8")
 
 
-def _named_apart(sweep: Sweep, taken: set[str]) -> Sweep:
+def _with_unique_name(sweep: Sweep, taken: set[str]) -> Sweep:
     """Return a sweep whose station's file has a name of its own, and take that name."""
     station = sweep.header.station
     names = (f"{station.name} ({number})" if number > 1 else station.name for number in itertools.count(1))

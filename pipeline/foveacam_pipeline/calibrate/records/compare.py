@@ -82,7 +82,7 @@ def compare(
     _check_same_rig(a, b)
     field = _common_field(a, b)
     rows = [
-        _at(a, b, (float(ax), float(ay)), distance_m)
+        _compare_at(a, b, (float(ax), float(ay)), distance_m)
         for ay in np.linspace(field[2], field[3], nodes)
         for ax in np.linspace(field[0], field[1], nodes)
         if _covered(a, b, (float(ax), float(ay)), distance_m)
@@ -145,7 +145,9 @@ def _covered(a: Calibration, b: Calibration, direction: tuple[float, float], dis
     )
 
 
-def _at(a: Calibration, b: Calibration, direction: tuple[float, float], distance_m: float) -> list[float]:
+def _compare_at(
+    a: Calibration, b: Calibration, direction: tuple[float, float], distance_m: float
+) -> list[float]:
     """Return ax, ay, gaze differences (left x, y, right x, y), row mismatch and difference of disparity."""
     volts = a.steer(*direction, distance_m=distance_m)
     depth_m = float(point_from_direction(*direction, distance_m)[2])

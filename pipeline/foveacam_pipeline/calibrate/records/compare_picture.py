@@ -21,10 +21,10 @@ def comparison_picture(comparison: CalibrationComparison) -> bytes:
     figure = Figure(figsize=(11.0, 8.6), dpi=_DPI, layout="constrained")
     axes = figure.subplots(2, 2)
     at = np.rad2deg(comparison.directions_rad)
-    _arrows(axes[0, 0], at, comparison.gaze_left_px, title="left gaze, fovea px")
-    _arrows(axes[0, 1], at, comparison.gaze_right_px, title="right gaze, fovea px")
-    _rows(figure, axes[1, 0], at, comparison.epipolar_px)
-    _arrows(axes[1, 1], comparison.wide_at_px, comparison.wide_px, title="wide camera, px")
+    _draw_arrows(axes[0, 0], at, comparison.gaze_left_px, title="left gaze, fovea px")
+    _draw_arrows(axes[0, 1], at, comparison.gaze_right_px, title="right gaze, fovea px")
+    _draw_rows(figure, axes[1, 0], at, comparison.epipolar_px)
+    _draw_arrows(axes[1, 1], comparison.wide_at_px, comparison.wide_px, title="wide camera, px")
     for axis in (axes[0, 0], axes[0, 1], axes[1, 0]):
         axis.set_xlabel("ax, °")
         axis.set_ylabel("ay, °")
@@ -41,7 +41,7 @@ def comparison_picture(comparison: CalibrationComparison) -> bytes:
     return buffer.getvalue()
 
 
-def _arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *, title: str) -> None:
+def _draw_arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *, title: str) -> None:
     length = np.linalg.norm(px, axis=1)
     longest = max(float(length.max()), _LEAST_PX) * math.sqrt(len(at)) / _CELLS_LONG
     x, y, dx, dy = at[:, 0], at[:, 1], px[:, 0], px[:, 1]
@@ -55,7 +55,7 @@ def _arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *, tit
     axis.set_aspect("equal")
 
 
-def _rows(figure: Figure, axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64]) -> None:
+def _draw_rows(figure: Figure, axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64]) -> None:
     dots = axis.scatter(at[:, 0], at[:, 1], c=px, s=150, marker="s", cmap="magma")
     figure.colorbar(dots, ax=axis, shrink=0.8)
     axis.set_title("row mismatch between the eyes, fovea px", fontsize=10)

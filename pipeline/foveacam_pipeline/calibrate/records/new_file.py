@@ -16,12 +16,12 @@ def write_new(path: Path, content: str | bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        claim(temporary, path)
+        link_new(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def claim(temporary: Path, path: Path) -> None:
+def link_new(temporary: Path, path: Path) -> None:
     """Give a finished file its name, unless another content has that name: then raise InvalidInput."""
     try:
         path.hardlink_to(temporary)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
-from foveacam_pipeline.calibrate.records.new_file import claim
+from foveacam_pipeline.calibrate.records.new_file import link_new
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_pipeline.storage.disk import disk_errors
@@ -139,7 +139,7 @@ class CalibrationStore:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
                 save_calibration(calibration, finished)
-                claim(finished, path)
+                link_new(finished, path)
             finally:
                 finished.unlink(missing_ok=True)
         return path

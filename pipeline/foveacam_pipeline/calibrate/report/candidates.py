@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.charts import bars
+from foveacam_pipeline.calibrate.report.charts import score_bars
 from foveacam_pipeline.calibrate.report.facts import FitFacts, SessionFacts
 from foveacam_pipeline.calibrate.report.markup import (
-    absent,
     drawing,
     facts,
     named_figures,
+    not_measured,
     paragraph,
     table,
 )
@@ -19,40 +19,50 @@ _EYES = ("left", "right")
 _STEPS = ("pointing_rms_px", "rectification_rms_px", "epipolar_rms_px")
 
 
-def candidates(session: SessionFacts | None, calibration: Calibration) -> list[str]:
+def candidate_parts(session: SessionFacts | None, calibration: Calibration) -> list[str]:
     """Return the parts that tell which models were compared; words for it where none were."""
     fit = session.fit if session is not None else None
     if fit is None or not fit.models:
         return [
-            absent("candidates beside the chosen model", "foveacam calibrate mirrors fits and scores them")
+            not_measured(
+                "candidates beside the chosen model", "foveacam calibrate mirrors fits and scores them"
+            )
         ]
     return [
-        drawing(bars(fit.models), "Leave-one-out error of every candidate, both axes, logarithmic"),
-        *_beside_the_paper(fit, calibration),
+        drawing(score_bars(fit.models), "Leave-one-out error of every candidate, both axes, logarithmic"),
+        *_paper_comparison(fit, calibration),
         *_parallax(fit.parallax or {}),
     ]
 
 
-def _beside_the_paper(fit: FitFacts, calibration: Calibration) -> list[str]:
+def _paper_comparison(fit: FitFacts, calibration: Calibration) -> list[str]:
     paper = fit.paper or {}
     if not paper:
         return []
     rows = [
-        (f"gaze left out, {eye} eye (ax, ay)", _angles(_of_eye(paper.get("loo_deg"), eye)), _ours(fit, eye))
+        (
+            f"gaze left out, {eye} eye (ax, ay)",
+            _angles(_eye_value(paper.get("loo_deg"), eye)),
+            _chosen_error(fit, eye),
+        )
         for eye in _EYES
     ]
     rows += [
         (
             f"rectification left out, {role.value} eye",
-            _plain(_of_eye(paper.get("rectify_loo_px"), role.value), "px"),
+            _with_unit(_eye_value(paper.get("rectify_loo_px"), role.value), "px"),
             f"{calibration.eye(role).homography.loo_px:.3f} px",
         )
         for role in (Role.LEFT, Role.RIGHT)
     ]
     if "volts_roundtrip_max_lsb" in paper:
-        ours = _plain(fit.volts_roundtrip_max_lsb, "DAC steps")
+        ours = _with_unit(fit.volts_roundtrip_max_lsb, "DAC steps")
         rows.append(
-            ("volts to angle to volts, at most", _plain(paper["volts_roundtrip_max_lsb"], "DAC steps"), ours)
+            (
+                "volts to angle to volts, at most",
+                _with_unit(paper["volts_roundtrip_max_lsb"], "DAC steps"),
+                ours,
+            )
         )
     return [
         "<h3>Beside the paper's plain model</h3>",
@@ -64,7 +74,7 @@ def _beside_the_paper(fit: FitFacts, calibration: Calibration) -> list[str]:
 def _additions(steps: "tuple[Mapping[str, object], ...] | list[Mapping[str, object]]") -> list[str]:
     if not steps:
         return []
-    rows = [(str(step["name"]), *(_plain(step[name], "px") for name in _STEPS)) for step in steps]
+    rows = [(str(step["name"]), *(_with_unit(step[name], "px") for name in _STEPS)) for step in steps]
     return [
         paragraph(
             "What each addition brings: RMS at poses left out, in pixels of the fovea. “Ours, but …” takes "
@@ -82,10 +92,10 @@ def _parallax(parallax: Mapping[str, object]) -> list[str]:
     rows = [
         (
             name,
-            _plain(found.get("print_m"), "m"),
-            _plain(found.get("tape_m"), "m"),
-            _plain(found.get("rms_deg"), "°"),
-            _plain(found.get("largest_deg"), "°"),
+            _with_unit(found.get("print_m"), "m"),
+            _with_unit(found.get("tape_m"), "m"),
+            _with_unit(found.get("rms_deg"), "°"),
+            _with_unit(found.get("largest_deg"), "°"),
             "yes" if found.get("corrected") else "no",
         )
         for name, found in stations.items()
@@ -98,11 +108,11 @@ def _parallax(parallax: Mapping[str, object]) -> list[str]:
     ]
 
 
-def _of_eye(found: object, eye: str) -> object:
+def _eye_value(found: object, eye: str) -> object:
     return found.get(eye) if isinstance(found, Mapping) else None
 
 
-def _ours(fit: FitFacts, eye: str) -> str:
+def _chosen_error(fit: FitFacts, eye: str) -> str:
     chosen = next((model.loo_deg for model in fit.models if model.chosen and model.eye == eye), None)
     return _angles(chosen)
 
@@ -111,7 +121,7 @@ def _angles(pair: object) -> str:
     return ", ".join(f"{value:.4f}°" for value in pair) if isinstance(pair, list | tuple) else "–"
 
 
-def _plain(value: object, unit: str) -> str:
+def _with_unit(value: object, unit: str) -> str:
     if not isinstance(value, int | float):
         return "–"
     digits = f"{value:.4g}" if unit == "m" else f"{value:.4f}" if unit == "°" else f"{value:.2f}"

@@ -28,9 +28,9 @@ def field_drawing(calibration: Calibration) -> str:
         _outline(np.rad2deg(calibration.left.mirror.hull_rad), "left area"),
         _outline(np.rad2deg(calibration.right.mirror.hull_rad), "right area"),
         _box(common, "frame"),
-        _word(wide[0] + 0.3, wide[2] + 0.8, "wide view"),
-        _word(-_PAPER_HALF_DEG + 0.3, -_PAPER_HALF_DEG - 0.2, "20° × 20° (paper)"),
-        _word(common[0] + 0.3, common[3] - 0.3, "both eyes reach"),
+        _label(wide[0] + 0.3, wide[2] + 0.8, "wide view"),
+        _label(-_PAPER_HALF_DEG + 0.3, -_PAPER_HALF_DEG - 0.2, "20° × 20° (paper)"),
+        _label(common[0] + 0.3, common[3] - 0.3, "both eyes reach"),
     ]
     box = (-half, -tall, 2.0 * half, 2.0 * tall)
     return svg(parts, box, "fields of view in degrees", text_deg=0.55)
@@ -71,8 +71,8 @@ def _grid(half: float, tall: float) -> str:
     steps_x, steps_y = np.arange(-5 * (half // 5), half, 5.0), np.arange(-5 * (tall // 5), tall, 5.0)
     lines = [f'<line class="grid" x1="{x:g}" x2="{x:g}" y1="{-tall:.2f}" y2="{tall:.2f}"/>' for x in steps_x]
     lines += [f'<line class="grid" y1="{y:g}" y2="{y:g}" x1="{-half:.2f}" x2="{half:.2f}"/>' for y in steps_y]
-    lines += [_word(x + 0.1, tall - 0.15, f"{x:g}°") for x in steps_x]
-    lines += [_word(-half + 0.1, y - 0.1, f"{y:g}°") for y in steps_y]
+    lines += [_label(x + 0.1, tall - 0.15, f"{x:g}°") for x in steps_x]
+    lines += [_label(-half + 0.1, y - 0.1, f"{y:g}°") for y in steps_y]
     return "".join(lines)
 
 
@@ -86,5 +86,5 @@ def _outline(corners: NDArray[np.float64], kind: str) -> str:
     return f'<polygon class="{kind}" points="{points}"/>'
 
 
-def _word(x: float, y: float, text: str) -> str:
+def _label(x: float, y: float, text: str) -> str:
     return f'<text x="{x:.2f}" y="{y:.2f}">{escape(text)}</text>'

@@ -25,7 +25,7 @@ def paragraph(text: str) -> str:
     return f"<p>{escape(text)}</p>"
 
 
-def absent(what: str, how: str) -> str:
+def not_measured(what: str, how: str) -> str:
     """Return the words for a part that was not measured, and how to measure it."""
     return f'<p class="absent"><b>Not measured:</b> {escape(what)}. <span>{escape(how)}</span></p>'
 

@@ -3,7 +3,7 @@
 from foveacam_pipeline.calibrate.report.facts import ClosingFacts, MountDriftFacts, SessionFacts
 from foveacam_pipeline.calibrate.report.markup import paragraph
 
-UNSEEN = (
+DRIFT_NOT_MEASURED = (
     "No node was visited again during the sweeps: thermal drift of the mounts stays in, and the standard "
     "errors hold what is usual."
 )
@@ -14,11 +14,11 @@ def mount_drift(session: SessionFacts | None) -> str:
     if session is None or session.fit is None:
         return ""
     if not session.fit.drift:
-        return paragraph(UNSEEN)
-    return paragraph(f"{drift_words(session.fit.drift)}{closing_words(session.closing)}")
+        return paragraph(DRIFT_NOT_MEASURED)
+    return paragraph(f"{drift_sentence(session.fit.drift)}{closing_sentence(session.closing)}")
 
 
-def drift_words(drift: dict[str, MountDriftFacts]) -> str:
+def drift_sentence(drift: dict[str, MountDriftFacts]) -> str:
     """Return how fast and how far each mount drifted."""
     eyes = "; ".join(
         f"{eye} eye {found.px_per_minute:.2f} fovea px a minute, {found.moved_px:.2f} ± "
@@ -27,11 +27,11 @@ def drift_words(drift: dict[str, MountDriftFacts]) -> str:
     )
     return (
         "How the mounts moved during the sweeps and between them, seen at nodes visited again, taken out: "
-        f"{eyes}.{knock_words(drift)}"
+        f"{eyes}.{knock_sentence(drift)}"
     )
 
 
-def knock_words(drift: dict[str, MountDriftFacts]) -> str:
+def knock_sentence(drift: dict[str, MountDriftFacts]) -> str:
     """Return which mounts were knocked amid a sweep, and by how much; nothing where none was."""
     eyes = " and ".join(
         f"the {eye} eye's by {', then '.join(f'{size_px:.1f}' for size_px in found.knocks_px)} fovea px"
@@ -41,7 +41,7 @@ def knock_words(drift: dict[str, MountDriftFacts]) -> str:
     return f" Mounts were knocked amid the sweeps, taken out too: {eyes}." if eyes else ""
 
 
-def closing_words(closing: ClosingFacts | None) -> str:
+def closing_sentence(closing: ClosingFacts | None) -> str:
     """Return what was found, and done, between the sweeps and the check."""
     if closing is None:
         return ""

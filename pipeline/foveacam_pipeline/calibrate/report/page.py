@@ -9,7 +9,7 @@ from foveacam_pipeline.calibrate.report.markup import moment, section, table
 from foveacam_pipeline.calibrate.report.stages import mirror_stage, rectify_stage, wide_stage
 from foveacam_pipeline.calibrate.report.style import STYLE
 from foveacam_pipeline.calibrate.report.table2 import Specification, table2
-from foveacam_pipeline.calibrate.report.upkeep import check_part, depth_part, drift_part, settle_part
+from foveacam_pipeline.calibrate.report.verification import check_part, depth_part, drift_part, settle_part
 from foveacam_pipeline.models.calibration import Calibration
 
 PICTURES = (

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.candidates import candidates
+from foveacam_pipeline.calibrate.report.candidates import candidate_parts
 from foveacam_pipeline.calibrate.report.drawings import field_drawing, sweep_drawing
 from foveacam_pipeline.calibrate.report.facts import LensFacts, SessionFacts, SweepFacts
 from foveacam_pipeline.calibrate.report.markup import (
-    absent,
     drawing,
     facts,
     figures,
+    not_measured,
     number,
     paragraph,
     section,
@@ -40,9 +40,9 @@ def wide_stage(calibration: Calibration, session: SessionFacts | None, pictures:
     ]
     wide = session.wide if session is not None else None
     if wide is None or wide.fit is None:
-        parts.append(absent("views of a board", "foveacam calibrate wide"))
+        parts.append(not_measured("views of a board", "foveacam calibrate wide"))
     else:
-        parts.append(paragraph(_board_words(session)))
+        parts.append(paragraph(_board_sentence(session)))
         coverage = "–" if wide.coverage_fraction is None else f"{100.0 * wide.coverage_fraction:.0f} %"
         parts.append(facts([("views", str(len(wide.samples))), ("image covered", coverage)]))
         fits = [fit for fit in (wide.fit, wide.other_model) if fit is not None]
@@ -72,7 +72,7 @@ def mirror_stage(
         table(heads, rows),
         drawing(field_drawing(calibration), "Where each eye can look, beside the wide view"),
         *_sweeps(session),
-        *candidates(session, calibration),
+        *candidate_parts(session, calibration),
         mount_drift(session),
     ]
     captions = {
@@ -110,11 +110,11 @@ def rectify_stage(calibration: Calibration, pictures: Mapping[str, bytes]) -> st
         figures(pictures, captions),
     ]
     if not any(name in pictures for name in captions):
-        parts.append(absent("pictures of the warp and anaglyphs", "foveacam calibrate rectify"))
+        parts.append(not_measured("pictures of the warp and anaglyphs", "foveacam calibrate rectify"))
     return section("rectify", "Stage 3: rectification", *parts)
 
 
-def _board_words(session: SessionFacts | None) -> str:
+def _board_sentence(session: SessionFacts | None) -> str:
     board = session.board if session is not None else None
     if board is None:
         return ""
@@ -148,7 +148,7 @@ def _mirror_row(calibration: Calibration, role: Role) -> tuple[str, ...]:
 
 def _sweeps(session: SessionFacts | None) -> list[str]:
     if session is None or not session.sweeps:
-        return [absent("a sweep of the mirrors", "foveacam calibrate mirrors")]
+        return [not_measured("a sweep of the mirrors", "foveacam calibrate mirrors")]
     heads = (
         "station",
         "distance",

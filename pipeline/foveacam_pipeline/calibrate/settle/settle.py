@@ -21,10 +21,10 @@ from foveacam_pipeline.calibrate.settle.settle_values import (
     SettleReport,
     SettleSettings,
     StepTrace,
-    moved,
+    offset_volts,
     time_below,
 )
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES
@@ -33,21 +33,21 @@ STILL_PX = 0.5
 """A mirror that is so near to rest from some delay on is taken for settled there."""
 FIRST_US = 500
 REST_LOOKS = 4
-LEAST_STEP_PX = 60.0
-SEARCHED = 0.3
+MIN_STEP_PX = 60.0
+SEARCH_SHARE = 0.3
 """Half a step moves the picture by at most this share of its size."""
-DEFAULT = SettleSettings()
+DEFAULT_SETTINGS = SettleSettings()
 DOING = "measuring how the mirrors settle"
 
 
-def characterise(
+def characterise_settling(
     head: Head,
     *,
     clock: Clock,
     rig_id: str,
     created_utc: str,
     watch: ProcedureWatcher | None = None,
-    settings: SettleSettings = DEFAULT,
+    settings: SettleSettings = DEFAULT_SETTINGS,
     before: CameraSettings | None = None,
 ) -> SettleReport:
     """Measure all four axes.
@@ -55,15 +55,15 @@ def characterise(
     `before`: how the foveae were exposed, to be put back; without it the exposure seen in a frame is, with
     no gain. Raise DeviceFault when a mirror does not move, or when the scene shows too little.
     """
-    bench = _Bench(head, settings, clock=clock, watch=watch or SilentWatcher())
+    bench = _SettleRun(head, settings, clock=clock, watch=watch or SilentWatcher())
     with _short_exposures(head, settings, before):
         steps = {axis: bench.step(axis) for axis in settings.axes}
         normal = {axis: bench.watched(steps[axis]) for axis in settings.axes}
-        with _wide_open(head, settings) as low_pass_hz:
+        with _filters_open(head, settings) as low_pass_hz:
             ringing = {axis: bench.ringing(steps[axis]) for axis in settings.axes}
     head.look(settings.centre)
     axes = [
-        _axis(role, steps[axis], normal[axis][role], ringing[axis][role], settings)
+        _axis_settle(role, steps[axis], normal[axis][role], ringing[axis][role], settings)
         for role in EYES
         for axis in settings.axes
     ]
@@ -79,7 +79,7 @@ def characterise(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _End:
+class _StepEnd:
     """One end of a step, at rest: what each eye sees there, and where what was there before appears, px."""
 
     volts: StereoVolts
@@ -102,12 +102,12 @@ class _Step:
     """One axis of both eyes: its two ends, how long the step is in each eye, and the noise of a place, px."""
 
     axis: str
-    ends: tuple[_End, _End]
+    ends: tuple[_StepEnd, _StepEnd]
     step_px: dict[Role, float]
     noise_px: dict[Role, float]
 
 
-class _Bench:
+class _SettleRun:
     """The looks of one characterisation; every look starts from rest at the other end of the step."""
 
     def __init__(
@@ -121,17 +121,17 @@ class _Bench:
         self._at_first = False
         self._begins_us: dict[int, float] = {}
         """From the command to the start of the exposure, by the delay that was asked for."""
-        rough = len(list(_doubling(FIRST_US, settings.longest_us)))
+        rough = len(list(_doubling_delays(FIRST_US, settings.longest_us)))
         self._total = len(settings.axes) * (rough + settings.delays + settings.ringing_delays)
 
     def step(self, axis: str) -> _Step:
         """Measure the step itself, half by half so that every picture overlaps the next."""
         settings = self._settings
-        volts = [moved(settings.centre, axis, share * settings.step_v) for share in (-0.5, 0.0, 0.5)]
+        volts = [offset_volts(settings.centre, axis, share * settings.step_v) for share in (-0.5, 0.0, 0.5)]
         sightings = [self._rest(each) for each in volts]
-        ways = {role: _whole_step([_picture(s, role) for s in sightings], role, axis) for role in EYES}
+        ways = {role: _measure_step_px([_picture(s, role) for s in sightings], role, axis) for role in EYES}
         first, last = (
-            _End(
+            _StepEnd(
                 volts=at,
                 references={
                     role: SettledPicture(_picture(sighting, role), towards_px=sign * ways[role])
@@ -151,7 +151,7 @@ class _Bench:
     def watched(self, step: _Step) -> dict[Role, StepTrace]:
         """Follow a step with the filter as it is: first roughly, then finely up to where nothing moves."""
         longest_us = self._settings.longest_us
-        rough = [0, *_doubling(FIRST_US, longest_us)]
+        rough = [0, *_doubling_delays(FIRST_US, longest_us)]
         self._begin(step)
         seen = {delay: self._after(step, delay) for delay in rough}
         still = {role: STILL_PX / step.step_px[role] for role in EYES}
@@ -187,7 +187,7 @@ class _Bench:
 
     def _after(self, step: _Step, delay_us: int) -> dict[Role, float]:
         """Step to the other end, look `delay_us` later, and wait there for the next."""
-        check(self._watch, doing=DOING)
+        raise_if_cancelled(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
         sighting = self._head.look(end.volts, settle_us=delay_us)
         self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
@@ -199,7 +199,7 @@ class _Bench:
         return left
 
     def _rest(self, volts: StereoVolts) -> Sighting:
-        check(self._watch, doing=DOING)
+        raise_if_cancelled(self._watch, doing=DOING)
         sighting = self._head.look(volts, settle_us=self._settings.settled_us)
         self._wait()
         return sighting
@@ -208,7 +208,7 @@ class _Bench:
         self._clock.sleep_until_ns(self._clock.now_ns() + 1000 * self._settings.settled_us)
 
 
-def _axis(
+def _axis_settle(
     role: Role, step: _Step, trace: StepTrace, open_trace: StepTrace, settings: SettleSettings
 ) -> AxisSettle:
     step_px, noise_px = step.step_px[role], step.noise_px[role]
@@ -244,11 +244,11 @@ def _axis(
     )
 
 
-def _whole_step(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDArray[np.float64]:
+def _measure_step_px(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDArray[np.float64]:
     """Return where the first picture shows what the last shows in its middle, px from there."""
     way = np.zeros(2)
     for before, after in pairwise(pictures):
-        search_px = np.array(after.shape[::-1]) * SEARCHED
+        search_px = np.array(after.shape[::-1]) * SEARCH_SHARE
         shift = SettledPicture(after, towards_px=np.zeros(2), search_px=search_px).shift(before)
         if not shift.seen:
             raise DeviceFault(
@@ -257,10 +257,10 @@ def _whole_step(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDA
             )
         way += [shift.x_px, shift.y_px]
     length_px = float(np.linalg.norm(way))
-    if length_px < LEAST_STEP_PX:
+    if length_px < MIN_STEP_PX:
         raise DeviceFault(
             f"settling of the {role} eye, {axis} axis: the step moved the picture by {length_px:.1f} px, "
-            f"{LEAST_STEP_PX:g} px are needed; check that the mirror moves"
+            f"{MIN_STEP_PX:g} px are needed; check that the mirror moves"
         )
     return way
 
@@ -279,7 +279,7 @@ def _short_exposures(head: Head, settings: SettleSettings, before: CameraSetting
 
 
 @contextmanager
-def _wide_open(head: Head, settings: SettleSettings) -> Iterator[int]:
+def _filters_open(head: Head, settings: SettleSettings) -> Iterator[int]:
     """Open the drive filters, and set them as before again; yield the cut-off before, Hz."""
     before_hz = head.set_low_pass(settings.wide_open_hz)
     try:
@@ -288,7 +288,7 @@ def _wide_open(head: Head, settings: SettleSettings) -> Iterator[int]:
         head.set_low_pass(before_hz)
 
 
-def _doubling(first: int, last: int) -> Iterator[int]:
+def _doubling_delays(first: int, last: int) -> Iterator[int]:
     while first < last:
         yield first
         first *= 2

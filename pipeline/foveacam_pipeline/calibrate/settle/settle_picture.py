@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, StepTrace
 
 _DPI = 110
-_FLOOR_PX = 0.01
-COLOURS = {
+_MIN_DRAWN_PX = 0.01
+AXIS_COLOURS = {
     ("left", "x"): "#1f77b4",
     ("left", "y"): "#6baed6",
     ("right", "x"): "#d95f02",
@@ -24,8 +24,8 @@ def settle_picture(report: SettleReport) -> bytes:
     figure = Figure(figsize=(11.0, 7.6), dpi=_DPI, layout="constrained")
     above, below = figure.subplots(2, 1)
     for found in report.axes:
-        _left(above, found)
-        _ringing(below, found)
+        _draw_settling(above, found)
+        _draw_ringing(below, found)
     above.axhline(report.limit_px, color="0.4", linestyle="--", linewidth=0.8)
     above.set_yscale("log")
     above.set_xlim(0.0, 1.6e-3 * report.settle_us)
@@ -46,26 +46,31 @@ def settle_picture(report: SettleReport) -> bytes:
     return buffer.getvalue()
 
 
-def _left(axes: Axes, found: AxisSettle) -> None:
+def _draw_settling(axes: Axes, found: AxisSettle) -> None:
     label = (
         f"{found.role} {found.axis}: {found.step_px:.0f} px, 1 % after "
         f"{1e-3 * found.settle_share_us:.2f} ms, rest after {1e-3 * found.settle_us:.2f} ms"
     )
-    times_ms, left = _arrays(found.trace)
+    times_ms, left = _trace_arrays(found.trace)
     axes.plot(
-        times_ms, np.maximum(np.abs(left), _FLOOR_PX), ".-", color=_colour(found), linewidth=0.8, label=label
+        times_ms,
+        np.maximum(np.abs(left), _MIN_DRAWN_PX),
+        ".-",
+        color=_colour(found),
+        linewidth=0.8,
+        label=label,
     )
 
 
-def _ringing(axes: Axes, found: AxisSettle) -> None:
-    times_ms, left = _arrays(found.open_trace)
+def _draw_ringing(axes: Axes, found: AxisSettle) -> None:
+    times_ms, left = _trace_arrays(found.open_trace)
     label = f"{found.role} {found.axis}: {found.ringing}"
     axes.plot(times_ms, 100.0 * left / found.step_px, ".-", color=_colour(found), linewidth=0.8, label=label)
 
 
-def _arrays(trace: StepTrace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _trace_arrays(trace: StepTrace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return 1e-3 * np.array(trace.times_us), np.array(trace.left_px)
 
 
 def _colour(found: AxisSettle) -> str:
-    return COLOURS[found.role.value, found.axis]
+    return AXIS_COLOURS[found.role.value, found.axis]

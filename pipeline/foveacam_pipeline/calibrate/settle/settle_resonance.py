@@ -17,18 +17,18 @@ FILTER_ORDER = 5
 EXPOSURE_PARTS = 7
 FREQUENCIES_HZ = np.geomspace(250.0, 5000.0, 120)
 QUALITIES = (0.8, 2.0, 5.0, 15.0, 50.0)
-NOT_A_RESONANCE = 0.75
+MIN_QUALITY = 0.75
 """A quality below this swings over by less than can be told from a slower filter."""
-SIGNIFICANT = 4.0
+MIN_GAIN = 4.0
 """Without the mode the data must be explained so many times worse."""
-FEWEST = 12
-LEAST_NOISE_PX = 0.03
+MIN_PICTURES = 12
+MIN_NOISE_PX = 0.03
 STARTS = 3
-FORGIVEN = 30.0
+MISS_CAP = 30.0
 """When starts are compared a picture misses by so many standard errors at most."""
 BLUR_SHARE = 0.15
 """How well a picture is placed that moved during its exposure, as a share of the way."""
-MISTAKEN = 400.0
+MISTAKEN_RATIO = 400.0
 """A picture that misses by twenty times the median was taken for another one."""
 LARGEST_REL_SIGMA = 0.25
 MODEL_SHARE = 0.01
@@ -40,25 +40,27 @@ def fit_resonance(
     trace: StepTrace, *, step_px: float, cutoff_hz: int, exposure_us: float, noise_px: float
 ) -> tuple[MirrorResonance | None, str]:
     """Return the resonance that explains a trace, or None; and a sentence about it."""
-    if len(trace.times_us) < FEWEST:
+    if len(trace.times_us) < MIN_PICTURES:
         return None, f"{NOT_RESOLVED}: only {len(trace.times_us)} pictures were recognised"
-    data = _Data(
+    data = _StepData(
         np.array(trace.times_us) / 1e6,
         np.array(trace.left_px) / step_px,
         exposure_s=exposure_us / 1e6,
-        noise=max(noise_px, LEAST_NOISE_PX) / step_px,
+        noise=max(noise_px, MIN_NOISE_PX) / step_px,
     )
-    filtering = _poles(float(cutoff_hz))
-    alone = _fitted(data, filtering, [[0.0]])
-    rough = _fitted(data, filtering, _starts(data, filtering))
-    fit = _fitted(
-        data.blurred(_modelled(filtering, rough.x), delay_s=float(rough.x[0])), filtering, [rough.x.tolist()]
+    filtering = _filter_poles(float(cutoff_hz))
+    alone = _fit_terms(data, filtering, [[0.0]])
+    rough = _fit_terms(data, filtering, _start_terms(data, filtering))
+    fit = _fit_terms(
+        data.blurred(_combined_poles(filtering, rough.x), delay_s=float(rough.x[0])),
+        filtering,
+        [rough.x.tolist()],
     )
     frequency, quality = (math.exp(v) for v in fit.x[1:3].tolist())
     _, *sigmas = _rel_sigmas(fit)
-    if data.gain(filtering, fit.x, alone.x) < SIGNIFICANT or max(sigmas) > 1.0:
+    if data.gain(filtering, fit.x, alone.x) < MIN_GAIN or max(sigmas) > 1.0:
         return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"
-    if quality < NOT_A_RESONANCE:
+    if quality < MIN_QUALITY:
         return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
     if max(sigmas) > LARGEST_REL_SIGMA:
         return None, f"{NOT_RESOLVED}: {max(sigmas):.0%} of error; use more delays or a larger step"
@@ -74,7 +76,7 @@ def fit_resonance(
     )
 
 
-class _Data:
+class _StepData:
     """What was left of the step, as a share of it, at each time; and how far a model misses that."""
 
     def __init__(
@@ -85,9 +87,9 @@ class _Data:
         parts = (np.arange(EXPOSURE_PARTS) + 0.5) / EXPOSURE_PARTS - 0.5
         self._moments_s = times_s[:, None] + exposure_s * parts
 
-    def blurred(self, poles: NDArray[np.complex128], *, delay_s: float) -> "_Data":
+    def blurred(self, poles: NDArray[np.complex128], *, delay_s: float) -> "_StepData":
         """Return the same data, less trusted where the picture moved during its exposure."""
-        span = np.ptp(left_of_step(poles, self._moments_s - delay_s), axis=1)
+        span = np.ptp(remaining_step(poles, self._moments_s - delay_s), axis=1)
         wiser = copy.copy(self)
         wiser._sigma = np.hypot(self._sigma, BLUR_SHARE * span)  # noqa: SLF001 - our own copy
         return wiser
@@ -101,17 +103,17 @@ class _Data:
     ) -> float:
         """Return how many times less a fit misses than another, squares, where pictures were not mistaken."""
         first, second = (
-            self._miss(_modelled(filtering, terms), float(terms[0])) ** 2 for terms in (found, other)
+            self._miss(_combined_poles(filtering, terms), float(terms[0])) ** 2 for terms in (found, other)
         )
-        bulk = first <= MISTAKEN * max(float(np.median(first)), float(np.min(self._sigma)) ** 2)
+        bulk = first <= MISTAKEN_RATIO * max(float(np.median(first)), float(np.min(self._sigma)) ** 2)
         return float(np.sum(second[bulk]) / np.sum(first[bulk]))
 
     def _miss(self, poles: NDArray[np.complex128], delay_s: float) -> NDArray[np.float64]:
-        model = left_of_step(poles, self._moments_s - delay_s).mean(axis=1)
+        model = remaining_step(poles, self._moments_s - delay_s).mean(axis=1)
         return np.asarray(model - self._left, dtype=np.float64)
 
 
-def left_of_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+def remaining_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what an all-pole system of gain 1 at rest has left of a unit step after `times_s`, any shape."""
     apart = poles[:, None] - poles[None, :]
     np.fill_diagonal(apart, 1.0)
@@ -121,7 +123,7 @@ def left_of_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) ->
     return np.asarray(np.where(times_s > 0.0, left, 1.0), dtype=np.float64)
 
 
-def _poles(cutoff_hz: float) -> NDArray[np.complex128]:
+def _filter_poles(cutoff_hz: float) -> NDArray[np.complex128]:
     """Return the poles of the filter, 1/s."""
     _, poles, _ = signal.bessel(
         FILTER_ORDER, 2.0 * math.pi * cutoff_hz, analog=True, output="zpk", norm="mag"
@@ -134,10 +136,10 @@ def system_poles(cutoff_hz: float, resonance: MirrorResonance | None) -> NDArray
     terms = [0.0]
     if resonance is not None:
         terms += [math.log(resonance.frequency_hz), math.log(resonance.quality)]
-    return _modelled(_poles(cutoff_hz), np.array(terms))
+    return _combined_poles(_filter_poles(cutoff_hz), np.array(terms))
 
 
-def _modelled(filtering: NDArray[np.complex128], terms: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _combined_poles(filtering: NDArray[np.complex128], terms: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the poles of the filter and of a mode behind it, by (delay[, ln frequency, Hz, ln quality])."""
     if len(terms) == 1:
         return filtering
@@ -147,24 +149,24 @@ def _modelled(filtering: NDArray[np.complex128], terms: NDArray[np.float64]) -> 
     return np.append(filtering, [-damping + 1j * swing, -damping - 1j * swing])
 
 
-def _starts(data: _Data, filtering: NDArray[np.complex128]) -> list[list[float]]:
+def _start_terms(data: _StepData, filtering: NDArray[np.complex128]) -> list[list[float]]:
     """Return the best few of a grid of frequencies and qualities."""
     tried = []
     for frequency in FREQUENCIES_HZ.tolist():
         for quality in QUALITIES:
             start = [0.0, math.log(frequency), math.log(quality)]
-            miss = data.miss(_modelled(filtering, np.array(start)), delay_s=0.0)
-            tried.append((float(np.sum(np.minimum(np.abs(miss), FORGIVEN))), start))
+            miss = data.miss(_combined_poles(filtering, np.array(start)), delay_s=0.0)
+            tried.append((float(np.sum(np.minimum(np.abs(miss), MISS_CAP))), start))
     return [start for _, start in sorted(tried)[:STARTS]]
 
 
-def _fitted(
-    data: _Data, filtering: NDArray[np.complex128], starts: list[list[float]]
+def _fit_terms(
+    data: _StepData, filtering: NDArray[np.complex128], starts: list[list[float]]
 ) -> optimize.OptimizeResult:
     """Return the best robust fit of the delay, and of a mode where the starts have one."""
 
     def miss(terms: NDArray[np.float64]) -> NDArray[np.float64]:
-        return data.miss(_modelled(filtering, terms), delay_s=float(terms[0]))
+        return data.miss(_combined_poles(filtering, terms), delay_s=float(terms[0]))
 
     scales = (1e-4, 0.05, 0.2)
     fits = [

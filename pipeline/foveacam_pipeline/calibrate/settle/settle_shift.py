@@ -24,7 +24,7 @@ SHADING_PX, CONTRAST_PX, LEAST_CONTRAST = 12.0, 10.0, 3.0
 ROUNDS = 12
 STOP_PX = 0.003
 LARGEST_ROUND_PX = 6.0
-LEAST_SCORE = 0.25
+MIN_SCORE = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ class PictureShift:
     @property
     def seen(self) -> bool:
         """Whether the patch was found at all."""
-        return self.score >= LEAST_SCORE
+        return self.score >= MIN_SCORE
 
 
 class SettledPicture:
@@ -60,18 +60,18 @@ class SettledPicture:
         spare = np.full(2, SIDEWAYS_PX) if search_px is None else search_px
         self._low = np.floor(ends.min(axis=0) - spare)
         self._high = np.ceil(ends.max(axis=0) + spare)
-        self._even = _evened(gray)
-        self._at = _best_place(self._even, self._low, self._high)
-        self._patch = _cut(self._even, self._at)
+        self._even = _normalised(gray)
+        self._at = _best_patch_centre(self._even, self._low, self._high)
+        self._patch = _cut_patch(self._even, self._at)
         self._small = cv2.resize(
             self._patch, None, fx=1 / REDUCTION, fy=1 / REDUCTION, interpolation=cv2.INTER_AREA
         )
 
     def shift(self, gray: NDArray[np.uint8]) -> PictureShift:
         """Return how far a picture is from the reference."""
-        image = _evened(gray)
+        image = _normalised(gray)
         coarse, score = self._coarse(image)
-        if score < LEAST_SCORE:
+        if score < MIN_SCORE:
             return PictureShift(x_px=math.nan, y_px=math.nan, score=score)
         fine, score = self._refined(image, coarse)
         return PictureShift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
@@ -103,7 +103,7 @@ class SettledPicture:
         reference = self._patch.ravel() - float(self._patch.mean())
         shift, score = start.copy(), 0.0
         for _ in range(ROUNDS):
-            seen = _cut(image, self._at + shift).ravel()
+            seen = _cut_patch(image, self._at + shift).ravel()
             seen = seen - float(seen.mean())
             power = float(seen @ seen)
             if power <= 0.0:
@@ -119,12 +119,14 @@ class SettledPicture:
         return shift, score
 
 
-def _evened(gray: NDArray[np.uint8]) -> NDArray[np.float32]:
+def _normalised(gray: NDArray[np.uint8]) -> NDArray[np.float32]:
     quiet = np.asarray(cv2.GaussianBlur(gray.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
     return even(quiet, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST)
 
 
-def _cut(image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.intp]) -> NDArray[np.float32]:
+def _cut_patch(
+    image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.intp]
+) -> NDArray[np.float32]:
     side = 2 * HALF_PX
     corner = np.asarray(at_px, dtype=np.float64) - HALF_PX
     matrix = np.array([[1.0, 0.0, corner[0]], [0.0, 1.0, corner[1]]])
@@ -133,7 +135,7 @@ def _cut(image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.int
     return np.asarray(view, dtype=np.float32)
 
 
-def _best_place(
+def _best_patch_centre(
     image: NDArray[np.float32], low_px: NDArray[np.float64], high_px: NDArray[np.float64]
 ) -> NDArray[np.intp]:
     """Return the middle of the patch that can best be told from its surroundings along every direction.

@@ -7,9 +7,9 @@ import numpy as np
 
 from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
 
-NOISE = 3.0
+NOISE_SIGMAS = 3.0
 """What is below so many standard deviations of a place at rest cannot be told from rest."""
-DECADE = 8.0
+DECAY_RATIO = 8.0
 HALF = 0.5
 AXES = ("x", "y")
 
@@ -152,8 +152,8 @@ def time_below(trace: StepTrace, limit_px: float, *, floor_px: float) -> float:
     envelope = _envelope(trace)
     above = [point for point in envelope if point[1] > limit_px]
     after = envelope[len(above) :]
-    if limit_px < NOISE * floor_px or not after:
-        return _carried_on(envelope, limit_px, floor_px=NOISE * floor_px)
+    if limit_px < NOISE_SIGMAS * floor_px or not after:
+        return _extrapolated_us(envelope, limit_px, floor_px=NOISE_SIGMAS * floor_px)
     if not above:
         return after[0][0]
     (last_us, last_px), (next_us, next_px) = above[-1], after[0]
@@ -170,13 +170,13 @@ def _envelope(trace: StepTrace) -> list[tuple[float, float]]:
     return envelope[::-1]
 
 
-def _carried_on(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
+def _extrapolated_us(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
     """Return when a limit is reached that was not seen, at the rate of the last decade above the noise."""
     above = [point for point in envelope if point[1] > floor_px]
     if not above:
         return math.inf
     last_us, last_px = above[-1]
-    decade = [point for point in above if point[1] >= DECADE * last_px]
+    decade = [point for point in above if point[1] >= DECAY_RATIO * last_px]
     first_us, first_px = decade[-1] if decade else above[0]
     if not first_px > last_px:
         return math.inf
@@ -184,7 +184,7 @@ def _carried_on(envelope: list[tuple[float, float]], limit_px: float, *, floor_p
     return last_us + math.log(last_px / limit_px) / rate_per_us
 
 
-def moved(volts: StereoVolts, axis: str, by_v: float) -> StereoVolts:
+def offset_volts(volts: StereoVolts, axis: str, by_v: float) -> StereoVolts:
     """Return volts with one axis of both mirrors moved."""
 
     def one(mirror: MirrorVolts) -> MirrorVolts:

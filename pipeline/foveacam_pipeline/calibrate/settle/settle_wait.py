@@ -8,19 +8,19 @@ import math
 
 import numpy as np
 
-from foveacam_pipeline.calibrate.settle.settle_resonance import left_of_step, system_poles
+from foveacam_pipeline.calibrate.settle.settle_resonance import remaining_step, system_poles
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
 
-STEP_US = 100.0
+WAIT_STEP_US = 100.0
 """To whole tenths of a millisecond, upwards."""
-LONGEST_US = 200_000.0
-RESOLUTION_US = 10.0
+MODEL_SPAN_US = 200_000.0
+MODEL_STEP_US = 10.0
 
 
-def wait_us(report: SettleReport, *, max_v: float) -> int:
+def settle_wait_us(report: SettleReport, *, max_v: float) -> int:
     """Return after how long the largest move, from -`max_v` to `max_v`, is within the limit on every axis."""
     longest_us = max(largest_move_us(report, axis, move_v=2.0 * max_v) for axis in report.axes)
-    return round(STEP_US * math.ceil(longest_us / STEP_US))
+    return round(WAIT_STEP_US * math.ceil(longest_us / WAIT_STEP_US))
 
 
 def largest_move_us(report: SettleReport, axis: AxisSettle, *, move_v: float) -> float:
@@ -32,15 +32,15 @@ def largest_move_us(report: SettleReport, axis: AxisSettle, *, move_v: float) ->
     if report.low_pass_hz is None or move_px <= abs(axis.step_px):
         return max(axis.settle_us, axis.settle_for_us(max(move_px, abs(axis.step_px))))
     small_us, large_us = (
-        _modelled_us(report.low_pass_hz, axis, share=report.limit_px / px)
+        _modelled_settle_us(report.low_pass_hz, axis, share=report.limit_px / px)
         for px in (abs(axis.step_px), move_px)
     )
     return axis.settle_us + max(0.0, large_us - small_us)
 
 
-def _modelled_us(low_pass_hz: int, axis: AxisSettle, *, share: float) -> float:
+def _modelled_settle_us(low_pass_hz: int, axis: AxisSettle, *, share: float) -> float:
     """Return when filter and mirror leave less than a share of a step for good, µs."""
-    times_us = np.arange(0.0, LONGEST_US, RESOLUTION_US)
-    left = np.abs(left_of_step(system_poles(float(low_pass_hz), axis.resonance), 1e-6 * times_us))
+    times_us = np.arange(0.0, MODEL_SPAN_US, MODEL_STEP_US)
+    left = np.abs(remaining_step(system_poles(float(low_pass_hz), axis.resonance), 1e-6 * times_us))
     above = np.flatnonzero(left > share)
     return float(times_us[above[-1]]) if len(above) else 0.0

@@ -21,12 +21,12 @@ from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
-MOVED = 0.25
+MOVED_SHARE = 0.25
 """Of what counts as near: a rig that rests so far from where it rested was turned meanwhile."""
 
 
@@ -120,7 +120,7 @@ class StationBase:
     def _wait(self, what: str, *, timeout_ms: float) -> None:
         deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
         while self._pan_tilt.state.moving:
-            check(self._watch, doing="the sweep")
+            raise_if_cancelled(self._watch, doing="the sweep")
             if self._clock.now_ns() > deadline_ns:
                 raise Timeout(
                     f"{what}: not over within {timeout_ms / 1e3:g} s; free it, then resume the sweep"
@@ -138,7 +138,7 @@ class StationBase:
             raise DeviceFault(f"pan-tilt: {state.fault}; clear the fault and resume the sweep")
 
 
-def _no_more(missed_rad: NDArray[np.float64]) -> None:
+def _no_correction(missed_rad: NDArray[np.float64]) -> None:
     """Ask for nothing more: the operator reads how much is missing."""
 
 
@@ -155,7 +155,7 @@ class HandTurnedBase:
     wide: Intrinsics
     layout: MarkerLayout
     settings: TurnSettings
-    correct: Callable[[NDArray[np.float64]], None] = _no_more
+    correct: Callable[[NDArray[np.float64]], None] = _no_correction
 
     def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
         """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for.
@@ -167,7 +167,7 @@ class HandTurnedBase:
         begun_ns, has_turned = self.clock.now_ns() + round(self.settings.begin_ms * 1e6), False
         rested: NDArray[np.float64] | None = None  # where the target was before, or when more was asked for
         while True:
-            check(self.watch, doing="the sweep")
+            raise_if_cancelled(self.watch, doing="the sweep")
             frame = self.head.wide(max_age_ms=0.0)
             if frame.seq == last_seq:
                 self.clock.sleep_until_ns(self.clock.now_ns() + round(self.settings.poll_ms * 1e6))
@@ -186,7 +186,7 @@ class HandTurnedBase:
             nearest = int(np.argmin(off))
             still = self._still(middles)
             rested = gaze if rested is None else rested
-            turned = bool(np.abs(gaze - rested).max() > MOVED * self.settings.near_rad)
+            turned = bool(np.abs(gaze - rested).max() > MOVED_SHARE * self.settings.near_rad)
             has_turned = has_turned or turned or self.clock.now_ns() >= begun_ns
             if off[nearest] <= self.settings.near_rad and still and has_turned:
                 return nearest

@@ -14,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.sweep.eye_prediction import LOCATED_V, EyePrediction, clamp_volts
-from foveacam_pipeline.calibrate.sweep.marker_observation import EyeObservation, MarkerLimits, doubt
+from foveacam_pipeline.calibrate.sweep.eye_prediction import LOCATED_SIGMA_V, EyePrediction, clamp_volts
+from foveacam_pipeline.calibrate.sweep.marker_observation import (
+    EyeObservation,
+    MarkerLimits,
+    rejection_reason,
+)
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 
 BEYOND = "beyond the volts"
@@ -114,7 +118,7 @@ class EyeCentring:
     ) -> None:
         """Take what a look saw. `gaze_rad`: (2,) where the eye looks, None when nothing tells."""
         self.looks += 1
-        reason = doubt(sight, self._settings.limits, asked_ns=asked_ns)
+        reason = rejection_reason(sight, self._settings.limits, asked_ns=asked_ns)
         if sight.view is None:
             self._search(sight, gaze_rad, str(reason))
         elif gaze_rad is not None:
@@ -168,12 +172,12 @@ class EyeCentring:
         wanted_v = self._prediction.volts(self._wanted_rad)
         command_v = clamp_volts(wanted_v, self._max_v)
         moved = float(np.abs(command_v - sight.volts_v).max())
-        there = moved < LOCATED_V and gaze_rad is not None
+        there = moved < LOCATED_SIGMA_V and gaze_rad is not None
         if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
             self.refuse(f"{self._needs()}, and at the limit {reason}; {SMALLER}")
             return
         if gaze_rad is None or there:
-            aside = _ring(self._rings) * self._settings.ring_rad
+            aside = _ring_offset(self._rings) * self._settings.ring_rad
             self._rings += 1
             command_v = clamp_volts(self._prediction.volts(self._wanted_rad + aside), self._max_v)
         self.command_v = command_v
@@ -187,7 +191,7 @@ class EyeCentring:
         return f"the marker still is ({x:.0f}, {y:.0f}) px from the middle; check that the mirror follows"
 
 
-def _ring(number: int) -> NDArray[np.float64]:
+def _ring_offset(number: int) -> NDArray[np.float64]:
     """Return the place of a number on square rings about the middle, nearest first, (2,)."""
     x = y = 0
     dx, dy = 0, -1

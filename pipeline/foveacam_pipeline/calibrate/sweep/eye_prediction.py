@@ -14,18 +14,18 @@ REACH_RAD = 0.16
 OFFSET_V = 12.0
 LINEAR_V = 40.0
 """How much gain and cross-coupling may add at the reach."""
-BENT_V = 25.0
+SATURATION_V = 25.0
 """How much saturation may add, and over which part of the reach it changes."""
-BENT_LENGTH = 0.8
-SIGHT_V = 0.05
+SATURATION_LENGTH = 0.8
+MEASURED_SIGMA_V = 0.05
 """What a gaze measured on a marker is good for."""
-LOCATED_V = 1.0
+LOCATED_SIGMA_V = 1.0
 """What a gaze read off the wide view is good for: about two of its pixels."""
 KNOCKED_V, KNOCKED_SIGMAS = 1.0, 6.0
 """A marker seen farther than this from where it was expected: the mount was knocked."""
-BEFORE_V = 0.5
+BEFORE_KNOCK_SIGMA_V = 0.5
 """What gazes from before a knock are good for once they are moved along: a roll is left in them."""
-FEWEST_KNOWN = 3
+MIN_KNOWN = 3
 """So many gazes tell the gain; with fewer nothing is expected for sure."""
 SURPRISE_V = 8.0
 SURPRISE_V_PER_RAD = math.degrees(4.0)
@@ -52,16 +52,16 @@ class EyePrediction:
         """Take note of a gaze, (2,) rad, that was measured on a marker under volts, (2,)."""
         self.forget()
         self._follow(gaze_rad, volts_v)
-        self._add(gaze_rad, volts_v, SIGHT_V)
+        self._add(gaze_rad, volts_v, MEASURED_SIGMA_V)
 
     def _follow(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
         """Move along what was learnt before the mount was knocked: else no volts would suit both."""
-        if self.count < FEWEST_KNOWN:
+        if self.count < MIN_KNOWN:
             return
         beside_v = volts_v - self.volts(gaze_rad)
         if np.abs(beside_v).max() > KNOCKED_V + KNOCKED_SIGMAS * self._error_v(gaze_rad):
             self._excess = self._excess + beside_v
-            self._sigma_v = np.maximum(self._sigma_v, BEFORE_V)
+            self._sigma_v = np.maximum(self._sigma_v, BEFORE_KNOCK_SIGMA_V)
             self._answer = None
 
     def _error_v(self, gaze_rad: NDArray[np.float64]) -> float:
@@ -78,12 +78,12 @@ class EyePrediction:
         beside_v = float(np.abs(self.volts(gaze_rad) - volts_v).max())
         if beside_v > SURPRISE_V + SURPRISE_V_PER_RAD * self.nearest_rad(gaze_rad):
             return False
-        self._add(gaze_rad, volts_v, LOCATED_V)
+        self._add(gaze_rad, volts_v, LOCATED_SIGMA_V)
         return True
 
     def forget(self) -> None:
         """Forget what was supposed."""
-        known = self._sigma_v < LOCATED_V
+        known = self._sigma_v < LOCATED_SIGMA_V
         self._gazes, self._excess = self._gazes[known], self._excess[known]
         self._sigma_v, self._answer = self._sigma_v[known], None
 
@@ -123,8 +123,8 @@ class EyePrediction:
 def _kernel(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     one, other = a / REACH_RAD, b / REACH_RAD
     apart = np.sum((one[:, None] - other[None]) ** 2, axis=2)
-    bent = np.exp(-apart / (2.0 * BENT_LENGTH**2))
-    return np.asarray(OFFSET_V**2 + LINEAR_V**2 * (one @ other.T) + BENT_V**2 * bent, dtype=np.float64)
+    bent = np.exp(-apart / (2.0 * SATURATION_LENGTH**2))
+    return np.asarray(OFFSET_V**2 + LINEAR_V**2 * (one @ other.T) + SATURATION_V**2 * bent, dtype=np.float64)
 
 
 def clamp_volts(volts_v: NDArray[np.float64], max_v: float) -> NDArray[np.float64]:

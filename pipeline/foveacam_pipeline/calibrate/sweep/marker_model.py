@@ -25,13 +25,13 @@ LARGEST_SAMPLE = 3_000
 LARGEST_CANDIDATES = 40_000
 FLAT_SHARE = 0.1
 """Of the pixels that show no edge, so many are looked at, for the light."""
-MOST_STEPS = 25
-CLOSED_PX = 2e-3
+MAX_STEPS = 25
+CONVERGED_PX = 2e-3
 HUBER = 2.5
 HUBER_SHARE = 0.06
 """Misfits below this share of the contrast are never doubted: at an edge the sensor's noise is larger."""
-WORSE = 1.0005
-MOVED = 8
+COST_TOLERANCE = 1.0005
+BLUR_INDEX = 8
 """The first parameters are the homography's, then the blur, then the light."""
 
 
@@ -94,16 +94,16 @@ def fit_marker(
     state = problem.start(blur_px)
     damping = 1e-3
     residual, jacobian = problem.linearised(state)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         weights = np.sqrt(_huber(residual, state[10]))
         step = _damped_step(jacobian * weights[:, None], residual * weights, damping)
         candidate = state + step
-        candidate[MOVED] = max(candidate[MOVED], 0.2 * state[MOVED])
+        candidate[BLUR_INDEX] = max(candidate[BLUR_INDEX], 0.2 * state[BLUR_INDEX])
         found, slopes = problem.linearised(candidate)
-        if _cost(found) <= _cost(residual) * WORSE:
+        if _cost(found) <= _cost(residual) * COST_TOLERANCE:
             moved_px = problem.moved_px(state, candidate)
             state, residual, jacobian, damping = candidate, found, slopes, max(damping / 10.0, 1e-9)
-            if moved_px < CLOSED_PX:
+            if moved_px < CONVERGED_PX:
                 break
         else:
             damping *= 10.0
@@ -164,8 +164,8 @@ class _Problem:
         v = (g[3] * x + g[4] * y + g[5]) * below
         slope_u = np.hypot(g[0] - u * g[6], g[1] - u * g[7]) * np.abs(below) / self._unit_px
         slope_v = np.hypot(g[3] - v * g[6], g[4] - v * g[7]) * np.abs(below) / self._unit_px
-        across, across_du, across_ds = _cover(u, slope_u * state[MOVED])
-        down, down_dv, down_ds = _cover(v, slope_v * state[MOVED])
+        across, across_du, across_ds = _cover(u, slope_u * state[BLUR_INDEX])
+        down, down_dv, down_ds = _cover(v, slope_v * state[BLUR_INDEX])
         rows = self._black.T @ down
         white = 1.0 - _summed(rows, across)
         light = state[10] + (state[11] * u + state[12] * v) / HALF
@@ -212,7 +212,7 @@ class _Problem:
         )
         return MarkerFit(
             cells_from_px=np.append(state[:8], 1.0).reshape(3, 3) @ to_scaled,
-            blur_px=float(state[MOVED]),
+            blur_px=float(state[BLUR_INDEX]),
             contrast=float(state[10]),
             white=float(state[9] + state[10]),
             noise=noise,
@@ -229,12 +229,12 @@ class _Problem:
         scale = np.linalg.norm(jacobian, axis=0)
         scale[scale == 0.0] = 1.0
         normal = (jacobian.T @ jacobian) / np.outer(scale, scale)
-        covariance = np.linalg.pinv(normal, hermitian=True)[:MOVED, :MOVED] / np.outer(
-            scale[:MOVED], scale[:MOVED]
+        covariance = np.linalg.pinv(normal, hermitian=True)[:BLUR_INDEX, :BLUR_INDEX] / np.outer(
+            scale[:BLUR_INDEX], scale[:BLUR_INDEX]
         )
         at = self._outer_px(state).ravel()
-        moved = np.empty((len(at), MOVED))
-        for k in range(MOVED):
+        moved = np.empty((len(at), BLUR_INDEX))
+        for k in range(BLUR_INDEX):
             nudged = state.copy()
             nudged[k] += 1e-6
             moved[:, k] = (self._outer_px(nudged).ravel() - at) / 1e-6

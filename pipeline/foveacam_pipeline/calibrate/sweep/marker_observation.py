@@ -19,14 +19,14 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
-CLEAR = 0.55
+MIN_SCORE = 0.55
 """Correlation above which the place in the wide view counts as found."""
-CLEARER = 0.05
+MIN_SCORE_LEAD = 0.05
 """And by so much it must beat any other place."""
 GUARD = 9
 FULL_LEVEL = 251.0
 """White this near to the end of the scale is cut off there by its own noise."""
-HALVED = 2
+WIDE_REDUCTION = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,7 +67,7 @@ def centre_px(size: tuple[int, int]) -> NDArray[np.float64]:
     return np.array([(size[0] - 1) / 2.0, (size[1] - 1) / 2.0])
 
 
-def eye_sight(frame: Frame, layout: MarkerLayout) -> EyeObservation:
+def observe_eye(frame: Frame, layout: MarkerLayout) -> EyeObservation:
     """Look for an eye's marker in its frame."""
     image = to_uint8(frame)
     shades, own = gray(image), layout.id_of(frame.role)
@@ -109,7 +109,7 @@ def turn_between(view: MarkerView, other: MarkerView) -> float:
     return math.atan2(one[1], one[0]) - math.atan2(two[1], two[0])
 
 
-def gaze_by_wide(
+def gaze_from_wide(
     sight: EyeObservation,
     wide_gray: NDArray[np.uint8],
     wide: Intrinsics,
@@ -123,17 +123,19 @@ def gaze_by_wide(
     `turn_rad`: by how much the eye's image is turned against the wide one. None when the wide view does not
     show clearly where. Good to about two wide pixels.
     """
-    whole = cv2.resize(wide_gray, None, fx=1 / HALVED, fy=1 / HALVED, interpolation=cv2.INTER_AREA)
-    patch = _shrunk(gray(sight.image), 1.0 / (HALVED * zoom), turn_rad)
+    whole = cv2.resize(
+        wide_gray, None, fx=1 / WIDE_REDUCTION, fy=1 / WIDE_REDUCTION, interpolation=cv2.INTER_AREA
+    )
+    patch = _shrunk(gray(sight.image), 1.0 / (WIDE_REDUCTION * zoom), turn_rad)
     scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
     y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
     best = float(scores[y, x])
     rest = scores.copy()
     rest[max(0, y - GUARD) : y + GUARD + 1, max(0, x - GUARD) : x + GUARD + 1] = -1.0
-    if best < CLEAR or best - float(rest.max()) < CLEARER:
+    if best < MIN_SCORE or best - float(rest.max()) < MIN_SCORE_LEAD:
         return None
     half = (np.array([patch.shape[1], patch.shape[0]]) - 1.0) / 2.0
-    pixel = (np.array([float(x), float(y)]) + half) * HALVED + (HALVED - 1) / 2.0
+    pixel = (np.array([float(x), float(y)]) + half) * WIDE_REDUCTION + (WIDE_REDUCTION - 1) / 2.0
     ray = np.append(np.tan(wide.angles_rad(pixel[None])[0]), 1.0)
     normal = target.rotation[:, 2]
     return np.asarray(ray * float(target.middle_m @ normal) / float(ray @ normal))
@@ -151,7 +153,7 @@ def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[
     return np.asarray(cv2.warpAffine(small, turn, size, flags=cv2.INTER_LINEAR), dtype=np.uint8)
 
 
-def doubt(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
+def rejection_reason(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
     """Return why a sight may not be used, in words; None when it may."""
     old_ms = (asked_ns - sight.t_ns) / 1e6
     if old_ms > limits.stale_ms:
@@ -159,10 +161,10 @@ def doubt(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str 
     if sight.view is None:
         seen = f" (it sees marker {', '.join(map(str, sorted(sight.others)))})" if sight.others else ""
         return f"its marker is not in the view{seen}"
-    return view_doubt(sight.view, most_px=limits.blur_fovea_px)
+    return view_rejection_reason(sight.view, most_px=limits.blur_fovea_px)
 
 
-def view_doubt(view: MarkerView, *, most_px: float) -> str | None:
+def view_rejection_reason(view: MarkerView, *, most_px: float) -> str | None:
     """Return why the view of a marker may not be used, in words; None when it may."""
     if view.blur_px > most_px:
         return (

@@ -22,7 +22,7 @@ LARGEST_MISFIT_WIDE_PX = 0.5
 """A layout that leaves more (rms) is not the one that was printed."""
 TAPE_TOLERANCE = 0.05
 """Tape and print may differ by this share; beyond, one of them is wrong."""
-FEWEST_MARKERS = 2
+MIN_MARKERS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,14 +85,14 @@ def locate_target(
     """
     check_order(views, layout)
     known = [(role, views[layout.id_of(role)]) for role in Role if layout.id_of(role) in views]
-    if len(known) < FEWEST_MARKERS:
+    if len(known) < MIN_MARKERS:
         raise InvalidInput(
-            f"target: {len(known)} of its markers in the wide view, {FEWEST_MARKERS} are needed; "
+            f"target: {len(known)} of its markers in the wide view, {MIN_MARKERS} are needed; "
             f"uncover markers {', '.join(map(str, layout.ids))} and light them"
         )
     places = np.vstack([view.places_m + layout.middle_m(role) for role, view in known])
     pixels = np.vstack([view.corners_px for _, view in known])
-    pose = _solved(places, pixels, wide, layout)
+    pose = _solve_pose(places, pixels, wide, layout)
     if pose.misfit_px > LARGEST_MISFIT_WIDE_PX:
         raise InvalidInput(
             f"target: its markers lie {pose.misfit_px:.2f} wide px (rms) from where a layout of "
@@ -121,7 +121,7 @@ def _listed(ids: Iterable[int]) -> str:
     return ", ".join(map(str, ids))
 
 
-def _solved(
+def _solve_pose(
     places_m: NDArray[np.float64], pixels: NDArray[np.float64], wide: Intrinsics, layout: MarkerLayout
 ) -> TargetPose:
     points = np.column_stack([places_m, np.zeros(len(places_m))])

@@ -25,13 +25,13 @@ SIDE_M = 0.060
 INSIDE_PX = 2.0
 """A corner nearer to the image's edge cannot be told from one that is cut off."""
 NEAR_CELLS = 0.45
-AGREES = 0.2
+AGREE_SHARE = 0.2
 """Where the image differs from the model by more than this share of the contrast, a corner is covered."""
 SMALLEST_CELL_PX = 2.0
 LEAST_CONTRAST = 12.0
 """Grey levels between black and white."""
 REDUCTION = 4
-APART_RATE = 0.02
+MIN_DISTANCE_RATE = 0.02
 """Of a marker's perimeter: with OpenCV's own 0.125 the rim of the white paper often hides its marker."""
 
 
@@ -104,7 +104,7 @@ def image_of(view: MarkerView, places_m: NDArray[np.float64]) -> NDArray[np.floa
 def _detector() -> cv2.aruco.ArucoDetector:
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    parameters.minMarkerDistanceRate = APART_RATE
+    parameters.minMarkerDistanceRate = MIN_DISTANCE_RATE
     return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), parameters)
 
 
@@ -191,7 +191,7 @@ def _uncovered(fit: MarkerFit, cells: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which corners look as they should, (n,)."""
     rows = np.column_stack([fit.pixels_px, np.ones(len(fit.pixels_px))]) @ fit.cells_from_px.T
     at = rows[:, :2] / rows[:, 2:]
-    limit = AGREES * fit.contrast + 3.0 * fit.noise
+    limit = AGREE_SHARE * fit.contrast + 3.0 * fit.noise
     good = [
         bool(near.any()) and float(np.sqrt(np.mean(fit.misfit[near] ** 2))) <= limit
         for near in ((np.abs(at - cell) <= NEAR_CELLS).all(axis=1) for cell in cells)

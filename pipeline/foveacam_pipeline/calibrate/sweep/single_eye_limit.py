@@ -31,10 +31,10 @@ class SingleEyeLimit:
             self._refused[role] += 1
             at_the_rim = reason.startswith(BEYOND)
             if self._refused[role] >= (self._many if self._accepted[role] or at_the_rim else self._few):
-                raise _ended(role, self._refused[role], reason)
+                raise _end_error(role, self._refused[role], reason)
 
 
-def _ended(role: Role, times: int, reason: str) -> FoveaError:
+def _end_error(role: Role, times: int, reason: str) -> FoveaError:
     message = (
         f"sweep ended: the {role} eye was refused at {times} poses in a row, the last time because {reason}"
     )

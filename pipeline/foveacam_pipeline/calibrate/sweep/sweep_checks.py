@@ -16,7 +16,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 
 EYES = (Role.LEFT, Role.RIGHT)
-FEWEST_POSES = 30
+MIN_POSES = 30
 """Three poses for each of the ten coefficients of the paper's cubic."""
 _FEWEST_FOR_AXES = 5
 _LEAST_SPAN_V = 20.0
@@ -98,14 +98,14 @@ def check_target(sweep: Sweep, poses: Sequence[TargetPose]) -> None:
 
 def check_eye_seen(sweeps: Sequence[Sweep], role: Role, *, accepted: int) -> None:
     """Raise when an eye has too few poses, with the reasons that were given most often."""
-    if accepted >= FEWEST_POSES:
+    if accepted >= MIN_POSES:
         return
     poses = sum(len(sweep.poses) for sweep in sweeps)
     reasons = Counter(reason for sweep in sweeps for pose in sweep.poses if (reason := pose.refusal(role)))
     why = "; ".join(f"{reason} ({count} times)" for reason, count in reasons.most_common(2))
     hidden = "its marker was hidden from it throughout" if accepted == 0 else "too few for a cubic"
     raise InvalidInput(
-        f"{role} eye: measured at {accepted} of {poses} poses, {hidden}; at least {FEWEST_POSES} are needed"
+        f"{role} eye: measured at {accepted} of {poses} poses, {hidden}; at least {MIN_POSES} are needed"
         + (f" ({why})" if why else "")
         + "; see to the reason, and resume the sweep"
     )

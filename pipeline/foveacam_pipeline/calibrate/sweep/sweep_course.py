@@ -16,7 +16,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
-LARGEST_LEAN_RAD = math.radians(3.0)
+MAX_BASE_ERROR_RAD = math.radians(3.0)
 """A pan-tilt that misses by more is not where it says, and nothing is corrected by that."""
 
 
@@ -69,6 +69,6 @@ class SweepCourse:
         pose = self._meter.measure(index, (float(node_rad[0]), float(node_rad[1])), stands)
         if self._wide_id in pose.wide:
             lean = self._wide.angles_rad(middle_px(pose.wide[self._wide_id])[None])[0] - told
-            if np.abs(lean).max() <= LARGEST_LEAN_RAD:
+            if np.abs(lean).max() <= MAX_BASE_ERROR_RAD:
                 self._lean = lean
         return pose

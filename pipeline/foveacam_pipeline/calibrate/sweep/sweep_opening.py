@@ -18,7 +18,7 @@ OVERHANG_RAD = math.radians(1.0)
 """How far from an eye's middle its marker may still be whole in view, and count as a rim pose."""
 
 
-def open_sweep(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRest:
+def probe_mirrors(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRest:
     """Find both markers straight ahead and try every axis; raise DeviceFault naming one that does not answer.
 
     Raise InvalidInput when the target is not what was agreed: swapped markers, another layout, a wrong tape.
@@ -43,7 +43,7 @@ def open_sweep(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRest:
         for role in found:
             before, after = gazes[role], answers[role]
             if before is not None and after is not None:
-                _check_answer(role, axis, after - before, settings)
+                _check_response(role, axis, after - before, settings)
     return at_rest
 
 
@@ -79,7 +79,7 @@ def _gazes(
     return gazes
 
 
-def _check_answer(role: Role, axis: int, turned_rad: NDArray[np.float64], settings: SweepSettings) -> None:
+def _check_response(role: Role, axis: int, turned_rad: NDArray[np.float64], settings: SweepSettings) -> None:
     expected_rad = settings.probe_v * settings.rad_per_v[axis]
     found_rad = float(np.linalg.norm(turned_rad))
     if found_rad < settings.least_response * expected_rad:

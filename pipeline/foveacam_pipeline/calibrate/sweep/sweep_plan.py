@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose
 
-FEWEST = 3
-MOST = 41
+MIN_NODES = 3
+MAX_NODES = 41
 LARGEST_RAD = math.radians(30.0)
 
 
@@ -36,9 +36,10 @@ class SweepPlan:
     spacing: NodeSpacing = NodeSpacing.RIM
 
     def __post_init__(self) -> None:
-        if not (FEWEST <= self.columns <= MOST and FEWEST <= self.rows <= MOST):
+        if not (MIN_NODES <= self.columns <= MAX_NODES and MIN_NODES <= self.rows <= MAX_NODES):
             raise InvalidInput(
-                f"sweep of {self.columns} x {self.rows} poses: choose {FEWEST} to {MOST} along each axis"
+                f"sweep of {self.columns} x {self.rows} poses: choose {MIN_NODES} to {MAX_NODES} along each "
+                "axis"
             )
         if not all(0.0 < half <= LARGEST_RAD for half in (self.half_width_rad, self.half_height_rad)):
             asked = f"±{math.degrees(self.half_width_rad):g}° x ±{math.degrees(self.half_height_rad):g}°"

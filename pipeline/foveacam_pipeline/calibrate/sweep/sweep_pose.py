@@ -26,25 +26,25 @@ from foveacam_pipeline.calibrate.sweep.marker_observation import (
     EyeObservation,
     centre_px,
     direction_rad,
-    eye_sight,
-    gaze_by_wide,
+    gaze_from_wide,
     gaze_on_target,
+    observe_eye,
     turn_between,
-    view_doubt,
+    view_rejection_reason,
 )
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_pictures import marked
+from foveacam_pipeline.calibrate.sweep.sweep_pictures import draw_markers
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 EYES = (Role.LEFT, Role.RIGHT)
-MARKER_ROOM = 0.62
+MARKER_HALF_SIZE = 0.62
 """Half a marker that may be turned by some degrees, of its side."""
 LARGEST_RETREAT_RAD = math.radians(2.5)
-OVERHANG = 0.8
+MARGIN_SHARE = 0.8
 """Share of the room beside a marker that a pose beyond the volts may use up."""
 
 
@@ -162,7 +162,7 @@ class PoseMeter:
         while not all(eye.done for eye in eyes.values()):
             if enough is not None and enough():
                 return
-            check(self._watch, doing="the sweep")
+            raise_if_cancelled(self._watch, doing="the sweep")
             asked_ns = self._clock.now_ns()
             sighting = self.look({role: eye.command_v for role, eye in eyes.items()})
             at_rest.add(sighting.wide)
@@ -189,7 +189,7 @@ class PoseMeter:
         """Return what an eye saw of its marker in a look."""
         frame = sighting.left if role is Role.LEFT else sighting.right
         layout = self._settings.layout
-        sight = eye_sight(frame, layout)
+        sight = observe_eye(frame, layout)
         self.fovea_size = sight.size
         return sight
 
@@ -207,7 +207,7 @@ class PoseMeter:
                 point = gaze_on_target(view, sight.size, target, whose)
                 return direction_rad(point, self._eyes_m[sight.role])
         turn_rad = self._turns_rad[sight.role]
-        found = gaze_by_wide(
+        found = gaze_from_wide(
             sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom, turn_rad=turn_rad
         )
         return None if found is None else direction_rad(found, self._eyes_m[sight.role])
@@ -234,8 +234,8 @@ class PoseMeter:
         if self.fovea_size is None:
             return np.zeros(2)
         half_field = np.array(self.fovea_size) / (2.0 * self._settings.zoom * self._wide.fx_px)
-        half_marker = MARKER_ROOM * self._settings.layout.side_m / target.distance_m
-        return np.asarray(OVERHANG * np.maximum(half_field - half_marker, 0.0))
+        half_marker = MARKER_HALF_SIZE * self._settings.layout.side_m / target.distance_m
+        return np.asarray(MARGIN_SHARE * np.maximum(half_field - half_marker, 0.0))
 
     def _give_way(
         self, node_rad: NDArray[np.float64], rooms_rad: Mapping[Role, NDArray[np.float64]]
@@ -277,7 +277,7 @@ class PoseMeter:
         if marker_id not in at_rest.views:
             return f"marker {marker_id} is not in the wide view; uncover it and light it"
         most_px = self._settings.centring.limits.blur_wide_px
-        doubt = view_doubt(at_rest.views[marker_id], most_px=most_px)
+        doubt = view_rejection_reason(at_rest.views[marker_id], most_px=most_px)
         return None if doubt is None else f"wide view: {doubt}"
 
     def _frozen(self, sight: EyeObservation) -> bool:
@@ -288,9 +288,9 @@ class PoseMeter:
 
     def _show_wide(self, at_rest: WideMarkersAtRest, *, accepted: bool) -> None:
         views = list(at_rest.views.values())
-        self._watch.show("wide", marked(at_rest.image, views, accepted=accepted, aim_px=None))
+        self._watch.show("wide", draw_markers(at_rest.image, views, accepted=accepted, aim_px=None))
 
     def _show_eye(self, sight: EyeObservation, *, accepted: bool) -> None:
         views = [] if sight.view is None else [sight.view]
         aim_px = centre_px(sight.size)
-        self._watch.show(str(sight.role), marked(sight.image, views, accepted=accepted, aim_px=aim_px))
+        self._watch.show(str(sight.role), draw_markers(sight.image, views, accepted=accepted, aim_px=aim_px))

@@ -20,10 +20,10 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_pose import PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
-OUT = 0.7
+OUTER_SHARE = 0.7
 """Share of the way from the middle to a corner of the field at which the outer nodes lie to return to."""
 CROSS = np.array([(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
@@ -41,13 +41,13 @@ def nodes_to_return_to(sweep: Sweep) -> list[int]:
     if not known:
         return []
     plan = sweep.header.plan
-    wanted = OUT * CROSS * np.array([plan.half_width_rad, plan.half_height_rad])
+    wanted = OUTER_SHARE * CROSS * np.array([plan.half_width_rad, plan.half_height_rad])
     nodes = np.array([pose.node_rad for pose in known])
     nearest = [int(np.argmin(np.linalg.norm(nodes - place, axis=1))) for place in wanted]
     return list(dict.fromkeys(known[k].index for k in nearest))
 
 
-def returned(sweeps: Sequence[Sweep]) -> bool:
+def has_returned(sweeps: Sequence[Sweep]) -> bool:
     """Return whether in the last run of these sweeps the rig has returned to nodes out in the field."""
     last = max((pose.run for sweep in sweeps for pose in (*sweep.poses, *sweep.repeats)), default="")
     for sweep in sweeps:
@@ -81,10 +81,10 @@ class ReferenceVisits:
         self._since = measured
         index = middle_node(self.plan)
         pose = self.course.measure(index, self.plan.nodes_rad()[index], self.target)
-        self.known = kept(self.known, pose, run=self.run, path=self.path)
+        self.known = add_visit(self.known, pose, run=self.run, path=self.path)
 
 
-def kept(sweep: Sweep, pose: SweepPose, *, run: str, path: Path) -> Sweep:
+def add_visit(sweep: Sweep, pose: SweepPose, *, run: str, path: Path) -> Sweep:
     """Write a visit down, unless both eyes were refused, and return the sweep with it."""
     if pose.eyes_measured == 0:
         logger.info("visit to node %d: %s; %s", pose.index, pose.left_refusal, pose.right_refusal)
@@ -138,7 +138,7 @@ def return_to_nodes(
     try:
         base.prepare()
         for done, index in enumerate(indices):
-            check(watch, doing="the sweep")
+            raise_if_cancelled(watch, doing="the sweep")
             watch.progress(done, total=len(indices), note="back to nodes of the first station: the drift")
             pose = next(pose for pose in sweep.poses if pose.index == index)
             node = np.array(pose.node_rad)
@@ -149,7 +149,7 @@ def return_to_nodes(
             else:
                 target = locate_target(pose.wide, settings.layout, wide, distance_m=station.distance_m)
                 again = course.measure(index, node, target)
-            sweep = kept(sweep, again, run=settings.run, path=path)
+            sweep = add_visit(sweep, again, run=settings.run, path=path)
         watch.progress(len(indices), total=len(indices), note="back to nodes of the first station: the drift")
         return sweep.repeats[before:]
     finally:

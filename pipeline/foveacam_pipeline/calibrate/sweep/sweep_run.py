@@ -29,12 +29,12 @@ from foveacam_pipeline.calibrate.sweep.single_eye_limit import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_course import SweepCourse
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
-from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, open_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, probe_mirrors
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
 from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_reference import ReferenceVisits
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 logger = logging.getLogger(__name__)
@@ -72,10 +72,12 @@ def run_sweep(
     course = SweepCourse(
         base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
     )
-    run = _Run(base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path)
+    run = _SweepRun(
+        base=base, meter=meter, course=course, plan=plan, watch=watch, settings=settings, path=path
+    )
     if known is not None:  # before anything moves
         sizes = known.header.wide_size, known.header.fovea_size
-        check_same(known.header, run.header(station, *sizes), path)
+        check_same_sweep(known.header, run.header(station, *sizes), path)
     by_hand = HandTurnedBase(
         head=head,
         clock=clock,
@@ -115,7 +117,7 @@ def check_plan(plan: SweepPlan, station: Station, wide: Intrinsics, settings: Sw
 
 
 @dataclass(slots=True, kw_only=True)
-class _Run:
+class _SweepRun:
     """One run of a sweep."""
 
     base: StationBase
@@ -137,7 +139,7 @@ class _Run:
             by_hand.wait_for(AHEAD[None], done=done, total=total)
         else:
             self.base.turn_to(AHEAD)
-        at_rest = open_sweep(self.meter, self.settings)
+        at_rest = probe_mirrors(self.meter, self.settings)
         self._target = self.meter.locate(at_rest)
         check_volts(self.meter, self.plan, self.settings)
         fovea_size = self.meter.fovea_size
@@ -147,7 +149,7 @@ class _Run:
         if known is None:
             save_sweep(Sweep(header=header), self.path)
             return Sweep(header=header)
-        check_same(known.header, header, self.path)
+        check_same_sweep(known.header, header, self.path)
         for pose in (*known.poses, *known.repeats):
             self.meter.learn(pose)
         return known
@@ -181,12 +183,12 @@ class _Run:
         if to_do:
             references.visit_when_due(0, last=False)
         while to_do:
-            check(self.watch, doing="the sweep")
+            raise_if_cancelled(self.watch, doing="the sweep")
             pose = replace(self._next(nodes, to_do, by_hand), run=self.settings.run)
             if pose.index not in poses or pose.eyes_measured >= poses[pose.index].eyes_measured:
                 append_pose(self.path, pose)
                 poses[pose.index] = pose
-            self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_said(pose, len(nodes)))
+            self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_pose_note(pose, len(nodes)))
             patience.check(pose)
             references.visit_when_due(begun - len(to_do), last=not to_do)
         return replace(references.known, poses=tuple(poses[k] for k in sorted(poses)))
@@ -216,7 +218,7 @@ class _Run:
         return self.meter.measure(index, (float(nodes[index][0]), float(nodes[index][1])), None)
 
 
-def check_same(known: SweepHeader, now: SweepHeader, path: Path) -> None:
+def check_same_sweep(known: SweepHeader, now: SweepHeader, path: Path) -> None:
     """Raise InvalidInput naming what differs between the sweep on file and the one that is to go on."""
     for name in ("rig_id", "station", "layout", "plan", "wide_size", "fovea_size", "max_v"):
         before, wanted = getattr(known, name), getattr(now, name)
@@ -240,7 +242,7 @@ def _missing(sweep: Sweep | None, order: Iterable[int]) -> list[int]:
     return [index for index in order if index not in whole]
 
 
-def _said(pose: SweepPose, total: int) -> str:
+def _pose_note(pose: SweepPose, total: int) -> str:
     parts = []
     for role in EYES:
         eye = pose.eye(role)

@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.sweep.markers import find_markers, mean_view, m
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
-MOST_ASKED = 20
+MAX_READS = 20
 
 
 class WideMarkersAtRest:
@@ -21,7 +21,7 @@ class WideMarkersAtRest:
         self._layout = layout
         self._clock = clock
         self._since_ns = since_ns
-        self.frame = fresh_wide(head, clock, since_ns=since_ns)
+        self.frame = next_wide_frame(head, clock, since_ns=since_ns)
         self.image = to_uint8(self.frame)
         self.gray = gray(self.image)
         self.views = find_markers(self.gray, side_m=layout.side_m, only=layout.ids)
@@ -50,7 +50,7 @@ class WideMarkersAtRest:
 
     def fill(self, frames: int) -> None:
         """Wait for more frames until there are so many."""
-        for _ in range(MOST_ASKED):
+        for _ in range(MAX_READS):
             if self._frames >= frames:
                 return
             age_ms = max(0.0, (self._clock.now_ns() - self._last.t_ns) / 1e6 - 1.0)
@@ -72,10 +72,10 @@ class WideMarkersAtRest:
         return {marker_id: mean_view(series) for marker_id, series in self._series.items()}
 
 
-def fresh_wide(head: Head, clock: Clock, *, since_ns: int) -> Frame:
+def next_wide_frame(head: Head, clock: Clock, *, since_ns: int) -> Frame:
     """Return a wide frame whose exposure began at `since_ns` or later; raise Timeout when none comes."""
     oldest_ns = since_ns
-    for _ in range(MOST_ASKED):
+    for _ in range(MAX_READS):
         frame = head.wide(max_age_ms=max(0.0, (clock.now_ns() - oldest_ns) / 1e6))
         if _begin_ns(frame) >= since_ns:
             return frame

@@ -8,8 +8,8 @@ import numpy as np
 
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 
-State = Literal["no board", "moving", "nothing new", "holding", "taken"]
-WORDS: dict[State, str] = {
+CaptureState = Literal["no board", "moving", "nothing new", "holding", "taken"]
+STATE_NOTES: dict[CaptureState, str] = {
     "no board": "no board in view",
     "moving": "hold the board still",
     "nothing new": "seen already: move or tilt the board",
@@ -22,7 +22,7 @@ WORDS: dict[State, str] = {
 class AutoCaptureVerdict:
     """What became of one image; `view`: the mean of the images that the board was held for, when taken."""
 
-    state: State
+    state: CaptureState
     view: BoardView | None = None
     frames: int = 0
 
@@ -60,13 +60,13 @@ class AutoCapture:
         if quick is None:
             self._held.clear()
             return AutoCaptureVerdict(state="no board")
-        if before is None or not _same(before, quick, within_px=self._still_px):
+        if before is None or not _same_corners(before, quick, within_px=self._still_px):
             self._held.clear()
             return AutoCaptureVerdict(state="moving")
         if not self._held and not lacks(quick):
             return AutoCaptureVerdict(state="nothing new")
         fine = exact()
-        if fine is None or (self._held and not _same(self._held[0], fine, within_px=self._still_px)):
+        if fine is None or (self._held and not _same_corners(self._held[0], fine, within_px=self._still_px)):
             self._held.clear()
             return AutoCaptureVerdict(state="moving")
         if not self._held:
@@ -100,7 +100,7 @@ def mean_view(views: list[BoardView]) -> BoardView | None:
     )
 
 
-def _same(one: BoardView, other: BoardView, *, within_px: float) -> bool:
+def _same_corners(one: BoardView, other: BoardView, *, within_px: float) -> bool:
     """Tell whether the corners that both views have are in the same places."""
     shared, mine, theirs = np.intersect1d(one.ids, other.ids, return_indices=True)
     if 2 * len(shared) < len(one.ids):

@@ -13,8 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.board_pattern import goes_on, has_markers, mapped, starts_at_black
-from foveacam_pipeline.calibrate.wide.boards import LEAST_CORNERS, Board, Charuco, Checkerboard
+from foveacam_pipeline.calibrate.wide.board_pattern import (
+    extends_beyond,
+    has_markers,
+    mapped,
+    starts_at_black,
+)
+from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Board, Charuco, Checkerboard
 from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
 
 Effort: TypeAlias = Literal["live", "exact", "thorough"]
@@ -25,16 +30,16 @@ _LIVE = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_
 _SLOW = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 _WINDOW_PX = (2, 11)
 _RADIUS_PX = (2.5, 10.0)
-_CLEAR_OF_SQUARES = 0.45
+_EDGE_REACH = 0.45
 """How far the edges of a corner reach, in squares, before those of the next interfere."""
 _BLEED_PX = 1.5
 """What the blur of a lens adds to that which must be kept clear of."""
-_MISFIT = 0.25
+_MAX_MISFIT = 0.25
 """Largest rms difference of a corner from two crossing edges, over the contrast."""
-_FLAT = 0.35
+_MAX_OFFSET = 0.35
 """Largest distance of a corner from where a pinhole would see it, in squares: a lens shifts it by less,
 taking one corner for another by more."""
-_FOUR = 4
+_MIN_MARKERS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,7 +94,9 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
     plane = _image_from_board(coarse_px, ids, board)
     if plane is None:
         return None
-    if isinstance(board, Checkerboard) and (goes_on(gray, board, plane) or has_markers(gray, board, plane)):
+    if isinstance(board, Checkerboard) and (
+        extends_beyond(gray, board, plane) or has_markers(gray, board, plane)
+    ):
         return None
     edges_px = _edges(board, ids, plane)
     clear_px = _clear_px(board, edges_px)
@@ -97,7 +104,7 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
     if effort != "live":
         exact = fit_crossings(gray, corners_px, edges_px=edges_px, radius_px=clear_px)
         moved = np.linalg.norm(exact.places_px - corners_px, axis=1)
-        kept = kept & (exact.misfit < _MISFIT) & (moved < clear_px)
+        kept = kept & (exact.misfit < _MAX_MISFIT) & (moved < clear_px)
         corners_px = exact.places_px
     if not _fixes_a_pose(ids[kept], board):
         return None
@@ -115,7 +122,7 @@ def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
     """Return what there is in the image in place of `board`, in words; slow, for when all has failed."""
     if isinstance(board, Charuco):
         markers = _charuco_detector(board).detectBoard(gray)[3]
-        if markers is not None and len(markers) >= _FOUR:
+        if markers is not None and len(markers) >= _MIN_MARKERS:
             return (
                 f"{len(markers)} of its markers were found, but not placed as on a {board}: "
                 "check columns, rows and dictionary"
@@ -154,7 +161,7 @@ def _coarse_charuco(
     gray: NDArray[np.uint8], board: Charuco
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
     corners, ids, _, _ = _charuco_detector(board).detectBoard(gray)
-    if ids is None or len(ids) < _FOUR:
+    if ids is None or len(ids) < _MIN_MARKERS:
         return None
     numbers = np.asarray(ids, dtype=np.int64).ravel()
     order = np.argsort(numbers)
@@ -172,7 +179,7 @@ def _charuco_detector(board: Charuco) -> cv2.aruco.CharucoDetector:
 def _fixes_a_pose(ids: NDArray[np.int64], board: Board) -> bool:
     """Tell whether the corners spread over enough rows and columns to say how the board stands."""
     rows, columns = np.divmod(ids, board.columns)
-    return min(len(np.unique(rows)), len(np.unique(columns))) >= LEAST_CORNERS
+    return min(len(np.unique(rows)), len(np.unique(columns))) >= MIN_CORNERS
 
 
 def _image_from_board(
@@ -186,7 +193,7 @@ def _image_from_board(
     expected = mapped(places, plane)
     pitch_px = float(np.sqrt(abs(np.linalg.det(plane[:2, :2])))) / max(abs(float(plane[2, 2])), 1e-12)
     off = np.linalg.norm(expected - corners_px, axis=1)
-    return plane if off.max() < _FLAT * pitch_px else None
+    return plane if off.max() < _MAX_OFFSET * pitch_px else None
 
 
 def _edges(board: Board, ids: NDArray[np.int64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -201,7 +208,7 @@ def _clear_px(board: Board, edges_px: NDArray[np.float64]) -> NDArray[np.float64
     right, down = edges_px[:, 0], edges_px[:, 1]
     area = np.abs(right[:, 0] * down[:, 1] - right[:, 1] * down[:, 0])
     height = area / np.linalg.norm(edges_px, axis=2).max(axis=1)
-    share = _CLEAR_OF_SQUARES
+    share = _EDGE_REACH
     if isinstance(board, Charuco):  # a marker's corner is nearest, along the diagonal
         share = min(share, np.sqrt(0.5) * (1.0 - board.marker_m / board.square_m))
     return np.asarray(np.clip(share * height - _BLEED_PX, *_RADIUS_PX))
@@ -230,7 +237,7 @@ def _lattice_seen(gray: NDArray[np.uint8]) -> tuple[int, int] | None:
         # the search may take the board's rim for one more row, or miss one
         nearby = [(meta.shape[1] + i, meta.shape[0] + j) for i in (0, -1, 1) for j in (0, -1, 1)]
         for columns, rows in nearby:
-            if min(columns, rows) < LEAST_CORNERS:
+            if min(columns, rows) < MIN_CORNERS:
                 continue
             if detect_board(gray, Checkerboard(columns=columns, rows=rows), effort="live"):
                 return max(columns, rows), min(columns, rows)

@@ -4,13 +4,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.wide.boards import LEAST_CORNERS, Checkerboard
+from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Checkerboard
 
-_PRINTED = 0.4
+_MIN_PRINT_CONTRAST = 0.4
 """Difference of brightness within a square, over the board's, from which something is printed in it."""
 
 
-def goes_on(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]) -> bool:
+def extends_beyond(
+    gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]
+) -> bool:
     """Tell whether the pattern goes on beyond the board's rim: then it is a part of a larger board."""
     x, y = np.arange(board.columns), np.arange(board.rows)
     rims = (
@@ -19,12 +21,12 @@ def goes_on(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDAr
         np.column_stack([x, np.full_like(x, -1)]),
         np.column_stack([x, np.full_like(x, board.rows)]),
     )
-    inside = _crossing(gray, np.argwhere(np.ones((board.columns, board.rows))), image_from_board)
+    inside = _crossing_strength(gray, np.argwhere(np.ones((board.columns, board.rows))), image_from_board)
     strength = float(np.nanmedian(inside))
     for rim in rims:
-        there = _crossing(gray, rim, image_from_board) * np.sign(strength)
+        there = _crossing_strength(gray, rim, image_from_board) * np.sign(strength)
         known = there[np.isfinite(there)]
-        if len(known) >= LEAST_CORNERS and np.median(known) > 0.5 * abs(strength):
+        if len(known) >= MIN_CORNERS and np.median(known) > 0.5 * abs(strength):
             return True
     return False
 
@@ -34,11 +36,13 @@ def has_markers(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: 
     squares = np.argwhere(np.ones((board.columns - 1, board.rows - 1))) + 0.5
     around = np.stack(np.meshgrid([-0.2, 0.0, 0.2], [-0.2, 0.0, 0.2]), axis=-1).reshape(-1, 2)
     points = (squares[:, None, :] + around).reshape(-1, 2)
-    values = _at(gray, mapped(points, image_from_board)).reshape(-1, len(around))
+    values = _gray_at(gray, mapped(points, image_from_board)).reshape(-1, len(around))
     first = np.floor(squares).sum(axis=1) % 2 == 0
     spread = np.nanmax(values, axis=1) - np.nanmin(values, axis=1)
     contrast = float(np.nanmax(values) - np.nanmin(values))
-    return bool(max(np.nanmedian(spread[first]), np.nanmedian(spread[~first])) > _PRINTED * contrast)
+    return bool(
+        max(np.nanmedian(spread[first]), np.nanmedian(spread[~first])) > _MIN_PRINT_CONTRAST * contrast
+    )
 
 
 def starts_at_black(gray: NDArray[np.uint8], corners_px: NDArray[np.float64], board: Checkerboard) -> bool:
@@ -46,7 +50,7 @@ def starts_at_black(gray: NDArray[np.uint8], corners_px: NDArray[np.float64], bo
     lattice = corners_px.reshape(board.rows, board.columns, 2)
     right, down = lattice[0, 1] - lattice[0, 0], lattice[1, 0] - lattice[0, 0]
     points = lattice[0, 0] + 0.5 * np.array([right + down, right - down])
-    inside, beside = _at(gray, points)
+    inside, beside = _gray_at(gray, points)
     return bool(inside < beside)  # the square after the first corner has the colour of the one before
 
 
@@ -55,7 +59,7 @@ def mapped(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[n
     return np.asarray(cv2.perspectiveTransform(points[:, None, :], plane), dtype=np.float64)[:, 0, :]
 
 
-def _crossing(
+def _crossing_strength(
     gray: NDArray[np.uint8], places: NDArray[np.int64], plane: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return how much four squares meet at places (n, 2), in squares; NaN outside the image, 0 where none do.
@@ -64,14 +68,14 @@ def _crossing(
     """
     around = np.array([[0.3, 0.3], [-0.3, -0.3], [0.3, -0.3], [-0.3, 0.3]])
     points = (places[:, None, :] + around).reshape(-1, 2)
-    a, b, c, d = _at(gray, mapped(points, plane)).reshape(-1, 4).T
+    a, b, c, d = _gray_at(gray, mapped(points, plane)).reshape(-1, 4).T
     cross = (a + b - c - d) / 2.0
     unlike = np.maximum(np.abs(a - b), np.abs(c - d))
     sign = np.where(places.sum(axis=1) % 2 == 0, 1.0, -1.0) * np.sign(cross)
     return np.asarray(sign * np.maximum(np.abs(cross) - unlike, 0.0))
 
 
-def _at(gray: NDArray[np.uint8], points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gray_at(gray: NDArray[np.uint8], points_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n,) grey values at the nearest pixels; NaN outside the image."""
     x, y = np.rint(points_px).astype(np.int64).T
     inside = (x >= 0) & (y >= 0) & (x < gray.shape[1]) & (y < gray.shape[0])

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.wide.wide_bundle import (
     FOCAL_OVER_WIDTH,
     BoardObservation,
     first_pose,
-    lens_of,
+    lens_vector,
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -65,14 +65,14 @@ def nominal_lens(width: int, height: int) -> Intrinsics:
     )
 
 
-def attitude_of(view: BoardView, lens: Intrinsics | None = None) -> BoardPose:
+def pose_of_view(view: BoardView, lens: Intrinsics | None = None) -> BoardPose:
     """Return how the board of a view stands, by a calibrated lens or the nominal one."""
     known = lens or nominal_lens(view.width, view.height)
     seen = BoardObservation(places_m=view.places_m, corners_px=view.corners_px)
-    return attitude_from(first_pose(seen, lens_of(known)), middle_m=view.board.places_m().mean(axis=0))
+    return board_pose_from(first_pose(seen, lens_vector(known)), middle_m=view.board.places_m().mean(axis=0))
 
 
-def attitude_from(pose: NDArray[np.float64], *, middle_m: NDArray[np.float64]) -> BoardPose:
+def board_pose_from(pose: NDArray[np.float64], *, middle_m: NDArray[np.float64]) -> BoardPose:
     """Return the attitude of a board whose pose (6,) is a rotation vector and a translation, m."""
     rotation = np.asarray(cv2.Rodrigues(pose[:3])[0], dtype=np.float64)
     return BoardPose(rotation=rotation, place_m=rotation @ np.array([*middle_m, 0.0]) + pose[3:])

@@ -20,7 +20,7 @@ DICTIONARIES = {
     "5X5_100": cv2.aruco.DICT_5X5_100,
     "6X6_250": cv2.aruco.DICT_6X6_250,
 }
-LEAST_CORNERS = 3
+MIN_CORNERS = 3
 """Inner corners along either side below which no detector works."""
 
 
@@ -144,9 +144,9 @@ def board_from(
 
 
 def _check_lattice(columns: int, rows: int, square_m: float) -> None:
-    if min(columns, rows) < LEAST_CORNERS:
+    if min(columns, rows) < MIN_CORNERS:
         raise InvalidInput(
-            f"board: at least {LEAST_CORNERS} x {LEAST_CORNERS} inner corners are needed, {columns} x {rows} "
+            f"board: at least {MIN_CORNERS} x {MIN_CORNERS} inner corners are needed, {columns} x {rows} "
             "were given; count the corners where four squares meet"
         )
     if not 0.0 < square_m < np.inf:

@@ -14,7 +14,7 @@ from scipy.special import erf
 _ROUNDS = 8
 _FIRST_BLUR_PX = 1.2
 _BLUR_PX = (0.25, 4.0)
-_STILL_PX = 1e-3
+_CONVERGED_PX = 1e-3
 _STEP_PX = 1.0
 _STEP_RAD = 0.3
 _RIDGE = 1e-6
@@ -57,7 +57,7 @@ def fit_crossings(
     if inside.any():
         patch = _Patches(gray, middle[inside], half, radius_px[inside])
         state = _start(patch, start_px[inside] - middle[inside], edges_px[inside])
-        state = _iterate(patch, state)
+        state = _fit_states(patch, state)
         places[inside] = middle[inside] + state[:, :2]
         misfit[inside] = _misfit(patch, state)
         blur[inside] = state[:, 6]
@@ -135,7 +135,7 @@ def _model(patch: _Patches, state: NDArray[np.float64]) -> tuple[NDArray[np.floa
     return mean + contrast * shape, derivatives
 
 
-def _iterate(patch: _Patches, state: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fit_states(patch: _Patches, state: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the states after Gauss-Newton."""
     ridge = _RIDGE * np.eye(state.shape[1])
     for _ in range(_ROUNDS):
@@ -151,7 +151,7 @@ def _iterate(patch: _Patches, state: NDArray[np.float64]) -> NDArray[np.float64]
         step[:, 2:4] = np.clip(step[:, 2:4], -_STEP_RAD, _STEP_RAD)
         state = state + step
         state[:, 6] = np.clip(state[:, 6], *_BLUR_PX)
-        if np.abs(step[:, :2]).max() < _STILL_PX:
+        if np.abs(step[:, :2]).max() < _CONVERGED_PX:
             break
     return state
 

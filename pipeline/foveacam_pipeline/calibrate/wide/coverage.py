@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
-from foveacam_pipeline.calibrate.wide.board_pose import TILTS, BoardPose, attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import TILTS, BoardPose, pose_of_view
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 COLUMNS, ROWS = 12, 9
@@ -62,7 +62,7 @@ class CoverageTracker:
 
     def add(self, view: BoardView) -> None:
         """Count a view in."""
-        attitude = attitude_of(view, self._lens)
+        attitude = pose_of_view(view, self._lens)
         self._cells += cells_of(view)
         self._tilts[TILTS.index(attitude.tilt)] += 1
         self._known.append((view, attitude))
@@ -71,8 +71,8 @@ class CoverageTracker:
         """Tell whether a view shows new parts of the image, or is unlike each one so far."""
         if int((cells_of(view) & (self._cells == 0)).sum()) >= _NEW_CELLS:
             return True
-        attitude = attitude_of(view, self._lens)
-        return not any(_alike(view, attitude, *known) for known in self._known)
+        attitude = pose_of_view(view, self._lens)
+        return not any(_are_alike(view, attitude, *known) for known in self._known)
 
 
 def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> BoardCoverage:
@@ -89,7 +89,7 @@ def cells_of(view: BoardView) -> NDArray[np.bool_]:
     return cells
 
 
-def _alike(view: BoardView, mine: BoardPose, other: BoardView, theirs: BoardPose) -> bool:
+def _are_alike(view: BoardView, mine: BoardPose, other: BoardView, theirs: BoardPose) -> bool:
     turn = math.acos(np.clip((np.trace(mine.rotation.T @ theirs.rotation) - 1.0) / 2.0, -1.0, 1.0))
     shift = np.hypot(*(np.array(view.centre_px) - np.array(other.centre_px))) / view.width
     size = abs(math.log(np.linalg.norm(mine.place_m) / np.linalg.norm(theirs.place_m)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.board_pose import BoardPose, attitude_from, attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import BoardPose, board_pose_from, pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
@@ -33,15 +33,15 @@ MODELS: dict[LensModel, int] = {"five": 5, "rational": 8}
 """How many distortion coefficients, in OpenCV's order."""
 LEAST_VIEWS = 5
 FOLDS = 5
-WORTH_IT = 0.98
+MAX_ERROR_RATIO = 0.98
 """The rational model is recommended when its error on views left out is below this share of the other's."""
-_TOO_UNSURE = 0.005
+_MAX_FOCAL_SIGMA = 0.005
 """Standard error of the focal length, over itself, from which the views are refused."""
-_NOT_A_LENS = 0.005
+_MAX_CORNER_NOISE = 0.005
 """Noise of a corner, over the image's width, from which no lens explains the views."""
-_ODD = 5.0
-_FLAT_DEG = 10.0
-_LITTLE = 0.25
+_ODD_RATIO = 5.0
+_MIN_TILT_DEG = 10.0
+_MIN_COVERAGE = 0.25
 """Share of the image below which the views are refused."""
 
 logger = logging.getLogger(__name__)
@@ -78,7 +78,7 @@ class WideFit:
     def odd_views(self) -> tuple[str, ...]:
         """Views that it fits far worse than most: candidates for removal."""
         usual = float(np.median([view.rms_px for view in self.views]))
-        return tuple(view.id for view in self.views if view.rms_px > _ODD * usual)
+        return tuple(view.id for view in self.views if view.rms_px > _ODD_RATIO * usual)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +97,7 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
         raise InvalidInput(f"lens model {model!r}: no such model; use one of {', '.join(MODELS)}")
     taken = list(samples)
     _check_number(taken)
-    bundle = _fit(_seen(taken), model, samples.size)
+    bundle = _fit(_board_observations(taken), model, samples.size)
     lens = intrinsics_from(bundle.lens, samples.size)
     accuracy = accuracy_of(bundle, lens)
     _check_lens(samples, bundle, accuracy)
@@ -123,10 +123,10 @@ def choose_model(samples: WideSamples) -> WideChoice:
     """Fit both models and recommend one by its error on views left out, a fifth of them at a time."""
     five, rational = fit_wide(samples, "five"), fit_wide(samples, "rational")
     left_out: dict[LensModel, float] = {model: left_out_px(samples, model) for model in MODELS}
-    better = left_out["rational"] < WORTH_IT * left_out["five"]
+    better = left_out["rational"] < MAX_ERROR_RATIO * left_out["five"]
     errors = f"{left_out['rational']:.3f} px against {left_out['five']:.3f} px on views left out"
     if better:
-        reason = f"rational: {errors}, by more than {100 * (1 - WORTH_IT):.0f} % less"
+        reason = f"rational: {errors}, by more than {100 * (1 - MAX_ERROR_RATIO):.0f} % less"
         return WideChoice(recommended=rational, other=five, left_out_px=left_out, reason=reason)
     reason = f"five coefficients: the rational model does not predict better, {errors}"
     return WideChoice(recommended=five, other=rational, left_out_px=left_out, reason=reason)
@@ -134,7 +134,7 @@ def choose_model(samples: WideSamples) -> WideChoice:
 
 def left_out_px(samples: WideSamples, model: LensModel) -> float:
     """Return the rms distance, px, of corners whose views were left out; only their poses are fitted."""
-    views = _seen(list(samples))
+    views = _board_observations(list(samples))
     misses = []
     for fold in range(min(FOLDS, len(views))):
         others = [view for k, view in enumerate(views) if k % FOLDS != fold]
@@ -159,7 +159,7 @@ def intrinsics_from(lens: NDArray[np.float64], size: tuple[int, int]) -> Intrins
     )
 
 
-def _seen(samples: Sequence[WideSample]) -> list[BoardObservation]:
+def _board_observations(samples: Sequence[WideSample]) -> list[BoardObservation]:
     return [BoardObservation(places_m=s.view.places_m, corners_px=s.view.corners_px) for s in samples]
 
 
@@ -177,7 +177,7 @@ def _view(sample: WideSample, residuals_px: NDArray[np.float64], pose: NDArray[n
         corners_px=sample.view.corners_px,
         residuals_px=residuals_px,
         rms_px=_rms(residuals_px),
-        attitude=attitude_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
+        attitude=board_pose_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
     )
 
 
@@ -194,19 +194,19 @@ def _check_number(samples: Sequence[WideSample]) -> None:
 
 
 def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy) -> None:
-    if bundle.sigma_px > _NOT_A_LENS * samples.size[0]:
+    if bundle.sigma_px > _MAX_CORNER_NOISE * samples.size[0]:
         raise InvalidInput(
             f"wide calibration: no lens explains the views, corners are off by {bundle.sigma_px:.1f} px; "
             f"check that they show a flat {samples.board} and nothing else, one camera, one focus"
         )
     unsure = float(np.sqrt(np.diag(accuracy.covariance)[:2]).max() / bundle.lens[:2].min())
     covered = coverage_of(sample.view for sample in samples).fraction
-    if unsure < _TOO_UNSURE and covered > _LITTLE:
+    if unsure < _MAX_FOCAL_SIGMA and covered > _MIN_COVERAGE:
         return
-    most = math.degrees(max(attitude_of(sample.view).tilt_rad for sample in samples))
-    if most < _FLAT_DEG:
+    most = math.degrees(max(pose_of_view(sample.view).tilt_rad for sample in samples))
+    if most < _MIN_TILT_DEG:
         why = f"the board was tilted by {most:.0f}° at most: tilt it by 20 to 40° to all sides"
-    elif covered <= _LITTLE:
+    elif covered <= _MIN_COVERAGE:
         why = f"they cover {100 * covered:.0f} % of the image: show the board in every corner, and nearer"
     else:
         why = "they are too alike: take more, nearer and farther, tilted to all sides"

@@ -19,19 +19,19 @@ FOCAL_AND_CENTRE = 4
 _TANGENTIAL = (2, 3)
 _ROUNDS = 40
 _CONVERGED = 1e-9
-_HOPELESS = 1e8
+_MAX_DAMPING = 1e8
 _SCALES = 5
 _SAME_SCALE = 0.01
 _RAYLEIGH_MEDIAN = 1.1774
-_KNEE = 3.0
+_HUBER_KNEE = 3.0
 """Distance of a corner, in noise of a coordinate, from which it counts by its distance, not the square."""
-_FINEST_PX = 1e-5
-_SURE_RADIAL = 1.0
+_MIN_NOISE_PX = 1e-5
+_PRIOR_RADIAL = 1.0
 """Assumed standard deviation of a radial coefficient about 0: wide for any real lens, yet it keeps numerator
 and denominator of the rational model from running away together."""
-_SURE_TANGENTIAL = 0.05
-_SURE_FOCAL = 0.5
-_SURE_CENTRE = 0.25
+_PRIOR_TANGENTIAL = 0.05
+_PRIOR_FOCAL = 0.5
+_PRIOR_CENTRE = 0.25
 """Assumed standard deviations over the focal length and over the image's width: they matter only where the
 views say nothing, and there make it show."""
 FOCAL_OVER_WIDTH = 2.2
@@ -76,9 +76,9 @@ class LensPrior:
 
 def prior_about(lens: NDArray[np.float64], *, width: int) -> LensPrior:
     """Return what is assumed of a lens about a first guess (4 + k,) of it: very little."""
-    sigma = np.full(len(lens), _SURE_RADIAL)
-    sigma[:FOCAL_AND_CENTRE] = [_SURE_FOCAL * lens[0]] * 2 + [_SURE_CENTRE * width] * 2
-    sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _SURE_TANGENTIAL
+    sigma = np.full(len(lens), _PRIOR_RADIAL)
+    sigma[:FOCAL_AND_CENTRE] = [_PRIOR_FOCAL * lens[0]] * 2 + [_PRIOR_CENTRE * width] * 2
+    sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _PRIOR_TANGENTIAL
     return LensPrior(lens=lens.copy(), normal=np.diag(1.0 / sigma**2))
 
 
@@ -93,7 +93,7 @@ def project(
     return np.asarray(pixels, dtype=np.float64)[:, 0, :], rows.reshape(len(places_m), 2, -1)
 
 
-def lens_of(intrinsics: Intrinsics) -> NDArray[np.float64]:
+def lens_vector(intrinsics: Intrinsics) -> NDArray[np.float64]:
     """Return a calibrated camera as the (4 + k,) numbers that are fitted here."""
     known = (intrinsics.fx_px, intrinsics.fy_px, intrinsics.cx_px, intrinsics.cy_px, *intrinsics.distortion)
     return np.array(known, dtype=np.float64)
@@ -137,7 +137,7 @@ def fit_bundle(
     """Fit lens and poses to the views from a first lens; `free`: (p,) which of its numbers may move."""
     moving = np.ones(len(lens), dtype=np.bool_) if free is None else free
     first = np.array([first_pose(view, lens) for view in views]) if poses is None else poses
-    state = _State(views, prior, lens, first)
+    state = _BundleState(views, prior, lens, first)
     for _ in range(_SCALES):
         sigma_px = state.spread_px()
         state = _descend(state, moving, sigma_px)
@@ -152,7 +152,7 @@ def fit_pose(view: BoardObservation, lens: NDArray[np.float64]) -> NDArray[np.fl
     return fit_bundle([view], lens, prior=nothing, free=np.zeros(len(lens), dtype=np.bool_)).residuals_px[0]
 
 
-class _State:
+class _BundleState:
     """A lens and poses, with the residuals and their derivatives."""
 
     def __init__(
@@ -172,17 +172,17 @@ class _State:
     def spread_px(self) -> float:
         """Return the noise of a coordinate as most residuals have it, px."""
         lengths = np.linalg.norm(np.concatenate(self.residuals), axis=1)
-        return max(float(np.median(lengths)) / _RAYLEIGH_MEDIAN, _FINEST_PX)
+        return max(float(np.median(lengths)) / _RAYLEIGH_MEDIAN, _MIN_NOISE_PX)
 
     def weights(self, sigma_px: float) -> list[NDArray[np.float64]]:
         """Return Huber's weights of the corners, (n,) a view."""
-        knee_px = _KNEE * sigma_px
+        knee_px = _HUBER_KNEE * sigma_px
         return [knee_px / np.maximum(np.linalg.norm(r, axis=1), knee_px) for r in self.residuals]
 
     def cost(self, sigma_px: float) -> float:
         """Return Huber's loss over the variance, and what the prior adds."""
         lengths = np.linalg.norm(np.concatenate(self.residuals), axis=1) / sigma_px
-        loss = np.where(lengths < _KNEE, lengths**2, _KNEE * (2.0 * lengths - _KNEE))
+        loss = np.where(lengths < _HUBER_KNEE, lengths**2, _HUBER_KNEE * (2.0 * lengths - _HUBER_KNEE))
         away = self.lens - self.prior.lens
         return float(loss.sum() + away @ self.prior.normal @ away)
 
@@ -207,7 +207,7 @@ class _State:
             back.append(np.asarray(solved, dtype=np.float64))
         return np.array(normals), np.array(rights), back
 
-    def stepped(self, moving: NDArray[np.bool_], sigma_px: float, damping: float) -> "_State":
+    def stepped(self, moving: NDArray[np.bool_], sigma_px: float, damping: float) -> "_BundleState":
         """Return the state after one damped step."""
         normals, rights, back = self.parts(sigma_px, damping)
         normal = normals.sum(axis=0) + self.prior.normal
@@ -216,7 +216,7 @@ class _State:
         if moving.any():
             step[moving] = solve_scaled(normal[np.ix_(moving, moving)], right[moving], damping=damping)
         poses = self.poses + np.array([steps[:, 0] - steps[:, 1:] @ step for steps in back])
-        return _State(self.views, self.prior, self.lens + step, poses)
+        return _BundleState(self.views, self.prior, self.lens + step, poses)
 
     def bundle(self) -> LensBundle:
         """Return the result, its noise by the degrees of freedom."""
@@ -224,7 +224,7 @@ class _State:
         weights = self.weights(sigma_px)
         squares = sum(float(w @ (r**2).sum(axis=1)) for w, r in zip(weights, self.residuals, strict=True))
         freedom = 2.0 * sum(float(w.sum()) for w in weights) - POSE * len(self.views) - len(self.lens)
-        noise_px = max(float(np.sqrt(squares / max(freedom, 1.0))), _FINEST_PX)
+        noise_px = max(float(np.sqrt(squares / max(freedom, 1.0))), _MIN_NOISE_PX)
         normals, rights, _ = self.parts(sigma_px)
         share = (sigma_px / noise_px) ** 2
         return LensBundle(
@@ -239,7 +239,7 @@ class _State:
         )
 
 
-def _descend(state: _State, moving: NDArray[np.bool_], sigma_px: float) -> _State:
+def _descend(state: _BundleState, moving: NDArray[np.bool_], sigma_px: float) -> _BundleState:
     """Return the state of least cost at a fixed noise (Levenberg and Marquardt)."""
     damping, cost = 1e-4, state.cost(sigma_px)
     for _ in range(_ROUNDS):
@@ -247,7 +247,7 @@ def _descend(state: _State, moving: NDArray[np.bool_], sigma_px: float) -> _Stat
         reached = trial.cost(sigma_px)
         if not reached < cost:  # also when it is not a number
             damping *= 10.0
-            if damping > _HOPELESS:
+            if damping > _MAX_DAMPING:
                 break
             continue
         gain, cost, state = (cost - reached) / cost, reached, trial

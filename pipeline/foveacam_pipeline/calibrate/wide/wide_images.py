@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, check
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.boards import Board
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples, thumbnail
@@ -32,7 +32,7 @@ def samples_from_images(
     samples, without = WideSamples(board), []
     first_size: tuple[str, int, int] | None = None
     for done, path in enumerate(paths):
-        check(watcher, doing=f"reading images of {folder}")
+        raise_if_cancelled(watcher, doing=f"reading images of {folder}")
         watcher.progress(done, total=len(paths), note=path.name)
         gray = _read(path)
         height, width = gray.shape

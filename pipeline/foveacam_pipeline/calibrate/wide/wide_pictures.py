@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from foveacam_pipeline.calibrate.wide.board_pose import TILTS, attitude_of
+from foveacam_pipeline.calibrate.wide.board_pose import TILTS, pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit
 from foveacam_pipeline.calibrate.wide.lens_accuracy import GRID
@@ -35,7 +35,7 @@ def coverage_picture(samples: WideSamples, fit: WideFit | None = None) -> bytes:
     for view in views:
         image.plot(*view.corners_px.T, ".", markersize=1.5, color="#1f4e79", alpha=0.6)
     image.set_title(f"{100 * cover.fraction:.0f} % of {COLUMNS} x {ROWS} parts covered by {len(views)} views")
-    leans = np.array([np.degrees(np.arcsin(attitude_of(view, lens).lean[:2])) for view in views])
+    leans = np.array([np.degrees(np.arcsin(pose_of_view(view, lens).lean[:2])) for view in views])
     tilts.plot(*-leans.T, "o", color="#1f4e79", alpha=0.7)
     most = 1.1 * max(30.0, float(np.abs(leans).max()))
     tilts.set(

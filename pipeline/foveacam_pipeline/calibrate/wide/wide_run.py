@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Head, Timeout
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, check
-from foveacam_pipeline.calibrate.wide.auto_capture import WORDS, AutoCapture, AutoCaptureVerdict
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
+from foveacam_pipeline.calibrate.wide.auto_capture import STATE_NOTES, AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView, detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.board_overlay import draw_overlay
 from foveacam_pipeline.calibrate.wide.board_pose import TILTS
@@ -20,8 +20,8 @@ from foveacam_pipeline.calibrate.wide.coverage import CoverageTracker
 from foveacam_pipeline.calibrate.wide.fit_wide import LEAST_VIEWS
 from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
 
-_CONTENT_VIEWS = 15
-_CONTENT_FRACTION = 0.9
+_ENOUGH_VIEWS = 15
+_ENOUGH_COVERAGE = 0.9
 _LOOK_NS = 250_000_000
 """As which a look counts at most: who looks slowly waits for as many looks, not for as many seconds."""
 
@@ -65,12 +65,12 @@ def calibrate_wide(
     Views taken before it was cancelled, or gave up, are in `settings.folder`, and count when it runs again.
     """
     settings = settings or WideSettings()
-    samples = resumed(board, settings.folder)
-    run = _Run(head, samples, settings, watch)
+    samples = load_samples(board, settings.folder)
+    run = _CaptureRun(head, samples, settings, watch)
     now_ns = news_ns = clock.now_ns()
     waited_ns = 0
     while len(samples) < settings.views:
-        check(watch, doing="taking views of the board")
+        raise_if_cancelled(watch, doing="taking views of the board")
         before, before_ns = len(samples), now_ns
         pause_s = run.look()
         now_ns = clock.now_ns()
@@ -84,7 +84,7 @@ def calibrate_wide(
     return samples
 
 
-def resumed(board: Board, folder: Path | None) -> WideSamples:
+def load_samples(board: Board, folder: Path | None) -> WideSamples:
     """Return the views that a former run left in a folder, or none; another board's are refused."""
     samples = WideSamples(board)
     if folder is not None and (folder / FILE).exists():
@@ -98,7 +98,7 @@ def gray_of(frame: Frame) -> NDArray[np.uint8]:
     return _gray(_eight_bits(frame))
 
 
-class _Run:
+class _CaptureRun:
     """One image after another, and what was made of them."""
 
     def __init__(
@@ -114,8 +114,8 @@ class _Run:
     @property
     def patience_s(self) -> float:
         """How long to wait for something new."""
-        cover, enough = self._covering.coverage, len(self._samples) >= _CONTENT_VIEWS
-        content = enough and cover.fraction >= _CONTENT_FRACTION and cover.tilts_covered == len(TILTS)
+        cover, enough = self._covering.coverage, len(self._samples) >= _ENOUGH_VIEWS
+        content = enough and cover.fraction >= _ENOUGH_COVERAGE and cover.tilts_covered == len(TILTS)
         return self._settings.content_s if content else self._settings.patience_s
 
     def look(self) -> float:
@@ -136,7 +136,7 @@ class _Run:
             self._keep(verdict.view, verdict.frames, image)
         self._tell(verdict)
         cover = self._covering.coverage
-        self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=WORDS[verdict.state]))
+        self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=STATE_NOTES[verdict.state]))
         idle = verdict.state in ("taken", "nothing new")
         return self._settings.every_s * (2.0 if idle else 1.0)
 
@@ -169,7 +169,7 @@ class _Run:
             self._watch.sample(sample.id)
 
     def _tell(self, verdict: AutoCaptureVerdict) -> None:
-        note = f"{WORDS[verdict.state]}; {self._covering.coverage}"
+        note = f"{STATE_NOTES[verdict.state]}; {self._covering.coverage}"
         self._watch.progress(len(self._samples), total=self._settings.views, note=note)
 
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from foveacam_pipeline.calibrate.report.charts import drift_chart
 from foveacam_pipeline.calibrate.report.facts import AxisFacts, DriftFacts, SessionFacts
 from foveacam_pipeline.calibrate.report.markup import (
-    absent,
     drawing,
     facts,
     figure,
     figures,
     moment,
+    not_measured,
     number,
     paragraph,
     section,
@@ -31,7 +31,7 @@ def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> s
         "overlay": "The foveae laid over the wide view",
     }
     if check is None:
-        found = absent("the calibration at poses outside the sweep", "foveacam calibrate check")
+        found = not_measured("the calibration at poses outside the sweep", "foveacam calibrate check")
     else:
         found = facts(
             [
@@ -48,7 +48,7 @@ def settle_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> 
     """Return how each axis settles."""
     axes = session.settle.axes if session is not None and session.settle is not None else ()
     if not axes:
-        found = absent("how the mirrors settle", "foveacam calibrate settle")
+        found = not_measured("how the mirrors settle", "foveacam calibrate settle")
     else:
         heads = ("eye", "axis", "to one fovea pixel", "to 1 % of the step", "resonance", "Q")
         found = table(heads, [_axis_row(axis) for axis in axes])
@@ -60,7 +60,9 @@ def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> s
     """Return the drift checks, oldest first."""
     if not checks:
         return section(
-            "drift", "Drift in the field", absent("drift since the calibration", "foveacam calibrate drift")
+            "drift",
+            "Drift in the field",
+            not_measured("drift since the calibration", "foveacam calibrate drift"),
         )
     ordered = sorted(checks, key=lambda check: check.created_utc)
     heads = ("when", "eye", "shift across", "shift down", "rotation", "standard error", "outcome")
