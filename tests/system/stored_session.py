@@ -8,7 +8,7 @@ from tests.unit.settle_report import REPORT
 from tests.unit.swept_rig import swept, visited
 
 from foveacam_hardware.contract import Station
-from foveacam_pipeline.calibrate.settle.settle_file import save_settle
+from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to

@@ -9,9 +9,8 @@ import pytest
 from foveacam_hardware.contract import PARKED, InvalidInput
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.calibrate.fit.check import check_calibration
+from foveacam_pipeline.calibrate.fit.check import CheckResult, CheckSettings, check_calibration
 from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
-from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8

@@ -12,8 +12,8 @@ from foveacam_hardware.sim.presets import RigPreset, find_preset
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.settle.settle import characterise_settling
+from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings
-from foveacam_pipeline.calibrate.settle.settle_wait import settle_wait_us
 from foveacam_pipeline.verge.aim import EYES
 
 from .calibration_room import make_grey

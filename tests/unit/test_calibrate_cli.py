@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
-from foveacam_pipeline.calibrate.settle.settle_file import save_settle
+from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli

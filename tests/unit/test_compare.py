@@ -11,8 +11,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.records.compare import compare
-from foveacam_pipeline.calibrate.records.compare_picture import comparison_picture
+from foveacam_pipeline.calibrate.records.compare import compare, comparison_picture
 from foveacam_pipeline.models import Calibration, EyeCalibration, load_calibration
 
 FOLDER = Path(foveacam_server.__file__).parent / "shipped"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Cancelled, NotCalibrated
-from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION_PARTS
+from foveacam_pipeline.calibrate.fit.fit import ELECTION_PARTS
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep

@@ -12,9 +12,9 @@ from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,
     SweepMeasurements,
+    eq1_rad,
     reduce_sweeps,
 )
-from foveacam_pipeline.calibrate.fit.parallax import eq1_rad
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose

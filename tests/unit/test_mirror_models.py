@@ -7,8 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit.mirror_models import MirrorFit, MirrorModelFamily, fit_mirror_models
-from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, spring_deflection
+from foveacam_pipeline.calibrate.fit.mirror_models import (
+    MirrorFit,
+    MirrorModelFamily,
+    fit_mirror_models,
+    fit_stiffening,
+    spring_deflection,
+)
 
 NOISE_RAD = math.radians(2e-4)
 UNSEEN = np.random.default_rng(4).uniform(-165.0, 165.0, (300, 2))

@@ -13,8 +13,8 @@ from foveacam_hardware.sim.drift import ThermalMountDrift as TrueDrift
 from foveacam_hardware.sim.optics import EyeProjection
 from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
-from foveacam_pipeline.calibrate.fit.drift_picture import drift_figure
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
+from foveacam_pipeline.calibrate.fit.fit_pictures import drift_figure
 from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,

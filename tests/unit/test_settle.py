@@ -20,8 +20,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_pipeline.calibrate.settle.settle import characterise_settling
-from foveacam_pipeline.calibrate.settle.settle_file import load_settle, save_settle
-from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
+from foveacam_pipeline.calibrate.settle.settle_report import load_settle, save_settle, settle_picture
 from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance, remaining_step
 from foveacam_pipeline.calibrate.settle.settle_shift import SettledPicture
 from foveacam_pipeline.calibrate.settle.settle_values import (

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.settle.settle_resonance import largest_move_us, settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import MirrorResonance
-from foveacam_pipeline.calibrate.settle.settle_wait import largest_move_us, settle_wait_us
 
 from .settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
 

@@ -2,18 +2,12 @@
 
 import pytest
 
-from foveacam_hardware.contract import (
-    InvalidInput,
-    OutOfRange,
-    PanTiltPose,
-    Station,
-    StationTarget,
-)
+from foveacam_hardware.contract import InvalidInput, OutOfRange, PanTiltPose, Station, StationTarget
 from foveacam_pipeline.calibrate.sweep.centring import BEYOND
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
-from foveacam_pipeline.calibrate.sweep.single_eye_limit import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
+from foveacam_pipeline.calibrate.sweep.sweep_run import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 
 COLUMNS, FEW = 4, 3

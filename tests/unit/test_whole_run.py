@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import MarkerPrint, VirtualClock
-from foveacam_pipeline.calibrate.settle.settle_file import save_settle
+from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import NotCalibrated, StationTarget
-from foveacam_pipeline.calibrate.fit.check import check_calibration
+from foveacam_pipeline.calibrate.fit.check import CheckResult, CheckSettings, check_calibration
 from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
-from foveacam_pipeline.calibrate.fit.check_values import CheckResult, CheckSettings
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import CHECK

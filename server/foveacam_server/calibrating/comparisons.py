@@ -1,7 +1,6 @@
 """Two calibrations of one rig beside each other, as a document and as a picture."""
 
-from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare
-from foveacam_pipeline.calibrate.records.compare_picture import comparison_picture
+from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare, comparison_picture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.runtime.store import Document
 

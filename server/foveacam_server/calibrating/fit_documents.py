@@ -3,7 +3,7 @@
 import math
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.parallax import StationParallax
+from foveacam_pipeline.calibrate.fit.measured import StationParallax
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.calibrate.fit.variants import VariantScore
 from foveacam_server.runtime.store import Document

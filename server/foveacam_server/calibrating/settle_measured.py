@@ -1,7 +1,7 @@
 """The settle time that a session has measured, read from what the step settle left there."""
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate.settle.settle_file import load_settle
+from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.settle_times import SettleTime

@@ -4,10 +4,9 @@ from functools import partial
 
 from foveacam_hardware.contract import NotCalibrated, StationTarget
 from foveacam_pipeline.calibrate.settle.settle import characterise_settling
-from foveacam_pipeline.calibrate.settle.settle_file import save_settle
-from foveacam_pipeline.calibrate.settle.settle_picture import settle_picture
+from foveacam_pipeline.calibrate.settle.settle_report import save_settle, settle_picture
+from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
-from foveacam_pipeline.calibrate.settle.settle_wait import settle_wait_us
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.options import SettleOptions

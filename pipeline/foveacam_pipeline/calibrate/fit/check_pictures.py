@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role, Sighting
-from foveacam_pipeline.calibrate.fit.check_values import CheckResult
+from foveacam_pipeline.calibrate.fit.check import CheckResult
 from foveacam_pipeline.calibrate.fit.fit_pictures import png
 from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
 from foveacam_pipeline.models.calibration import Calibration

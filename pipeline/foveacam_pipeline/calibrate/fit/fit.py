@@ -1,4 +1,4 @@
-"""From the samples of a sweep to the calibration of a rig; models are elected by leave-one-out."""
+"""Fit of a rig's calibration to the samples of its sweeps; models are chosen by leave-one-out error."""
 
 import logging
 import math
@@ -23,6 +23,14 @@ from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher,
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.homography import HomographyField
 
+_PUPIL_STEPS_M = (10e-3, 1e-3)
+_PUPIL_ORDER = 3
+DOING = "the fit"
+logger = logging.getLogger(__name__)
+ELECTION_PARTS = 4
+"""A fit that tries every model takes so much longer than one whose models are known."""
+
+
 __all__ = [
     "PIVOT_TOLERANCE_M",
     "FitChoice",
@@ -33,12 +41,6 @@ __all__ = [
     "fit_pivot",
     "fit_rig",
 ]
-
-_PUPIL_STEPS_M = (10e-3, 1e-3)
-_PUPIL_ORDER = 3
-DOING = "the fit"
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,3 +209,26 @@ def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: t
         pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
     logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)
     return pupil_m
+
+
+class FitProgress:
+    """Counts what is done of a fit and tells the watcher, who may end it between any two parts."""
+
+    def __init__(self, watch: ProcedureWatcher, *, comparisons: int) -> None:
+        self.watch = watch
+        self._total = ELECTION_PARTS + comparisons + 1
+        self._done = 0
+
+    def begin(self, what: str) -> None:
+        """Tell what is fitted next; raise Cancelled when the watcher has had enough."""
+        raise_if_cancelled(self.watch, doing=DOING)
+        self.watch.progress(self._done, total=self._total, note=what)
+
+    def end(self, parts: int = 1) -> None:
+        """Count what was begun as done."""
+        self._done += parts
+
+    def finish(self) -> None:
+        """Tell that everything is done, whatever was left out."""
+        self._done = self._total
+        self.begin("fitted")

@@ -1,8 +1,8 @@
-"""From raw sweeps to measurements of both eyes: what each image centre saw, as an angle in the rig frame.
+"""Reduction of raw sweeps to the measurements of both eyes: gaze angles of the image centres, rig frame.
 
-The wide camera places the target, the fovea's own corners say where on it the image centre lies. Eq. 1's
-parallax is taken out by the target's distance: as printed, by tape, or not at all; the mounts' drift by the
-nodes that were visited again.
+The wide camera gives the pose of the target, the fovea's corners give the point on it at the image centre. The
+parallax (Eq. 1) is corrected with the target's distance (as printed, by tape, or not at all), the mounts' drift
+with the nodes that were visited again.
 """
 
 import logging
@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.fit.measured_drift import remove_drift
+from foveacam_hardware.contract import InvalidInput, Role, Station
+from foveacam_pipeline.calibrate.fit.drift_removal import remove_drift
 from foveacam_pipeline.calibrate.fit.measured_rows import (
     DistanceSource,
     FitRow,
@@ -25,7 +25,6 @@ from foveacam_pipeline.calibrate.fit.measured_rows import (
     volts_of,
 )
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
-from foveacam_pipeline.calibrate.fit.parallax import StationParallax, station_parallax
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, constrain_to_base
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
@@ -41,6 +40,72 @@ from foveacam_pipeline.calibrate.sweep.sweep_checks import (
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
+SAME_NODE_RAD = math.radians(0.2)
+"""Gazes nearer than this were meant to be the same, at targets of different distances."""
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationParallax:
+    """Eq. 1 at one station.
+
+    `print_m`: distance by the markers' size, with its scatter over the poses; `tape_m`: as the station says.
+    `largest_rad`, `rms_rad`: over both eyes and all poses. `corrected`: it was taken out of the gazes.
+    """
+
+    station: str
+    print_m: float
+    print_scatter_m: float
+    tape_m: float | None
+    largest_rad: float
+    rms_rad: float
+    corrected: bool
+
+    @property
+    def words(self) -> str:
+        """The same in a sentence."""
+        tape = "nobody measured it by tape" if self.tape_m is None else f"{self.tape_m:g} m by tape"
+        done = "it was taken out" if self.corrected else "it was left in, the distance counting as unknown"
+        return (
+            f"{self.station}: the markers appear {self.print_m:.3f} m away by their print, {tape}; the "
+            f"parallax of Eq. 1 is {math.degrees(self.rms_rad):.4f}° rms, at most "
+            f"{math.degrees(self.largest_rad):.4f}°; {done}"
+        )
+
+
+def eq1_rad(theta_rad: NDArray[np.float64], *, spacing_m: float, distance_m: float) -> NDArray[np.float64]:
+    """Return Eq. 1 for a base turned by `theta_rad`: any shape; `spacing_m` < 0 stands for the left eye."""
+    behind = spacing_m - spacing_m * np.cos(theta_rad)
+    return np.asarray(np.arctan(behind / (distance_m + spacing_m * np.sin(theta_rad))), dtype=np.float64)
+
+
+def station_parallax(
+    station: Station, targets: Sequence[TargetPose], *, baseline_m: float, corrected: bool
+) -> StationParallax:
+    """Return the parallax at a station: each eye's bearing of its marker less the wide camera's, exactly."""
+    distances = np.array([target.distance_m / target.scale for target in targets])
+    missed = np.concatenate([_parallax_rad(target, baseline_m) for target in targets])
+    return StationParallax(
+        station=station.name,
+        print_m=float(np.median(distances)),
+        print_scatter_m=float(np.std(distances)),
+        tape_m=station.distance_m,
+        largest_rad=float(np.abs(missed).max()),
+        rms_rad=float(np.sqrt(np.mean(missed**2))),
+        corrected=corrected,
+    )
+
+
+def _parallax_rad(target: TargetPose, baseline_m: float) -> NDArray[np.float64]:
+    """Return (4,) differences of the angles: left x, y, right x, y."""
+    own = np.arctan(target.middle_m[:2] / target.middle_m[2])
+    missed = []
+    for role, side in ((Role.LEFT, -0.5), (Role.RIGHT, 0.5)):
+        seen = target.marker_rig_m(role) - np.array([side * baseline_m, 0.0, 0.0])
+        missed.append(np.arctan(seen[:2] / seen[2]) - own)
+    return np.concatenate(missed)
+
+
 __all__ = [
     "DistanceSource",
     "NominalRig",
@@ -50,11 +115,6 @@ __all__ = [
     "node_groups",
     "reduce_sweeps",
 ]
-
-SAME_NODE_RAD = math.radians(0.2)
-"""Gazes nearer than this were meant to be the same, at targets of different distances."""
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,7 +1,7 @@
-"""Models of a mirror, volts to angles, judged against each other by poses that each did not see.
+"""Models of a mirror, volts to angles, chosen by their error at poses left out of the fit.
 
-Three kinds stand for election: the paper's cubic (Eq. 3), polynomials of other orders, and springs that
-stiffen with few terms for the cross-talk. The winner is handed on as one polynomial, whatever its kind.
+There are three kinds: the paper's cubic (Eq. 3), polynomials of other orders, and stiffening springs with a
+low-order polynomial for the cross-talk. The chosen one is returned as a single polynomial, whatever its kind.
 """
 
 import logging
@@ -11,13 +11,17 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit.springs import fit_stiffening, spring_deflection
-from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_polynomial
+from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_polynomial, monomials
 from foveacam_pipeline.models.mirror import MirrorModel
 
+START_STIFFENING = 0.15
+"""A tenth less reach at full drive than the slope at rest promises."""
+_MAX_STIFFENING = 2.0
+_STIFFENING_TOLERANCE = 1e-5
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
 SPRING_ORDERS = (2, 3, 4, 5, 6, 7)
 PAPER_ORDER = 3
@@ -30,8 +34,45 @@ _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
 _WRITTEN_ORDER = 11
 """Of the polynomial that writes the springs down: it leaves 1e-7 rad over the calibrated volts."""
-
 logger = logging.getLogger(__name__)
+
+
+def spring_deflection(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
+    """Return (n, 2) deflections u of springs with u + k u^3 = `share`: (n, 2), k >= 0 for each axis."""
+    columns = []
+    for drive, k in zip(share.T, stiffening, strict=True):
+        if k < 1e-9:
+            columns.append(drive)
+            continue
+        scale = math.sqrt(1.0 / (3.0 * k))  # the one real root of a cubic without turning points
+        columns.append(2.0 * scale * np.sinh(np.arcsinh(drive / (2.0 * k * scale**3)) / 3.0))
+    return np.column_stack(columns)
+
+
+def fit_stiffening(
+    share: NDArray[np.float64], angles_rad: NDArray[np.float64], *, order: int
+) -> tuple[float, float]:
+    """Return the k of both axes with which a polynomial of `order` has the least left to do.
+
+    `share`: (n, 2) drive over the largest. `angles_rad`: (n, 2).
+    """
+
+    def squares(stiffening: NDArray[np.float64]) -> float:
+        kx, ky = np.maximum(stiffening, 0.0).tolist()
+        drive = spring_deflection(share, (kx, ky))
+        basis = monomials(drive[:, 0], drive[:, 1], order)
+        solution = np.linalg.solve(basis.T @ basis, basis.T @ angles_rad)  # the search bears its rounding
+        return float(np.sum((angles_rad - basis @ solution) ** 2))
+
+    start = np.array([START_STIFFENING, START_STIFFENING])
+    scale = max(squares(start), 1e-300)
+
+    def share_left(stiffening: NDArray[np.float64]) -> float:
+        return squares(stiffening) / scale
+
+    found = minimize(share_left, start, method="Nelder-Mead", tol=_STIFFENING_TOLERANCE)
+    kx, ky = np.clip(found.x, 0.0, _MAX_STIFFENING).tolist()
+    return kx, ky
 
 
 class MirrorModelFamily(StrEnum):

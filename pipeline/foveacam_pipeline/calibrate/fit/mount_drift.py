@@ -1,22 +1,48 @@
-"""How an eye's mount drifted while it was being calibrated, and what its measurements would be at the end.
+"""Drift of the eyes' mounts during a calibration, estimated from nodes that were visited again.
 
-A small turn about the rig's x, y and z (roll) against time, zero at the end of the last run; linear between
-knots. `mount_drift_fit` estimates it.
+It is a small turn about the rig's x, y and z over time, linear between knots, zero at the end of the last run.
+Measurements of one node are compared with each other, not with a model of the mirror, whose errors change with
+the row and so with time. Pivot and drift are fitted together, because two stations differ in both. The number
+of pieces is chosen by an information criterion.
 """
 
+import logging
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.values import EyeTurn
+from foveacam_pipeline.calibrate.fit.mirror_models import ORDERS
+from foveacam_pipeline.geometry.polynomial import BivariatePolynomial, fit_best_order, huber_weights
 
 S_PER_MIN = 60.0
 LEAST_KNOCK_RAD = math.radians(0.004)
 """Steps up to this much, two fovea px, are left to the drift."""
+MAX_PIECES = 8
+SHORTEST_S = 15.0
+"""Within so little time a mount counts as still."""
+MIN_VISITS = 4
+"""Fewer repeated nodes than this tell nothing."""
+PRIOR_RAD = math.radians(0.005)
+"""How far a mount may have turned between two moments, before anything was seen (deduced: some fovea px)."""
+PIVOT_PRIOR_M = 5e-3
+GAZE_NOISE_RAD = 2e-6
+"""What one measurement of a gaze is good for: some hundredths of a fovea px."""
+MIRROR_MODEL_ERROR = 0.005
+"""By which share of a gaze's way from its node the preliminary model of the mirror may be wrong."""
+MIN_SIGMA_RAD = 1e-7
+PIVOT_UNKNOWNS = 6
+"""Unknowns of where a gaze leaves: beside the reference point by (x, y), and how much more for a unit of
+either tangent. A pivot's depth is one of these; a lens beside the mirror's middle makes all four, and what
+three unknowns leave of it (0.3 fovea px between 5 and 2.5 m) goes with the row, and so with time."""
+_ROUNDS = 8
+_ORDER_ROUNDS = 2
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -141,3 +167,228 @@ def turn_back(
         gazes[i] = np.arctan(moved[0])
         corners[i] = f_px * (moved[1:] - moved[0])
     return gazes, corners
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DriftSamples:
+    """n measurements of one eye: (n, 2) volts and gazes, (n,) depth of the target, when, in which run.
+
+    `run`: (n,) int, numbered in the order of time. `visit`: (n,) bool, whether it repeats a node. `group`:
+    (n,) int, measurements with the same number looked the same way.
+    """
+
+    volts_v: NDArray[np.float64]
+    angles_rad: NDArray[np.float64]
+    depth_m: NDArray[np.float64]
+    t_s: NDArray[np.float64]
+    run: NDArray[np.int64]
+    visit: NDArray[np.bool_]
+    group: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DriftKnots:
+    """Where the drift is parted: for each run its (k,) knots for the turn about x and y, and for the roll."""
+
+    turns: tuple[NDArray[np.float64], ...]
+    rolls: tuple[NDArray[np.float64], ...]
+
+    def hats(self, samples: DriftSamples, which: tuple[NDArray[np.float64], ...]) -> NDArray[np.float64]:
+        """Return (n, knots - 1): what each knot but the last one counts at each sample."""
+        columns = []
+        for number, knots in enumerate(which):
+            mine = samples.run == number
+            for unit in np.eye(len(knots)):
+                columns.append(np.where(mine, np.interp(samples.t_s, knots, unit), 0.0))
+        return np.column_stack(columns)[:, :-1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _DriftSolution:
+    """`turns`: (knots - 1, 2) about x and y; `rolls`: (knots - 1,). `covariance`: pivot, turns, rolls."""
+
+    turns: NDArray[np.float64]
+    rolls: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    criterion: float
+
+
+def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDrift] | None:
+    """Return the drift of both eyes, or None where too few nodes were visited again."""
+    if not has_enough_visits(samples):
+        return None
+    straight = dict(samples)
+    for _ in range(_ORDER_ROUNDS):
+        mirrors = {role: _preliminary_mirror(straight[role]) for role in samples}
+        choices = [place_knots(list(samples.values()), pieces) for pieces in range(1, MAX_PIECES + 1)]
+        solved = [
+            {role: _solve_drift(eye, mirrors[role], knots) for role, eye in samples.items()}
+            for knots in choices
+        ]
+        best = int(np.argmin([sum(eye.criterion for eye in both.values()) for both in solved]))
+        found = {role: _drift(eye, solved[best][role], choices[best]) for role, eye in samples.items()}
+        straight = {role: _without_drift(eye, found[role]) for role, eye in samples.items()}
+    for role, drift in found.items():
+        logger.info(
+            "%s mount: %.4f deg from the end at most, %.4f deg a minute, %d pieces",
+            role,
+            math.degrees(drift.moved_rad),
+            math.degrees(drift.rad_per_minute),
+            drift.pieces,
+        )
+    return found
+
+
+def has_enough_visits(samples: Mapping[Role, DriftSamples]) -> bool:
+    """Tell whether enough nodes were visited again to see a mount move."""
+    return min(int(eye.visit.sum()) for eye in samples.values()) >= MIN_VISITS
+
+
+def _preliminary_mirror(samples: DriftSamples) -> BivariatePolynomial:
+    """Return about what the mirror does, good enough for the small differences within a group."""
+    return fit_best_order(samples.volts_v, samples.angles_rad, orders=ORDERS).polynomial
+
+
+def _without_drift(samples: DriftSamples, drift: MountDrift) -> DriftSamples:
+    turns = turns_at(drift, samples.t_s, samples.run)
+    nothing = np.empty((len(turns), 0, 2))
+    return replace(samples, angles_rad=turn_back(samples.angles_rad, nothing, turns, f_px=1.0)[0])
+
+
+def turns_at(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return (n, 3) turns at (n,) times of (n,) runs."""
+    turns = np.zeros((len(t_s), 3))
+    for number, mine in enumerate(drift.runs):
+        rows = run == number
+        turns[rows] = mine.at(t_s[rows])
+    return turns
+
+
+def place_knots(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
+    """Part the longest run into so many pieces, and the others into pieces as long."""
+    times = np.concatenate([eye.t_s for eye in eyes])
+    run = np.concatenate([eye.run for eye in eyes])
+    visit = np.concatenate([eye.visit for eye in eyes])
+    spans = [(times[run == k].min(), times[run == k].max()) for k in range(int(run.max()) + 1)]
+    piece_s = max(SHORTEST_S, max(end - begin for begin, end in spans) / pieces)
+    turns, rolls = [], []
+    for k, (begin, end) in enumerate(spans):
+        still = end - begin < SHORTEST_S or int(visit[run == k].sum()) < MIN_VISITS
+        count = 0 if still else max(1, round((end - begin) / piece_s))
+        turns.append(np.linspace(begin, end, count + 1) if count else np.array([end]))
+        rolls.append(np.array([end]) if still else np.array([begin, end]))
+    return DriftKnots(turns=tuple(turns), rolls=tuple(rolls))
+
+
+def _solve_drift(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots) -> _DriftSolution:
+    """Fit pivot and drift by robust least squares; every node's own gaze is projected out."""
+    matrix = motion_columns(
+        samples.angles_rad,
+        samples.depth_m,
+        turns=knots.hats(samples, knots.turns),
+        rolls=knots.hats(samples, knots.rolls),
+    )
+    values = (samples.angles_rad - mirror(samples.volts_v)).T.ravel()
+    nodes = _node_numbers(samples)
+    moved = matrix.shape[1] - PIVOT_UNKNOWNS
+    prior = np.diag(
+        np.concatenate([np.full(PIVOT_UNKNOWNS, PIVOT_PRIOR_M**-2), np.full(moved, PRIOR_RAD**-2)])
+    )
+    trust = _model_weights(samples)
+    weights, sigma = trust, GAZE_NOISE_RAD
+    free = max(1, len(values) - int(nodes.max()) - 1 - matrix.shape[1])
+    for _ in range(_ROUNDS):
+        own, seen = (
+            _minus_node_means(matrix, nodes, weights),
+            _minus_node_means(values[:, None], nodes, weights)[:, 0],
+        )
+        normal = (own * weights[:, None]).T @ own / sigma**2 + prior
+        unknowns = np.linalg.solve(normal, own.T @ (weights * seen) / sigma**2)
+        left = seen - own @ unknowns
+        weights = trust * huber_weights(left * np.sqrt(trust))
+        sigma = max(MIN_SIGMA_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
+    rolls = sum(len(run) for run in knots.rolls) - 1
+    found = np.asarray(unknowns[PIVOT_UNKNOWNS:], dtype=np.float64)
+    return _DriftSolution(
+        turns=found[: moved - rolls].reshape(2, -1).T,
+        rolls=found[moved - rolls :],
+        covariance=np.asarray(np.linalg.inv(normal), dtype=np.float64),
+        criterion=2.0 * len(values) * math.log(sigma) + moved * math.log(len(values)),
+    )
+
+
+def _node_numbers(samples: DriftSamples) -> NDArray[np.int64]:
+    """Return (2 n,) the number of each row's node and axis."""
+    _, number = np.unique(samples.group, return_inverse=True)
+    return np.concatenate([number, number + int(number.max()) + 1]).astype(np.int64)
+
+
+def _minus_node_means(
+    rows: NDArray[np.float64], nodes: NDArray[np.int64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (2 n, k) rows less the weighted mean of their node."""
+    member = np.zeros((int(nodes.max()) + 1, len(nodes)))
+    member[nodes, np.arange(len(nodes))] = weights
+    means = (member @ rows) / member.sum(axis=1)[:, None]
+    return np.asarray(rows - means[nodes], dtype=np.float64)
+
+
+def _model_weights(samples: DriftSamples) -> NDArray[np.float64]:
+    """Return (2 n,) weights: what was measured beside the rest of its node leans on the mirror's model."""
+    aside_rad = np.empty(len(samples.group))
+    for node in np.unique(samples.group):
+        mine = samples.group == node
+        middle = np.median(samples.angles_rad[mine], axis=0)
+        aside_rad[mine] = np.linalg.norm(samples.angles_rad[mine] - middle, axis=1)
+    weights = 1.0 / (1.0 + (MIRROR_MODEL_ERROR * aside_rad / GAZE_NOISE_RAD) ** 2)
+    return np.tile(weights, 2)
+
+
+def motion_columns(
+    angles_rad: NDArray[np.float64],
+    depth_m: NDArray[np.float64],
+    *,
+    turns: NDArray[np.float64],
+    rolls: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return (2 n, unknowns): slopes of ax, then ay, to the pivot, to turns about x and y, to rolls.
+
+    `angles_rad`: (n, 2). `depth_m`: (n,). `turns`, `rolls`: (n, k) what each of their unknowns counts where.
+    """
+    tangents = np.tan(angles_rad)
+    flatter = 1.0 / (1.0 + tangents**2)
+    x, y = tangents.T[:, :, None]
+    leaves = np.column_stack([np.ones(len(tangents)), tangents]) / depth_m[:, None]
+    nothing = np.zeros_like(leaves)
+    across = np.hstack([flatter[:, :1] * leaves, nothing])
+    down = np.hstack([nothing, flatter[:, 1:] * leaves])
+    # a turn w moves the ray d by w x d, and its tangents by (w_y (1 + x²) - w_x x y - w_z y, ...)
+    by_ax = [flatter[:, :1] * slope for slope in (-x * y * turns, (1.0 + x**2) * turns, -y * rolls)]
+    by_ay = [flatter[:, 1:] * slope for slope in (-(1.0 + y**2) * turns, x * y * turns, x * rolls)]
+    return np.vstack([np.hstack([across, *by_ax]), np.hstack([down, *by_ay])])
+
+
+def _drift(samples: DriftSamples, solved: _DriftSolution, knots: DriftKnots) -> MountDrift:
+    turns = np.vstack([solved.turns, np.zeros(2)])
+    rolls = np.append(solved.rolls, 0.0)
+    count = len(solved.turns)
+    variance = np.diag(solved.covariance)[PIVOT_UNKNOWNS : PIVOT_UNKNOWNS + 2 * count].reshape(2, -1).T
+    sigmas = np.sqrt(np.vstack([variance, np.zeros(2)]))
+    runs, begin, rolled = [], 0, 0
+    for mine, roll in zip(knots.turns, knots.rolls, strict=True):
+        own = slice(begin, begin + len(mine))
+        along = np.interp(mine, roll, rolls[rolled : rolled + len(roll)])
+        turn = np.column_stack([turns[own], along])
+        runs.append(DriftRun(knots_s=mine, turn_rad=turn, sigma_rad=sigmas[own]))
+        begin, rolled = own.stop, rolled + len(roll)
+    # the mean over all poses of what was taken out: an error of it turns the whole calibration
+    mean = knots.hats(samples, knots.turns)[~samples.visit].mean(axis=0)
+    about = [slice(PIVOT_UNKNOWNS + axis * count, PIVOT_UNKNOWNS + (axis + 1) * count) for axis in (0, 1)]
+    sigma = [math.sqrt(float(mean @ solved.covariance[part, part] @ mean)) for part in about]
+    pivot = np.diag(solved.covariance)[[0, PIVOT_UNKNOWNS // 2]]
+    return MountDrift(
+        runs=tuple(runs),
+        sigma_rad=(sigma[1], sigma[0]),
+        pivot_sigma_m=math.sqrt(float(pivot.max())),
+        visits=int(samples.visit.sum()),
+    )

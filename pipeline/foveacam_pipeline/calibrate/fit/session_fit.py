@@ -8,18 +8,17 @@ from typing import TypeVar
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
-from foveacam_pipeline.calibrate.fit.fit_progress import ELECTION_PARTS, FitProgress
+from foveacam_pipeline.calibrate.fit.fit import ELECTION_PARTS, FitChoice, FitProgress, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,
+    StationParallax,
     SweepMeasurements,
     reduce_sweeps,
 )
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
 from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest_sweep, fit_paper
-from foveacam_pipeline.calibrate.fit.parallax import StationParallax
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS, VariantScore, compare_variants
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher

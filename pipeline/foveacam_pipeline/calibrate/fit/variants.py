@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
-from foveacam_pipeline.calibrate.fit.fit_progress import FitProgress
+from foveacam_pipeline.calibrate.fit.fit import FitChoice, FitProgress, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import SweepMeasurements
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily
 from foveacam_pipeline.calibrate.fit.paper_model import PAPER_CHOICE

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.charts import score_bars
+from foveacam_pipeline.calibrate.report.drawings import score_bars
 from foveacam_pipeline.calibrate.report.facts import FitFacts, SessionFacts
 from foveacam_pipeline.calibrate.report.markup import (
     drawing,

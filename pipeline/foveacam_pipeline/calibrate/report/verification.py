@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from foveacam_pipeline.calibrate.report.charts import drift_chart
+from foveacam_pipeline.calibrate.report.drawings import drift_chart
 from foveacam_pipeline.calibrate.report.facts import AxisFacts, DriftFacts, SessionFacts
 from foveacam_pipeline.calibrate.report.markup import (
     drawing,

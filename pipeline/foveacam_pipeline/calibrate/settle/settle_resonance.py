@@ -1,7 +1,7 @@
-"""The mirror's own resonance in what it does after a step: the drive filter, then one damped mode.
+"""Resonance of a mirror from its motion after a step, and the wait after a large move that follows from it.
 
-The filter is the board's: a Bessel low-pass of the fifth order. Its cut-off is known, so that what it does
-not explain is the mirror's.
+The model is the drive filter, the board's Bessel low-pass of the fifth order with a known cut-off, followed by
+one damped mode: what the filter does not explain is the mirror's.
 """
 
 import copy
@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, signal
 
-from foveacam_pipeline.calibrate.settle.settle_values import MirrorResonance, StepTrace
+from foveacam_pipeline.calibrate.settle.settle_values import (
+    AxisSettle,
+    MirrorResonance,
+    SettleReport,
+    StepTrace,
+)
 
 FILTER_ORDER = 5
 EXPOSURE_PARTS = 7
@@ -34,6 +39,10 @@ LARGEST_REL_SIGMA = 0.25
 MODEL_SHARE = 0.01
 """Of what is left of the step the model is trusted to: pictures turn a little on the way, and blur."""
 NOT_RESOLVED = "not resolvable"
+WAIT_STEP_US = 100.0
+"""To whole tenths of a millisecond, upwards."""
+MODEL_SPAN_US = 200_000.0
+MODEL_STEP_US = 10.0
 
 
 def fit_resonance(
@@ -181,3 +190,32 @@ def _rel_sigmas(fit: optimize.OptimizeResult) -> list[float]:
     variance = max(1.0, 2.0 * float(fit.cost) / free)
     sigmas: list[float] = np.sqrt(variance * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac))).tolist()
     return sigmas
+
+
+def settle_wait_us(report: SettleReport, *, max_v: float) -> int:
+    """Return after how long the largest move, from -`max_v` to `max_v`, is within the limit on every axis."""
+    longest_us = max(largest_move_us(report, axis, move_v=2.0 * max_v) for axis in report.axes)
+    return round(WAIT_STEP_US * math.ceil(longest_us / WAIT_STEP_US))
+
+
+def largest_move_us(report: SettleReport, axis: AxisSettle, *, move_v: float) -> float:
+    """Return after how long a move of `move_v` along one axis is within the limit for good, µs.
+
+    Never less than was measured for the smaller step.
+    """
+    move_px = abs(axis.step_px) * move_v / abs(axis.step_v)
+    if report.low_pass_hz is None or move_px <= abs(axis.step_px):
+        return max(axis.settle_us, axis.settle_for_us(max(move_px, abs(axis.step_px))))
+    small_us, large_us = (
+        _modelled_settle_us(report.low_pass_hz, axis, share=report.limit_px / px)
+        for px in (abs(axis.step_px), move_px)
+    )
+    return axis.settle_us + max(0.0, large_us - small_us)
+
+
+def _modelled_settle_us(low_pass_hz: int, axis: AxisSettle, *, share: float) -> float:
+    """Return when filter and mirror leave less than a share of a step for good, µs."""
+    times_us = np.arange(0.0, MODEL_SPAN_US, MODEL_STEP_US)
+    left = np.abs(remaining_step(system_poles(float(low_pass_hz), axis.resonance), 1e-6 * times_us))
+    above = np.flatnonzero(left > share)
+    return float(times_us[above[-1]]) if len(above) else 0.0

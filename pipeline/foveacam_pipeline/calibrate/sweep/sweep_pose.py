@@ -33,8 +33,8 @@ from foveacam_pipeline.calibrate.sweep.marker_observation import (
     view_rejection_reason,
 )
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
+from foveacam_pipeline.calibrate.sweep.marker_view import draw_markers
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
-from foveacam_pipeline.calibrate.sweep.sweep_pictures import draw_markers
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled

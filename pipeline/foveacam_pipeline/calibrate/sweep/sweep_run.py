@@ -1,8 +1,8 @@
-"""Stage 2, measured: sweeps the target over the field and keeps, pose by pose, what all three cameras saw.
+"""Stage 2, the measurement: sweep the target over the field and store each pose of all three cameras.
 
-The base turns the rig, the wide camera says where the markers are, each eye centres its own. Interrupted, it
-goes on from its file; poses at which an eye was refused are tried again. Mounts drift meanwhile: the middle
-of the field is visited again and again.
+The base turns the rig, the wide camera locates the markers, each eye centres its own. An interrupted sweep
+continues from its file; poses at which an eye was refused are tried again. Because mounts drift, the middle of
+the field is measured repeatedly.
 """
 
 import logging
@@ -16,29 +16,32 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
     Clock,
+    FoveaError,
     Head,
     InvalidInput,
+    OutOfRange,
     PanTilt,
+    Role,
     Station,
     StationTarget,
 )
 from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase, StationBase
+from foveacam_pipeline.calibrate.sweep.centring import BEYOND
 from foveacam_pipeline.calibrate.sweep.eye_prediction import degrees
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
-from foveacam_pipeline.calibrate.sweep.single_eye_limit import SingleEyeLimit
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepHeader, SweepPose, sweep_filename
+from foveacam_pipeline.calibrate.sweep.sweep_checks import EYES
 from foveacam_pipeline.calibrate.sweep.sweep_course import SweepCourse
 from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_opening import check_volts, probe_mirrors
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan, check_reach
-from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
+from foveacam_pipeline.calibrate.sweep.sweep_pose import PoseMeter
 from foveacam_pipeline.calibrate.sweep.sweep_reference import ReferenceVisits
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 logger = logging.getLogger(__name__)
-
 AHEAD = np.zeros(2)
 HALF_SIDE = 0.6
 """Half a marker and a little white, of its side."""
@@ -252,3 +255,37 @@ def _pose_note(pose: SweepPose, total: int) -> str:
             parts.append(f"{role} {'at the rim' if eye.rim else 'centred'} in {eye.looks}")
     ax_rad, ay_rad = pose.node_rad
     return f"pose {pose.index + 1} of {total} at ({degrees(ax_rad)}, {degrees(ay_rad)}): {'; '.join(parts)}"
+
+
+class SingleEyeLimit:
+    """Ends a sweep that measures one eye only, with the reason.
+
+    An eye that was never measured is given up soon; one that was, or is only beyond its volts, after two rows
+    of poses: it may be the rim of the field that is out of its reach.
+    """
+
+    def __init__(self, sweep: Sweep, settings: SweepSettings) -> None:
+        self._accepted = {role: len(sweep.accepted(role)) for role in EYES}
+        self._refused = dict.fromkeys(EYES, 0)
+        self._few = settings.give_up_after
+        self._many = max(settings.give_up_after, 2 * sweep.header.plan.columns)
+
+    def check(self, pose: SweepPose) -> None:
+        """Raise InvalidInput or OutOfRange when an eye was refused too often."""
+        for role in EYES:
+            reason = pose.refusal(role)
+            if reason is None:
+                self._accepted[role] += 1
+                self._refused[role] = 0
+                continue
+            self._refused[role] += 1
+            at_the_rim = reason.startswith(BEYOND)
+            if self._refused[role] >= (self._many if self._accepted[role] or at_the_rim else self._few):
+                raise _end_error(role, self._refused[role], reason)
+
+
+def _end_error(role: Role, times: int, reason: str) -> FoveaError:
+    message = (
+        f"sweep ended: the {role} eye was refused at {times} poses in a row, the last time because {reason}"
+    )
+    return OutOfRange(message) if reason.startswith(BEYOND) else InvalidInput(message)

@@ -1,4 +1,4 @@
-"""Stage 1 as a procedure: views are taken by themselves while somebody shows a board to the wide camera."""
+"""Stage 1 as a procedure: collect views automatically while somebody shows a board to the wide camera."""
 
 import logging
 from dataclasses import dataclass
@@ -13,10 +13,9 @@ from foveacam_hardware.contract import Clock, Frame, Head, Timeout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.calibrate.wide.auto_capture import STATE_NOTES, AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView, detect_board, explain_absence
-from foveacam_pipeline.calibrate.wide.board_overlay import draw_overlay
 from foveacam_pipeline.calibrate.wide.board_pose import TILTS
 from foveacam_pipeline.calibrate.wide.boards import Board
-from foveacam_pipeline.calibrate.wide.coverage import CoverageTracker
+from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, BoardCoverage, CoverageTracker
 from foveacam_pipeline.calibrate.wide.fit_wide import LEAST_VIEWS
 from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
 
@@ -24,8 +23,13 @@ _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
 _LOOK_NS = 250_000_000
 """As which a look counts at most: who looks slowly waits for as many looks, not for as many seconds."""
-
 logger = logging.getLogger(__name__)
+GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
+PICTURE_SCALE = 0.5
+_VEIL = 0.22
+_BAND = 30
+_DARK = (17, 20, 26)
+_SHIFT = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,3 +187,40 @@ def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     if image.ndim == 2:
         return image
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
+def draw_overlay(
+    image: NDArray[np.uint8], view: BoardView | None, *, cover: BoardCoverage, words: str
+) -> NDArray[np.uint8]:
+    """Return (h/2, w/2, 3) uint8 RGB: covered parts veiled in green, corners, words for the operator."""
+    small = cv2.resize(image, None, fx=PICTURE_SCALE, fy=PICTURE_SCALE, interpolation=cv2.INTER_AREA)
+    base = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small.copy()
+    height, width = base.shape[:2]
+    veil = cv2.resize((cover.cells > 0).astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
+    lined = base.copy()
+    for x in range(1, COLUMNS):
+        cv2.line(lined, (x * width // COLUMNS, 0), (x * width // COLUMNS, height - 1), GREEN, 1)
+    for y in range(1, ROWS):
+        cv2.line(lined, (0, y * height // ROWS), (width - 1, y * height // ROWS), GREEN, 1)
+    base = cv2.addWeighted(base, 1.0 - _VEIL, lined, _VEIL, 0.0)
+    green = cv2.addWeighted(base, 1.0 - _VEIL, np.full_like(base, GREEN), _VEIL, 0.0)
+    picture: NDArray[np.uint8] = np.where(veil[..., None] > 0, green, base).astype(np.uint8)
+    if view is not None:
+        _draw_corners(picture, view)
+    _draw_note(picture, words, AMBER if view is None else GREEN)
+    return picture
+
+
+def _draw_corners(picture: NDArray[np.uint8], view: BoardView) -> None:
+    points = np.rint(view.corners_px * PICTURE_SCALE * (1 << _SHIFT)).astype(int)
+    rows = view.ids // view.board.columns
+    for row in np.unique(rows):
+        cv2.polylines(picture, [points[rows == row].astype(np.int32)], False, BLUE, 1, cv2.LINE_AA, _SHIFT)
+    for x, y in points.tolist():
+        cv2.circle(picture, (x, y), 3 << _SHIFT, AMBER, 1, cv2.LINE_AA, _SHIFT)
+
+
+def _draw_note(picture: NDArray[np.uint8], words: str, colour: tuple[int, int, int]) -> None:
+    height, width = picture.shape[:2]
+    cv2.rectangle(picture, (0, height - _BAND), (width - 1, height - 1), _DARK, -1)
+    cv2.putText(picture, words, (12, height - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)

@@ -1,33 +1,45 @@
-"""Finds when a mount was knocked in the middle of a run: a step in time that no slow drift explains.
+"""Removal of mount drift, of moves between runs and of knocks within runs from the rows of sweeps.
 
-All measurements of a run share one model of the mirror and one drift in short straight pieces. What these
-leave is compared with a turn of the mount at each moment between two measurements. A run that was knocked is
-two runs, and `mount_moves` and `mount_drift_fit` take out how the mount stands in each.
-
-What the model of the mirror lacks goes with the row, and so with time: a step counts only where nodes that
-were visited shortly before and after it jumped as well, whatever the drift may do in between. It takes two
-stations: of one alone the mirror's model, row after row, bends to the knock.
+First, runs are split where a mount was knocked: at a step in time that no slow drift explains. Next, turns
+between runs that are too large for the drift model are fitted and removed. Last, the remaining drift of each
+run is estimated (`mount_drift`) and every row is referred to the end of the last run.
 """
 
 import logging
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.fit.mount_drift import LEAST_KNOCK_RAD
-from foveacam_pipeline.calibrate.fit.mount_drift_fit import (
+from foveacam_pipeline.calibrate.fit.measured_rows import FitRow, volts_of
+from foveacam_pipeline.calibrate.fit.mount_drift import (
     GAZE_NOISE_RAD,
+    LEAST_KNOCK_RAD,
+    PIVOT_PRIOR_M,
     PIVOT_UNKNOWNS,
     DriftSamples,
+    MountDrift,
+    fit_mount_drift,
+    has_enough_visits,
     motion_columns,
     place_knots,
+    turn_back,
+    turns_at,
 )
-from foveacam_pipeline.calibrate.fit.mount_moves import TURNS, both_axes, mirror_columns
+from foveacam_pipeline.geometry.polynomial import huber_weights, monomials
 
+MIN_MOVE_RAD = math.radians(0.01)
+"""Moves up to this much are drift, some fovea px."""
+MOVE_SIGMAS = 5.0
+"""Two runs at one distance each cannot tell a move from a pivot beside its place: the errors are large."""
+MAX_MIRROR_ORDER = 7
+ROWS_AN_UNKNOWN = 3
+MOVE_ROUNDS = 4
+_ROBUST_ROUNDS = 3
+TURNS = 3
 KNOCK_SIGMAS = 6.0
 """Hundreds of moments are tried."""
 ROWS_AN_OUTLIER = 10
@@ -47,8 +59,165 @@ REVISIT_FACTOR = 1.5
 """Nodes count that were visited again within so many times the shortest such while."""
 _RANK = 1e-9
 _SMALLEST_RAD = 1e-12
-
 logger = logging.getLogger(__name__)
+
+
+def remove_drift(
+    rows: Mapping[Role, Sequence[FitRow]], group: Mapping[tuple[int, int], int], *, f_px: float
+) -> tuple[dict[Role, list[FitRow]], dict[Role, MountDrift] | None]:
+    """Return the rows of both eyes referred to the end of the last run, and the drift that was taken out.
+
+    `group`: numbers of the nodes; sweeps share those at which they looked the same way. Where no nodes were
+    visited again the rows come back as they were, but for far moves between runs, with None.
+    """
+    runs = sorted({run_key(row) for mine in rows.values() for row in mine})
+    numbers = {run: number for number, run in enumerate(runs)}
+    whole = {role: _samples(mine, numbers, group) for role, mine in rows.items()}
+    samples = split_at_knocks(whole) if has_enough_visits(whole) else whole
+    count = 1 + max(int(eye.run.max(initial=0)) for eye in samples.values())
+    kept, far = {}, {}
+    for role, mine in rows.items():
+        moves = _remove_moves(list(mine), samples[role], runs=count, f_px=f_px)
+        kept[role], samples[role], far[role] = moves
+    found = fit_mount_drift(samples)
+    if found is None:
+        return kept, None
+    for role, drift in found.items():
+        turns = turns_at(drift, samples[role].t_s, samples[role].run)
+        kept[role] = [_turned_back(row, turn, f_px=f_px) for row, turn in zip(kept[role], turns, strict=True)]
+    ended = _runs_ended_by_knocks(whole, samples)
+    return kept, {role: drift.moved_by(far[role]).knocked_after(ended) for role, drift in found.items()}
+
+
+def _remove_moves(
+    rows: list[FitRow], samples: DriftSamples, *, runs: int, f_px: float
+) -> tuple[list[FitRow], DriftSamples, NDArray[np.float64]]:
+    """Return all as if the mount had not been moved far between runs, and (runs, 3) how far it was.
+
+    An eye that measured nothing in the last runs is referred to the end of its own last one.
+    """
+    moved = np.zeros((runs, 3))
+    for _ in range(MOVE_ROUNDS if samples.run.any() else 0):
+        found = fit_moves(samples.volts_v, samples.angles_rad, samples.depth_m, samples.run)
+        if not moved.any() and not found.far:
+            break
+        turns = found.turn_rad[samples.run]
+        rows = [_turned_back(row, turn, f_px=f_px) for row, turn in zip(rows, turns, strict=True)]
+        samples = replace(samples, angles_rad=_angles(rows))
+        moved[: len(found.turn_rad)] += found.turn_rad
+    return rows, samples, moved
+
+
+def _runs_ended_by_knocks(
+    whole: Mapping[Role, DriftSamples], parted: Mapping[Role, DriftSamples]
+) -> set[int]:
+    """Return the numbers of those parted runs that the whole run outlasts."""
+    origin = {
+        part: run
+        for role, samples in parted.items()
+        for part, run in zip(samples.run.tolist(), whole[role].run.tolist(), strict=True)
+    }
+    return {part for part, run in origin.items() if origin.get(part + 1) == run}
+
+
+def run_key(row: FitRow) -> tuple[str, int]:
+    """Return in which run a row was measured; where nobody wrote it down, each sweep counts as one."""
+    return (row.run, -1) if row.run else ("", row.node[0])
+
+
+def _samples(
+    rows: Sequence[FitRow], numbers: Mapping[tuple[str, int], int], group: Mapping[tuple[int, int], int]
+) -> DriftSamples:
+    return DriftSamples(
+        volts_v=volts_of(rows),
+        angles_rad=_angles(rows),
+        depth_m=np.array([row.depth_m for row in rows], dtype=np.float64),
+        t_s=1e-9 * np.array([row.t_ns for row in rows], dtype=np.float64),
+        run=np.array([numbers[run_key(row)] for row in rows], dtype=np.int64),
+        visit=np.array([row.visit for row in rows], dtype=np.bool_),
+        group=np.array([group[row.node] for row in rows], dtype=np.int64),
+    )
+
+
+def _angles(rows: Sequence[FitRow]) -> NDArray[np.float64]:
+    return np.array([row.angles_rad for row in rows], dtype=np.float64).reshape(-1, 2)
+
+
+def _turned_back(row: FitRow, turn_rad: NDArray[np.float64], *, f_px: float) -> FitRow:
+    gaze, corners = turn_back(row.angles_rad[None], row.plane_px[None], turn_rad[None], f_px=f_px)
+    return replace(row, angles_rad=gaze[0], plane_px=corners[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MountMoves:
+    """(runs, 3) the turn about x, y and z of each run against the last one, to first order, and its error."""
+
+    turn_rad: NDArray[np.float64]
+    sigma_rad: NDArray[np.float64]
+
+    @property
+    def far(self) -> bool:
+        """Whether any is more than drift, and surely so."""
+        least_rad = np.maximum(MIN_MOVE_RAD, MOVE_SIGMAS * self.sigma_rad)
+        return bool((np.abs(self.turn_rad) > least_rad).any())
+
+
+def fit_moves(
+    volts_v: NDArray[np.float64],
+    angles_rad: NDArray[np.float64],
+    depth_m: NDArray[np.float64],
+    run: NDArray[np.int64],
+) -> MountMoves:
+    """Return how each run's mount stands turned against the last one's.
+
+    `volts_v`, `angles_rad`: (n, 2); `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
+    """
+    runs = int(run.max()) + 1
+    mirror = mirror_columns(volts_v)
+    member = (run[:, None] == np.arange(runs - 1)).astype(np.float64)
+    matrix = np.hstack([both_axes(mirror), motion_columns(angles_rad, depth_m, turns=member, rolls=member)])
+    found, sigmas = _solve_moves(matrix, angles_rad.T.ravel(), pivot=2 * mirror.shape[1])
+    turns, errors = (
+        np.vstack([part[-TURNS * (runs - 1) :].reshape(TURNS, runs - 1).T, np.zeros(TURNS)])
+        for part in (found, sigmas)
+    )
+    return MountMoves(turn_rad=turns, sigma_rad=errors)
+
+
+def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, k) the powers of the drive, of the highest order that the rows can bear."""
+    scaled = volts_v / np.abs(volts_v).max()
+    order, unknowns = MAX_MIRROR_ORDER, len(volts_v) // ROWS_AN_UNKNOWN
+    while order > 1 and (order + 1) * (order + 2) // 2 > unknowns:
+        order -= 1
+    return monomials(scaled[:, 0], scaled[:, 1], order)
+
+
+def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2 n, 2 k) the same (n, k) columns for ax, then for ay, each with unknowns of its own."""
+    nothing = np.zeros_like(columns)
+    return np.vstack([np.hstack([columns, nothing]), np.hstack([nothing, columns])])
+
+
+def _solve_moves(
+    matrix: NDArray[np.float64], values: NDArray[np.float64], *, pivot: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the unknowns and their errors by robust least squares; from `pivot` on come the pivot's."""
+    prior = np.zeros((PIVOT_UNKNOWNS, matrix.shape[1]))
+    prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (GAZE_NOISE_RAD / PIVOT_PRIOR_M)
+    weights = np.ones(len(values))
+    for _ in range(_ROBUST_ROUNDS):
+        root = np.sqrt(weights)
+        rows = np.vstack([matrix * root[:, None], prior])
+        found = np.linalg.lstsq(rows, np.concatenate([values * root, np.zeros(PIVOT_UNKNOWNS)]), rcond=None)[
+            0
+        ]
+        left = values - matrix @ found
+        weights = huber_weights(left)
+    free = max(1, len(values) - matrix.shape[1])
+    sigma = max(GAZE_NOISE_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
+    variance = sigma**2 * np.diag(np.linalg.pinv(rows.T @ rows))
+    return np.asarray(found, dtype=np.float64), np.sqrt(variance)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
