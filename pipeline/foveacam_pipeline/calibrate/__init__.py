@@ -1,4 +1,4 @@
 """The procedures and fits that calibrate a rig.
 
-Nothing is imported here: the fits load scipy, the pictures matplotlib, and a server shall start without them.
+Nothing is imported here, so that a server starts without scipy (the fits) and matplotlib (the pictures).
 """

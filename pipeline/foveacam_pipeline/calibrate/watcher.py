@@ -1,4 +1,4 @@
-"""Who watches a procedure: is told how far it is, shown what it sees, and may end it."""
+"""Watchers of a procedure: they receive its progress and its pictures, and may cancel it."""
 
 from typing import Protocol
 
@@ -9,14 +9,14 @@ from foveacam_hardware.contract import Cancelled
 
 
 class ProcedureWatcher(Protocol):
-    """The operator's side of a long procedure; every method may be called from the procedure's thread."""
+    """Receiver of a procedure's progress; every method may be called from the procedure's thread."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Take note that `done` of `total` steps are over."""
+        """Report that `done` of `total` steps are over."""
         ...
 
     def cancelled(self) -> bool:
-        """Tell whether the procedure shall end; what was measured is kept."""
+        """Return whether the procedure shall end; what was measured is kept."""
         ...
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
@@ -25,20 +25,20 @@ class ProcedureWatcher(Protocol):
 
 
 class SilentWatcher:
-    """A watcher who does not watch."""
+    """A watcher that ignores everything and never cancels."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Ignore it."""
 
     def cancelled(self) -> bool:
-        """Go on."""
+        """Return False."""
         return False
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Look away."""
+        """Ignore it."""
 
 
 def raise_if_cancelled(watch: ProcedureWatcher, *, doing: str) -> None:
-    """Raise `Cancelled` when the watcher has had enough."""
+    """Raise `Cancelled` when the watcher has cancelled; `doing` names the procedure."""
     if watch.cancelled():
         raise Cancelled(f"{doing} was cancelled; what was measured is kept, and it can be resumed")

@@ -24,13 +24,13 @@ from foveacam_pipeline.verge.aim import aim_at, gazes_under
 from foveacam_pipeline.verge.fine import MatchGuess, match_fine
 
 PAUSE_NS = 300_000_000
-"""Between the two wide pictures that tell what moves."""
+"""Pause between the two wide pictures that show what moves."""
 MAX_AGE_MS = 40.0
 CORNER_SHARE = 0.55
-"""Rows are compared at the gaze and at so much of the way from it to the corners of the image."""
+"""Rows are compared at the gaze and at this share of the way to the corners of the image."""
 MIN_POSES = 4
 VERGED_PX = 20.0
-"""A look in which the eyes see one thing so near to the same place is good enough to be shown."""
+"""Maximum disparity of a look that is used for pictures, fovea px."""
 FRAME_COLOURS = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
 
 
@@ -38,9 +38,9 @@ FRAME_COLOURS = {Role.LEFT: (255, 140, 60), Role.RIGHT: (70, 170, 255)}
 class CheckSettings:
     """Where a check looks, and which matches count.
 
-    The field of regard is parted into `columns` x `rows`; one textured place is looked at in each part.
-    `margin_rad`: so far from the edge of the calibrated field. `apart_rad`: so far from every swept gaze.
-    `score`, `sigma_px`: least correlation and largest error of a match of rows, fovea px. `timeout_s`: on the
+    The field of regard is divided into `columns` x `rows`; one textured point is measured in each part.
+    `margin_rad`: distance from the edge of the calibrated field. `apart_rad`: distance from every swept gaze.
+    `score`, `sigma_px`: minimum correlation and maximum error of a row match, fovea px. `timeout_s`: on the
     rig's clock.
     """
 
@@ -55,9 +55,9 @@ class CheckSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowMatch:
-    """One thing seen by both foveae. `gaze_rad`: mean (ax, ay) of the eyes. `offset_px`: from the gazes.
+    """One point seen by both foveae. `gaze_rad`: mean (ax, ay) of the eyes. `offset_px`: from the gazes.
 
-    `rows_px`: how much lower the left eye's rectified image shows it than the right one's, fovea px, and
+    `rows_px`: how much lower the point is in the left rectified image than in the right, fovea px, and
     `sigma_px` the error of that match.
     """
 
@@ -69,7 +69,7 @@ class RowMatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingError:
-    """How far from the wide camera's own view of a place the eyes see it, (x, y) fovea px, mean of both."""
+    """Gaze of the eyes at a point minus its direction by the wide camera, (x, y) fovea px, mean of both."""
 
     gaze_rad: tuple[float, float]
     missed_px: tuple[float, float]
@@ -77,10 +77,10 @@ class PointingError:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CheckResult:
-    """What a calibration leaves at places that it was not fitted to.
+    """Errors of a calibration at points that it was not fitted to.
 
-    `pointing_sigma_px`: error of measuring one pointing, both axes together; below it nothing can be said.
-    `mosaic`: (h, w, 3) uint8 RGB, the wide view with the rectified foveae laid over it. `farthest`: the look
+    `pointing_sigma_px`: measurement error of one pointing, both axes together; smaller errors do not show.
+    `mosaic`: (h, w, 3) uint8 RGB, the wide view with the rectified foveae drawn over it. `farthest`: the look
     farthest from the middle, for pictures.
     """
 
@@ -94,7 +94,7 @@ class CheckResult:
 
     @property
     def poses(self) -> int:
-        """How many places were measured."""
+        """Number of measured points."""
         return len(self.pointings)
 
     @property
@@ -104,7 +104,7 @@ class CheckResult:
 
     @property
     def epipolar_p95_px(self) -> float | None:
-        """95 % of the row differences are smaller."""
+        """95 % quantile of the row differences, fovea px; None when nothing matched."""
         sizes = [abs(match.rows_px) for match in self.rows]
         return float(np.quantile(sizes, 0.95)) if sizes else None
 
@@ -127,10 +127,10 @@ def check_calibration(
     settings: CheckSettings | None = None,
     swept_rad: NDArray[np.float64] | None = None,
 ) -> CheckResult:
-    """Look at places all over the field of regard and return what the calibration leaves there.
+    """Look at points all over the field of regard and return the calibration's errors there.
 
-    `swept_rad`: (n, 2) gazes at which it was fitted; places nearer to one than the settings say are left out.
-    Raise InvalidInput when the scene shows too few places to say anything.
+    `swept_rad`: (n, 2) gazes at which it was fitted; points nearer to one than the settings allow are left
+    out. Raise InvalidInput when the scene shows too few usable points.
     """
     run = _CheckRun(
         head, calibration, clock=clock, watch=watch or SilentWatcher(), settings=settings or CheckSettings()
@@ -164,7 +164,7 @@ class _CheckRun:
         self._farthest: tuple[float, Sighting] | None = None
 
     def result(self, swept_rad: NDArray[np.float64] | None) -> CheckResult:
-        """Look, match, lay over."""
+        """Measure one point in each part of the field and return the result."""
         deadline_ns = self._clock.now_ns() + round(1e9 * self._settings.timeout_s)
         views = self._two_views()
         queue = [
@@ -172,7 +172,7 @@ class _CheckRun:
             for candidate in select_patches(
                 DistinctnessMap.of(views, self._calibration, self._places), self._calibration, self._places
             )
-            if self._apart(candidate, swept_rad)
+            if self._is_off_nodes(candidate, swept_rad)
         ]
         mosaic = np.repeat(views[1][:, :, None], 3, axis=2)
         done: set[int] = set()
@@ -186,13 +186,13 @@ class _CheckRun:
             if place is None or self._finder.last is None:
                 continue
             done.add(candidate.part)
-            self._take(place, self._finder.last)
-            self._lay_over(mosaic, self._finder.last, len(done))
+            self._add_place(place, self._finder.last)
+            self._draw_fovea(mosaic, self._finder.last, len(done))
             self._watch.progress(len(done), total=total, note=f"{len(self._rows)} rows compared")
             self._watch.show("wide", mosaic)
-        return self._found(mosaic)
+        return self._result(mosaic)
 
-    def _found(self, mosaic: NDArray[np.uint8]) -> CheckResult:
+    def _result(self, mosaic: NDArray[np.uint8]) -> CheckResult:
         if len(self._pointings) < MIN_POSES:
             raise InvalidInput(
                 f"check: both foveae found {len(self._pointings)} places of the wide view, {MIN_POSES} are "
@@ -214,14 +214,14 @@ class _CheckRun:
         self._clock.sleep_until_ns(self._clock.now_ns() + PAUSE_NS)
         return first, gray(to_uint8(self._head.wide(max_age_ms=MAX_AGE_MS)))
 
-    def _apart(self, candidate: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
+    def _is_off_nodes(self, candidate: DriftPatch, swept_rad: NDArray[np.float64] | None) -> bool:
         if swept_rad is None or not len(swept_rad):
             return True
         apart = np.linalg.norm(np.arctan(candidate.template.target) - swept_rad, axis=1)
         return bool(apart.min() >= self._settings.apart_rad)
 
-    def _take(self, place: DriftPlace, sighting: Sighting) -> None:
-        """Note what the eyes say of a place, and compare rows all over the look."""
+    def _add_place(self, place: DriftPlace, sighting: Sighting) -> None:
+        """Add the pointing error of a place and the row matches of its look."""
         gazes = gazes_under(self._calibration, sighting.volts)
         middle = (gazes.left + gazes.right) / 2.0
         ax_rad, ay_rad = np.arctan(middle).tolist()
@@ -240,8 +240,8 @@ class _CheckRun:
         if verged and (self._farthest is None or reach > self._farthest[0]):
             self._farthest = reach, sighting
 
-    def _lay_over(self, mosaic: NDArray[np.uint8], sighting: Sighting, count: int) -> None:
-        """Lay one eye's fovea over the wide view, the eyes in turn, with a thin frame."""
+    def _draw_fovea(self, mosaic: NDArray[np.uint8], sighting: Sighting, count: int) -> None:
+        """Draw one eye's fovea over the wide view with a thin frame, alternating between the eyes."""
         role = Role.LEFT if count % 2 else Role.RIGHT
         window = footprint_window(self._calibration, role, sighting, zoom=1.0)
         shown, seen = fovea_in_wide(sighting, self._calibration, role, window)
@@ -259,9 +259,9 @@ def match_rows(
     *,
     beside: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> list[RowMatch]:
-    """Return how the rows of both rectified foveae differ at five places of a look, as far as they match.
+    """Return the row differences of both rectified foveae at those of five points of a look that match.
 
-    `beside`: (2,) tangents from the left and from the right gaze to one thing that both eyes see.
+    `beside`: (2,) tangents from the left and from the right gaze to one point that both eyes see.
     """
     half = np.array([calibration.fovea_width, calibration.fovea_height]) / 2.0
     gazes = gazes_under(calibration, sighting.volts)
@@ -292,7 +292,7 @@ def match_rows(
 
 
 def _centre_row_difference_px(sighting: Sighting, calibration: Calibration, guess: MatchGuess) -> float:
-    """Return by how much lower the left eye's image centre lies on its plane than the right one's, px."""
+    """Return how much lower the left eye's image centre lies on its plane than the right one's, px."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
     depth_m = calibration.baseline_m / apart if apart > 0.0 else math.inf

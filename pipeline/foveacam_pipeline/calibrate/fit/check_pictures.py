@@ -1,4 +1,4 @@
-"""Pictures of a check: rows over the field, foveae in the wide view, the anaglyph before and after."""
+"""Pictures of a check: row differences over the field, foveae in the wide view, anaglyphs."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ _PART_PX = 300.0
 
 
 def check_pictures(result: CheckResult, calibration: Calibration) -> dict[str, Callable[[], bytes]]:
-    """Return what draws each picture of a check, by the name under which it is kept."""
+    """Return the function that draws each picture of a check, by the name of its file."""
     return {
         "epipolar": lambda: epipolar_picture(result, calibration),
         "overlay": lambda: overlay_picture(result, calibration),
@@ -33,7 +33,7 @@ def check_pictures(result: CheckResult, calibration: Calibration) -> dict[str, C
 
 
 def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
-    """Return a PNG: by how many fovea px the rows of the two rectified eyes differ, over the field."""
+    """Return a PNG of the row differences of the rectified eyes over the field, fovea px."""
     figure = Figure(figsize=(11.0, 5.2), dpi=_DPI, layout="constrained")
     field, within = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     rows = np.array([match.rows_px for match in result.rows])
@@ -83,7 +83,7 @@ def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
 
 
 def overlay_picture(result: CheckResult, calibration: Calibration) -> bytes:
-    """Return a PNG: all foveae laid into the wide view, and one of them in tiles with it, enlarged."""
+    """Return a PNG of all foveae drawn into the wide view, and of one of them in tiles with it, enlarged."""
     sighting = _farthest_look(result)
     figure = Figure(figsize=(13.0, 5.6), dpi=_DPI, layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
@@ -97,7 +97,7 @@ def overlay_picture(result: CheckResult, calibration: Calibration) -> bytes:
 
 
 def tile_picture(sighting: Sighting, calibration: Calibration, role: Role) -> NDArray[np.uint8]:
-    """Return a fovea in the wide view, enlarged: tiles of each in turn, so that every step at a rim shows."""
+    """Return a fovea in the wide view, enlarged, in alternating tiles whose edges show offsets."""
     window = footprint_window(calibration, role, sighting, zoom=_ZOOM)
     shown, seen = fovea_in_wide(sighting, calibration, role, window)
     wide = gray(to_uint8(sighting.wide))
@@ -110,7 +110,7 @@ def tile_picture(sighting: Sighting, calibration: Calibration, role: Role) -> ND
 
 
 def anaglyph_picture(sighting: Sighting, calibration: Calibration, *, rectified: bool) -> bytes:
-    """Return a PNG: both foveae in red and cyan, as read out or as rectified (Fig. 3)."""
+    """Return a PNG of both foveae in red and cyan, as read out or as rectified (Fig. 3)."""
     if rectified:
         picture = anaglyph(rectify(sighting, calibration))
     else:

@@ -1,8 +1,8 @@
 """Removal of mount drift, of moves between runs and of knocks within runs from the rows of sweeps.
 
-First, runs are split where a mount was knocked: at a step in time that no slow drift explains. Next, turns
-between runs that are too large for the drift model are fitted and removed. Last, the remaining drift of each
-run is estimated (`mount_drift`) and every row is referred to the end of the last run.
+Runs are split where a mount was knocked, that is at a step in time that no slow drift explains. Then turns
+between runs that are too large for the drift model are fitted and removed. At last the remaining drift of
+each run is estimated (`mount_drift`), and every row is corrected to the end of the last run.
 """
 
 import logging
@@ -32,31 +32,32 @@ from foveacam_pipeline.calibrate.fit.mount_drift import (
 from foveacam_pipeline.geometry.polynomial import huber_weights, monomials
 
 MIN_MOVE_RAD = math.radians(0.01)
-"""Moves up to this much are drift, some fovea px."""
+"""Smaller moves, some fovea px, are left to the drift."""
 MOVE_SIGMAS = 5.0
-"""Two runs at one distance each cannot tell a move from a pivot beside its place: the errors are large."""
+"""Moves within so many standard errors are not removed: with one distance a run, move and pivot are mixed."""
 MAX_MIRROR_ORDER = 7
 ROWS_AN_UNKNOWN = 3
 MOVE_ROUNDS = 4
 _ROBUST_ROUNDS = 3
 TURNS = 3
 KNOCK_SIGMAS = 6.0
-"""Hundreds of moments are tried."""
+"""Significance of a knock; it is high because hundreds of moments are tried."""
 ROWS_AN_OUTLIER = 10
-"""Of so many measurements one may be left out as wrong."""
+"""At most one of so many measurements is left out as an outlier."""
 KNOCK_PIECES = 3
-"""More of them can bend the drift to the shape of a knock."""
+"""Pieces of the drift; more of them could take the shape of a knock."""
 MIN_ROWS_ASIDE = 3
-"""So many measurements of a run lie on either side: one that went wrong is no knock."""
+"""Minimum measurements of a run on either side of a knock, so that one outlier is not taken for it."""
 MIN_FREEDOM = 12
-"""A sweep of few poses has none to spare."""
+"""Minimum degrees of freedom to search for knocks."""
 MAX_KNOCKS = 4
 MAX_UNSEEN = 0.35
-"""Knocks leave 0.01 to 0.15 of themselves unseen, what goes with the row more than this."""
+"""Maximum share of a knock that revisited nodes do not show: 0.01 to 0.15 for knocks, more for errors that
+change with the row."""
 SAME_DEPTH = 0.02
-"""By how much the depth of a node may differ from visit to visit; that of another station differs more."""
+"""Maximum relative difference of a node's depth between visits; other stations differ by more."""
 REVISIT_FACTOR = 1.5
-"""Nodes count that were visited again within so many times the shortest such while."""
+"""Nodes count that were visited again within so many times the shortest such interval."""
 _RANK = 1e-9
 _SMALLEST_RAD = 1e-12
 logger = logging.getLogger(__name__)
@@ -65,10 +66,10 @@ logger = logging.getLogger(__name__)
 def remove_drift(
     rows: Mapping[Role, Sequence[FitRow]], group: Mapping[tuple[int, int], int], *, f_px: float
 ) -> tuple[dict[Role, list[FitRow]], dict[Role, MountDrift] | None]:
-    """Return the rows of both eyes referred to the end of the last run, and the drift that was taken out.
+    """Return the rows of both eyes corrected to the end of the last run, and the drift that was removed.
 
-    `group`: numbers of the nodes; sweeps share those at which they looked the same way. Where no nodes were
-    visited again the rows come back as they were, but for far moves between runs, with None.
+    `group`: numbers of the nodes; nodes of several sweeps with the same gaze share one. Where no nodes were
+    visited again, only large moves between runs are corrected, and the drift is None.
     """
     runs = sorted({run_key(row) for mine in rows.values() for row in mine})
     numbers = {run: number for number, run in enumerate(runs)}
@@ -86,20 +87,20 @@ def remove_drift(
         turns = turns_at(drift, samples[role].t_s, samples[role].run)
         kept[role] = [_turned_back(row, turn, f_px=f_px) for row, turn in zip(kept[role], turns, strict=True)]
     ended = _runs_ended_by_knocks(whole, samples)
-    return kept, {role: drift.moved_by(far[role]).knocked_after(ended) for role, drift in found.items()}
+    return kept, {role: drift.with_moves(far[role]).with_knocks(ended) for role, drift in found.items()}
 
 
 def _remove_moves(
     rows: list[FitRow], samples: DriftSamples, *, runs: int, f_px: float
 ) -> tuple[list[FitRow], DriftSamples, NDArray[np.float64]]:
-    """Return all as if the mount had not been moved far between runs, and (runs, 3) how far it was.
+    """Return rows and samples without large moves of the mount between runs, and the (runs, 3) moves.
 
-    An eye that measured nothing in the last runs is referred to the end of its own last one.
+    An eye without measurements in the last runs is corrected to the end of its own last one.
     """
     moved = np.zeros((runs, 3))
     for _ in range(MOVE_ROUNDS if samples.run.any() else 0):
         found = fit_moves(samples.volts_v, samples.angles_rad, samples.depth_m, samples.run)
-        if not moved.any() and not found.far:
+        if not moved.any() and not found.significant:
             break
         turns = found.turn_rad[samples.run]
         rows = [_turned_back(row, turn, f_px=f_px) for row, turn in zip(rows, turns, strict=True)]
@@ -111,7 +112,7 @@ def _remove_moves(
 def _runs_ended_by_knocks(
     whole: Mapping[Role, DriftSamples], parted: Mapping[Role, DriftSamples]
 ) -> set[int]:
-    """Return the numbers of those parted runs that the whole run outlasts."""
+    """Return the numbers of the split runs that are not the last part of their original run."""
     origin = {
         part: run
         for role, samples in parted.items()
@@ -121,7 +122,7 @@ def _runs_ended_by_knocks(
 
 
 def run_key(row: FitRow) -> tuple[str, int]:
-    """Return in which run a row was measured; where nobody wrote it down, each sweep counts as one."""
+    """Return the run of a row; where it was not recorded, each sweep counts as one run."""
     return (row.run, -1) if row.run else ("", row.node[0])
 
 
@@ -150,14 +151,14 @@ def _turned_back(row: FitRow, turn_rad: NDArray[np.float64], *, f_px: float) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MountMoves:
-    """(runs, 3) the turn about x, y and z of each run against the last one, to first order, and its error."""
+    """(runs, 3) turns about x, y and z of each run against the last one, to first order, and their errors."""
 
     turn_rad: NDArray[np.float64]
     sigma_rad: NDArray[np.float64]
 
     @property
-    def far(self) -> bool:
-        """Whether any is more than drift, and surely so."""
+    def significant(self) -> bool:
+        """Whether any turn is larger than drift, and significantly so."""
         least_rad = np.maximum(MIN_MOVE_RAD, MOVE_SIGMAS * self.sigma_rad)
         return bool((np.abs(self.turn_rad) > least_rad).any())
 
@@ -168,9 +169,11 @@ def fit_moves(
     depth_m: NDArray[np.float64],
     run: NDArray[np.int64],
 ) -> MountMoves:
-    """Return how each run's mount stands turned against the last one's.
+    """Fit one turn of the mount a run together with mirror and pivot.
 
-    `volts_v`, `angles_rad`: (n, 2); `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
+    `fit_mount_drift` uses one mirror model for all runs, which large moves would distort; the caller removes
+    these turns exactly and repeats the fit until the rest is small. `volts_v`, `angles_rad`: (n, 2);
+    `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
     """
     runs = int(run.max()) + 1
     mirror = mirror_columns(volts_v)
@@ -185,7 +188,7 @@ def fit_moves(
 
 
 def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, k) the powers of the drive, of the highest order that the rows can bear."""
+    """Return the (n, k) monomials of the drive, of the highest order that the number of rows allows."""
     scaled = volts_v / np.abs(volts_v).max()
     order, unknowns = MAX_MIRROR_ORDER, len(volts_v) // ROWS_AN_UNKNOWN
     while order > 1 and (order + 1) * (order + 2) // 2 > unknowns:
@@ -194,7 +197,7 @@ def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2 n, 2 k) the same (n, k) columns for ax, then for ay, each with unknowns of its own."""
+    """Return (2 n, 2 k): the (n, k) columns for ax, then for ay, each with its own unknowns."""
     nothing = np.zeros_like(columns)
     return np.vstack([np.hstack([columns, nothing]), np.hstack([nothing, columns])])
 
@@ -202,7 +205,7 @@ def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
 def _solve_moves(
     matrix: NDArray[np.float64], values: NDArray[np.float64], *, pivot: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the unknowns and their errors by robust least squares; from `pivot` on come the pivot's."""
+    """Return the unknowns and their errors by robust least squares; `pivot`: index of the pivot's first."""
     prior = np.zeros((PIVOT_UNKNOWNS, matrix.shape[1]))
     prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (GAZE_NOISE_RAD / PIVOT_PRIOR_M)
     weights = np.ones(len(values))
@@ -222,9 +225,9 @@ def _solve_moves(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _KnockStep:
-    """A turn at a moment of a run: how much better it explains the measurements, and its size in sigmas.
+    """A turn of a mount at one moment of a run, its gain in log likelihood and its size in standard errors.
 
-    `unseen`: which share of it the nodes that were visited shortly before and after do not show.
+    `unseen`: share of it that nodes visited shortly before and after do not show.
     """
 
     run: int
@@ -236,7 +239,12 @@ class _KnockStep:
 
 
 def split_at_knocks(samples: Mapping[Role, DriftSamples]) -> dict[Role, DriftSamples]:
-    """Return the same measurements with each run that was knocked as two, in the order of time."""
+    """Return the same measurements with each run that was knocked split in two, in the order of time.
+
+    Errors of the mirror model change with the row and so with time; a step counts only where nodes that were
+    visited shortly before and after it jumped as well. Two stations are needed: with one, the mirror model
+    adapts to the knock row by row.
+    """
     found = dict(samples)
     for _ in range(MAX_KNOCKS):
         step = _best_step(found)
@@ -260,9 +268,9 @@ def _is_after(samples: DriftSamples, run: int, t_s: float) -> NDArray[np.bool_]:
 
 
 def _best_step(samples: Mapping[Role, DriftSamples]) -> _KnockStep | None:
-    """Return the step that explains most of what both eyes' models leave; None where these bend at will.
+    """Return the step that best explains both eyes' residuals; None with too few degrees of freedom.
 
-    Measurements that went wrong are left out: those of which one alone explains more than any step.
+    An outlier, one measurement that explains more than any step, is left out.
     """
     eyes = list(samples.values())
     for _ in range(1 + len(eyes[0].t_s) // ROWS_AN_OUTLIER):
@@ -280,11 +288,11 @@ def _best_step(samples: Mapping[Role, DriftSamples]) -> _KnockStep | None:
 
 def _fit_steps(models: "list[_RunModel]") -> Iterator[_KnockStep]:
     for run, t_s in _moments([model.samples for model in models]):
-        yield _combine_eyes([model.turned(run, t_s) for model in models])
+        yield _combine_eyes([model.fit_step(run, t_s) for model in models])
 
 
 def _moments(eyes: list[DriftSamples]) -> list[tuple[int, float]]:
-    """Return each run and each moment between two of its measurements, but for its first and last ones."""
+    """Return each run and each moment between two of its measurements, except near its ends."""
     found = []
     for run in np.unique(np.concatenate([eye.run for eye in eyes])).tolist():
         times = np.unique(np.concatenate([eye.t_s[eye.run == run] for eye in eyes]))
@@ -302,8 +310,8 @@ def _fit_run_model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_RunMode
     motion = motion_columns(
         samples.angles_rad,
         samples.depth_m,
-        turns=knots.hats(samples, knots.turns),
-        rolls=knots.hats(samples, knots.rolls),
+        turns=knots.basis(samples, knots.turns),
+        rolls=knots.basis(samples, knots.rolls),
     )
     spans, weights, _ = np.linalg.svd(np.hstack([both_axes(mirror), motion]), full_matrices=False)
     spans = spans[:, weights > _RANK * weights[0]]
@@ -320,10 +328,10 @@ def _fit_run_model(samples: DriftSamples, eyes: list[DriftSamples]) -> "_RunMode
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _RunModel:
-    """One eye: (2 n, k) what the model spans, orthonormal, and (2 n,) what it leaves of ax, then ay.
+    """Model of one eye: its (2 n, k) orthonormal span, and the (2 n,) residuals `left` of ax, then ay.
 
-    `aside_rad`: (n, 2) gazes beside what a mirror would do on a mount that stands still. `repeats`: (m, 2)
-    measurements of one node, in the order of time.
+    `aside_rad`: (n, 2) gazes minus a mirror model on a fixed mount. `repeats`: (m, 2) pairs of measurements
+    of one node, in the order of time.
     """
 
     samples: DriftSamples
@@ -334,29 +342,29 @@ class _RunModel:
 
     @property
     def free(self) -> int:
-        """How many more measurements there are than unknowns, those of a turn among them."""
+        """Degrees of freedom, with the unknowns of a turn counted."""
         return len(self.left) - int(self.spans.shape[1]) - TURNS
 
     @property
     def _aside(self) -> NDArray[np.float64]:
-        """(n,) squares by which the residuals shrink where one measurement is left out."""
+        """(n,) reductions of the sum of squares when one measurement is left out."""
         own = np.maximum(1.0 - np.sum(self.spans**2, axis=1), _RANK)
         shrink = (self.left**2 / own).reshape(2, -1).sum(axis=0)
-        shrink[self.repeats.ravel()] = 0.0  # what tells of a knock is not left out
+        shrink[self.repeats.ravel()] = 0.0  # revisited nodes show knocks and are not left out
         return np.asarray(shrink)
 
     @property
     def wrong_gain(self) -> float:
-        """What leaving the worst measurement out explains."""
+        """Gain of leaving the worst measurement out."""
         return self._gain(float(self.left @ self.left) - float(self._aside.max()))
 
     def without_wrong(self) -> DriftSamples:
-        """Return the measurements but for the worst one."""
+        """Return the measurements without the worst one."""
         eye, kept = self.samples, np.arange(len(self.samples.t_s)) != int(np.argmax(self._aside))
         return DriftSamples(**{field.name: getattr(eye, field.name)[kept] for field in fields(eye)})
 
-    def turned(self, run: int, t_s: float) -> _KnockStep:
-        """Fit a turn of the mount at a moment; told is its surest angle."""
+    def fit_step(self, run: int, t_s: float) -> _KnockStep:
+        """Fit a turn of the mount at a moment; the step has its most significant angle."""
         eye = self.samples
         after = _is_after(eye, run, t_s)
         member = after.astype(np.float64)[:, None]
@@ -378,7 +386,7 @@ class _RunModel:
         )
 
     def _unseen(self, step_rad: NDArray[np.float64], after: NDArray[np.bool_]) -> float:
-        """Return which share of a step (n, 2) the nodes do not show that were visited again soonest."""
+        """Return the share of a step (n, 2) that the nodes visited again soonest do not show."""
         across = self.repeats[~after[self.repeats[:, 0]] & after[self.repeats[:, 1]]]
         if not len(across):
             return math.inf
@@ -389,13 +397,13 @@ class _RunModel:
         return float(np.linalg.norm(seen - told) / max(_SMALLEST_RAD, float(np.linalg.norm(told))))
 
     def _gain(self, now: float) -> float:
-        """Return twice the logarithm by which the measurements become likelier with so many squares left."""
+        """Return twice the increase of the log likelihood when the sum of squares falls to `now`."""
         before = float(self.left @ self.left)
         return len(self.left) * math.log((before + GAZE_NOISE_RAD**2) / (max(0.0, now) + GAZE_NOISE_RAD**2))
 
 
 def _repeats(samples: DriftSamples) -> NDArray[np.int64]:
-    """Return (k, 2) pairs of measurements of one node at one station in one run, in the order of time."""
+    """Return the (k, 2) pairs of measurements of one node at one station in one run, in the order of time."""
     order = np.argsort(samples.t_s, kind="stable")
     first, then = (order[pair] for pair in np.triu_indices(len(order), 1))
     same = (samples.group[first] == samples.group[then]) & (samples.run[first] == samples.run[then])
@@ -404,6 +412,6 @@ def _repeats(samples: DriftSamples) -> NDArray[np.int64]:
 
 
 def _combine_eyes(eyes: list[_KnockStep]) -> _KnockStep:
-    """Put both eyes' turns at one moment together: a knock may have hit one of them alone."""
+    """Combine both eyes' steps at one moment; a knock may have hit one of them alone."""
     surest = max(eyes, key=lambda eye: eye.sigmas)
     return replace(surest, gain=sum(eye.gain for eye in eyes))

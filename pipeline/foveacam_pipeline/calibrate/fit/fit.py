@@ -28,7 +28,7 @@ _PUPIL_ORDER = 3
 DOING = "the fit"
 logger = logging.getLogger(__name__)
 ELECTION_PARTS = 4
-"""A fit that tries every model takes so much longer than one whose models are known."""
+"""Duration of a fit that tries every model, in fits whose models are known."""
 
 
 __all__ = [
@@ -45,26 +45,26 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitChoice:
-    """Which models may stand for election.
+    """Candidate models of a fit.
 
     `mirror_orders`, `spring_orders`, `field_orders`: of the polynomials; one alone leaves no choice.
-    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does. `walks`: measure
-    where gazes leave and where the pupil stands, if the targets' distances show it; else it is as drawn.
+    `pose_by_pose`: fit one homography a pose and polynomials to those, as the paper does. `fits_pivots`: fit
+    the pivots of the gazes and the pupil, if the targets' distances show them; else they are nominal.
     """
 
     mirror_orders: tuple[int, ...] = ORDERS
     spring_orders: tuple[int, ...] = SPRING_ORDERS
     field_orders: tuple[int, ...] = FIELD_ORDERS
     pose_by_pose: bool = False
-    walks: bool = True
+    fits_pivots: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RigFit:
-    """A calibration and how it was reached: for each eye the tables of models and what they leave.
+    """A calibration and, for each eye, the scores and residuals of the candidate models.
 
-    `pivots`: where gazes leave. `sweeps`: the measurements as they were fitted, the gazes counted from the
-    eyes' reference points.
+    `pivots`: the points from which gazes leave. `sweeps`: the measurements as they were fitted, with gazes
+    from the eyes' reference points.
     """
 
     calibration: Calibration
@@ -75,33 +75,33 @@ class RigFit:
 
 
 def fit_calibration(sweep: RigSweep) -> Calibration:
-    """Fit both eyes; sweeps over two depths also measure baseline, pivots and pupil."""
+    """Return the fitted calibration; sweeps over two depths also give baseline, pivots and pupil."""
     return fit_rig(sweep).calibration
 
 
 def fit_rig(
     sweep: RigSweep, choice: FitChoice | None = None, *, watch: ProcedureWatcher | None = None
 ) -> RigFit:
-    """Fit both eyes, keep every candidate's score; raise Cancelled soon after `watch` wants no more.
+    """Fit both eyes and return every candidate's score; raise Cancelled soon after `watch` has cancelled.
 
-    The rectification found first says what the image centre sees from all corners of a pose, also where the
-    marker stood aside; then everything is fitted once more.
+    The first rectification refines the gaze of each pose with all corners, also where the marker was off
+    centre; then everything is fitted again.
     """
     choice, watch = choice or FitChoice(), watch or SilentWatcher()
     first_pupil_m = _fit_pupil(sweep, choice, start_m=sweep.pupil_m, steps_m=_PUPIL_STEPS_M)
     raise_if_cancelled(watch, doing=DOING)
-    sharper = replace(
+    refined = replace(
         sweep,
         left=_refined_gazes(sweep, sweep.left, pupil_m=first_pupil_m),
         right=_refined_gazes(sweep, sweep.right, pupil_m=first_pupil_m),
     )
-    pupil_m = _fit_pupil(sharper, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
-    return _fit_eyes(sharper, choice, pupil_m=pupil_m, watch=watch)
+    pupil_m = _fit_pupil(refined, choice, start_m=first_pupil_m, steps_m=_PUPIL_STEPS_M[-1:])
+    return _fit_eyes(refined, choice, pupil_m=pupil_m, watch=watch)
 
 
 def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: ProcedureWatcher) -> RigFit:
     eyes = {Role.LEFT: sweep.left, Role.RIGHT: sweep.right}
-    pivots = {role: fit_pivot(eye) if choice.walks else PivotFit() for role, eye in eyes.items()}
+    pivots = {role: fit_pivot(eye) if choice.fits_pivots else PivotFit() for role, eye in eyes.items()}
     widened = (pivots[Role.RIGHT].offset_m[0] - pivots[Role.LEFT].offset_m[0]) / 2.0
     mirrors, fields, fitted = {}, {}, {}
     for role, eye in eyes.items():
@@ -153,7 +153,7 @@ def _eye_calibration(
 
 
 def _gaze_from_pivot(eye: EyeSweep, pivot: PivotFit) -> NDArray[np.float64]:
-    """Return the (n, 2) gaze angles from the pivot itself; the sweep holds them from the reference point."""
+    """Return the (n, 2) gaze angles from the pivot; the sweep holds them from the reference point."""
     offset = np.array(pivot.offset_m)
     depth = eye.depth_m[:, None]
     gaze: NDArray[np.float64] = np.arctan((np.tan(eye.angles_rad) * depth - offset[:2]) / (depth - offset[2]))
@@ -161,7 +161,7 @@ def _gaze_from_pivot(eye: EyeSweep, pivot: PivotFit) -> NDArray[np.float64]:
 
 
 def _refined_gazes(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSweep:
-    """Return the sweep of an eye with its gazes measured by all corners through a first rectification."""
+    """Return the sweep of an eye with gazes measured by all corners through a first rectification."""
     choice = FitChoice(field_orders=(_PUPIL_ORDER,))
     field = _fit_fields(sweep, eye, eye.angles_rad, pupil_m=pupil_m, choice=choice).field
     places = apply_field(field, eye.angles_rad, eye.raw_px) * _pupil_scale(eye, pupil_m)[:, None, None]
@@ -171,7 +171,7 @@ def _refined_gazes(sweep: RigSweep, eye: EyeSweep, *, pupil_m: float) -> EyeSwee
 
 
 def _pupil_scale(eye: EyeSweep, pupil_m: float) -> NDArray[np.float64]:
-    """Return (n,) how much wider than from the pivot a pupil behind it sees the targets."""
+    """Return the (n,) magnifications of the targets seen from a pupil behind the pivot, against the pivot."""
     forward = 1.0 / np.sqrt(1.0 + np.sum(np.tan(eye.angles_rad) ** 2, axis=1))
     return np.asarray(1.0 + pupil_m * forward / eye.depth_m, dtype=np.float64)
 
@@ -191,8 +191,8 @@ def _fit_fields(
 
 
 def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: tuple[float, ...]) -> float:
-    """Return the pupil's distance behind the pivots for which near and far targets agree best, m."""
-    if not (choice.walks and sweep.left.has_two_depths and sweep.right.has_two_depths):
+    """Return the pupil's distance behind the pivots at which near and far targets agree best, m."""
+    if not (choice.fits_pivots and sweep.left.has_two_depths and sweep.right.has_two_depths):
         return start_m
     cubic = FitChoice(field_orders=(_PUPIL_ORDER,))
 
@@ -204,7 +204,7 @@ def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: t
         return fits[0].loo_px ** 2 + fits[1].loo_px ** 2
 
     pupil_m = start_m
-    for step_m in steps_m:  # squares of misfits: a parabola, the better the nearer
+    for step_m in steps_m:  # the sum of squares is nearly a parabola near its minimum
         below, at, above = (disagreement(pupil_m + side * step_m) for side in (-1.0, 0.0, 1.0))
         pupil_m += 0.5 * step_m * (below - above) / (below - 2.0 * at + above)
     logger.info("pupil %.2f mm behind the pivots", 1e3 * pupil_m)
@@ -212,7 +212,7 @@ def _fit_pupil(sweep: RigSweep, choice: FitChoice, *, start_m: float, steps_m: t
 
 
 class FitProgress:
-    """Counts what is done of a fit and tells the watcher, who may end it between any two parts."""
+    """Counts the finished parts of a fit and reports them to the watcher, which may cancel between parts."""
 
     def __init__(self, watch: ProcedureWatcher, *, comparisons: int) -> None:
         self.watch = watch
@@ -220,15 +220,15 @@ class FitProgress:
         self._done = 0
 
     def begin(self, what: str) -> None:
-        """Tell what is fitted next; raise Cancelled when the watcher has had enough."""
+        """Report the next part; raise Cancelled when the watcher has cancelled."""
         raise_if_cancelled(self.watch, doing=DOING)
         self.watch.progress(self._done, total=self._total, note=what)
 
     def end(self, parts: int = 1) -> None:
-        """Count what was begun as done."""
+        """Count the part that was begun as done."""
         self._done += parts
 
     def finish(self) -> None:
-        """Tell that everything is done, whatever was left out."""
+        """Report that everything is done, whatever was left out."""
         self._done = self._total
         self.begin("fitted")

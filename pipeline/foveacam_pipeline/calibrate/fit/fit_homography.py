@@ -1,7 +1,7 @@
 """Fit of a homography field to the corners of a sweep (Eq. 4), all at once or pose by pose.
 
-All at once is one linear least-squares problem over every pose and corner: robust, leave-one-pose-out by
-blocks of the hat matrix. Pose by pose is the paper's way, and leaves the perspective entries to the noise.
+All at once is one robust linear least-squares problem over every pose and corner, with leave-one-pose-out
+errors from blocks of the hat matrix. Pose by pose is the paper's method; its perspective entries are noisy.
 """
 
 import logging
@@ -44,7 +44,7 @@ class FieldScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FieldFit:
-    """The elected field and the table of all orders that were tried."""
+    """The chosen field and the scores of all orders that were tried."""
 
     field: HomographyField
     scores: tuple[FieldScore, ...]
@@ -70,7 +70,7 @@ def fit_homography(
     height: int,
     orders: tuple[int, ...] = ORDERS,
 ) -> HomographyField:
-    """Fit the field of lowest order that leaves out one pose about as well as the best.
+    """Fit the field of lowest order whose leave-one-pose-out error is about the best.
 
     `angles_rad`: (n, 2) gazes. `raw_px`, `plane_px`: (n, m, 2), corners in the image (NaN: not seen) and on
     the virtual pinhole plane relative to the gaze. `width`, `height`: of the fovea image, px.
@@ -88,7 +88,7 @@ def fit_fields(
     orders: tuple[int, ...] = ORDERS,
     pose_by_pose: bool = False,
 ) -> FieldFit:
-    """Fit the fields of all orders with poses enough, and elect one; arguments as `fit_homography`'s."""
+    """Fit the fields of all orders with enough poses, and choose one; arguments as for `fit_homography`."""
     centre = ((width - 1) / 2.0, (height - 1) / 2.0)
     scale = width / 2.0
     corners = _scaled(raw_px, plane_px, centre=np.array(centre), scale=scale)

@@ -1,4 +1,4 @@
-"""Diagrams of a fit as PNG: residuals at every pose, errors of the models, image warps, drift of the mounts."""
+"""Diagrams of a fit as PNG: residuals at every pose, model errors, image warps, drift of the mounts."""
 
 import io
 from collections.abc import Callable
@@ -30,7 +30,7 @@ ACROSS, DOWN, KNOCK = "#1f4e79", "#b03a2e", "#b9770e"
 
 
 def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
-    """Return what draws each picture of a fit, by the name under which it is kept."""
+    """Return the function that draws each picture of a fit, by the name of its file."""
     eyes = (Role.LEFT, Role.RIGHT)
     quivers = {f"quiver_{role}": lambda role=role: quiver_picture(result, role) for role in eyes}
     warps = {f"warp_{role}": lambda role=role: warp_picture(result.calibration, role) for role in eyes}
@@ -43,7 +43,7 @@ def fit_pictures(result: FitResult) -> dict[str, Callable[[], bytes]]:
 
 
 def quiver_picture(result: FitResult, role: Role) -> bytes:
-    """Return a PNG: what the elected model leaves of the gaze at each pose, left out, many times enlarged."""
+    """Return a PNG of the chosen model's leave-one-out gaze residual at each pose, enlarged."""
     fit, f_px = result.fit, result.calibration.fovea_f_px
     mirror, eye = fit.mirrors[role], fit.sweeps[role]
     places = np.rad2deg(mirror.model.angles_of(eye.volts_v))
@@ -80,7 +80,7 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
 
 
 def models_picture(result: FitResult) -> bytes:
-    """Return a PNG: leave-one-out error of every model of both mirrors, and of every rectification."""
+    """Return a PNG of the leave-one-out errors of every model of both mirrors and of every rectification."""
     figure = Figure(figsize=(11.5, 4.6), dpi=_DPI, layout="constrained")
     mirrors, fields = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     f_px = result.calibration.fovea_f_px
@@ -117,7 +117,7 @@ def models_picture(result: FitResult) -> bytes:
 
 
 def warp_picture(calibration: Calibration, role: Role) -> bytes:
-    """Return a PNG: what becomes of a square grid of a raw image at gazes all over the field (Eq. 4)."""
+    """Return a PNG of a square grid, raw and rectified (Eq. 4), at gazes over the field."""
     mirror = calibration.eye(role).mirror
     line = np.linspace(-_RIM, _RIM, _WARP_SIDE)
     gazes = mirror.angles_of(np.array([(x, y) for y in line for x in line]) * np.array(mirror.max_v))
@@ -130,7 +130,7 @@ def warp_picture(calibration: Calibration, role: Role) -> bytes:
 
 
 def _grid(axes: Axes, calibration: Calibration, role: Role, gaze_rad: tuple[float, float]) -> None:
-    """Draw one image's grid about its gaze, as it is read out in grey and as rectified in colour."""
+    """Draw one image's grid about its gaze, as read out in grey and as rectified in colour."""
     width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
     homography = calibration.eye(role).homography.at(*gaze_rad)
     scale = float(np.rad2deg(1.0 / calibration.fovea_f_px))
@@ -170,10 +170,10 @@ def png(figure: Figure) -> bytes:
 
 
 def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
-    """Draw each eye's gaze against where it stood at the end of the run, fovea px, over the minutes.
+    """Return the figure of each eye's gaze against its end, fovea px, over the minutes.
 
-    Runs stand one after the other, without the time between them: their clocks may differ. How far a run ends
-    from the last one is written above it.
+    Runs are drawn one after the other without the time between them, because their clocks may differ. The
+    distance of a run's end from the last run's end is written above it.
     """
     figure = Figure(figsize=(9.6, 3.8), dpi=_DPI, layout="constrained")
     panels = figure.subplots(1, len(drift), sharey=True, squeeze=False)[0]
@@ -187,9 +187,9 @@ def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
 
 
 def _draw_drift(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
-    """Draw all runs, the last one up to zero."""
+    """Draw all runs; the last one ends at zero."""
     axes.axhline(0.0, color="0.6", linewidth=0.7)
-    axes.margins(y=0.15)  # room for what is written above
+    axes.margins(y=0.15)  # room for the text above
     end_min, gap_min = 0.0, max(_LEAST_GAP_MIN, _GAP_SHARE * mount.minutes)
     for before, run in reversed(list(pairwise([mount.runs[0], *mount.runs]))):
         _draw_drift_run(axes, run, end_min=end_min, f_px=f_px, named=run is mount.runs[-1])
@@ -199,7 +199,7 @@ def _draw_drift(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
 
 
 def _draw_gap(axes: Axes, at_min: float, *, knocked: bool) -> None:
-    """Draw what lies between two runs: time, or a knock."""
+    """Draw the line between two runs: a gap in time, or a knock."""
     colour, style = (KNOCK, "-") if knocked else ("0.8", ":")
     axes.axvline(at_min, color=colour, linewidth=0.7, linestyle=style)
     if knocked:

@@ -1,4 +1,4 @@
-"""A fovea image as the wide camera would have seen it, by the fitted models alone (lens, mirror, H)."""
+"""Resampling of a fovea image into the wide image by the fitted models alone (lens, mirror, homography)."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
 
 _MOST_REDUCED = 8
-"""A fovea is nine times finer than the wide view; so much is averaged away before it is resampled."""
+"""Reduction of a fovea, nine times finer than the wide view, before it is resampled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,7 @@ class WideWindow:
 
 
 def footprint_window(calibration: Calibration, role: Role, sighting: Sighting, *, zoom: float) -> WideWindow:
-    """Return the window that holds all of a fovea's field, within the wide image."""
+    """Return the window of the wide image that holds all of a fovea's field."""
     drive = sighting.volts.left if role is Role.LEFT else sighting.volts.right
     corners = fovea_footprint_px(calibration, role, drive, crossing_z_m(calibration, sighting.volts))
     size = np.array([calibration.wide.width, calibration.wide.height])
@@ -48,9 +48,9 @@ def footprint_window(calibration: Calibration, role: Role, sighting: Sighting, *
 def fovea_in_wide(
     sighting: Sighting, calibration: Calibration, role: Role, window: WideWindow
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return a fovea resampled into a window of the wide image, grey (h, w), and where it saw anything.
+    """Return a fovea resampled into a window of the wide image, grey (h, w), and the mask of its field.
 
-    What is shown is taken to stand at the depth at which the two gazes cross.
+    The scene is assumed at the depth at which the two gazes cross.
     """
     image = gray(to_uint8(sighting.left if role is Role.LEFT else sighting.right))
     raw = raw_px_of(calibration, role, sighting, window.pixels).reshape(window.height, window.width, 2)
@@ -68,7 +68,7 @@ def fovea_in_wide(
 def raw_px_of(
     calibration: Calibration, role: Role, sighting: Sighting, wide_px: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where a fovea shows what raw wide px (n, 2) show, raw fovea px (n, 2)."""
+    """Return the raw fovea px (n, 2) that show the same as raw wide px (n, 2)."""
     depth_m = crossing_z_m(calibration, sighting.volts)
     tangents = tan_from_angles(calibration.wide.angles_rad(wide_px))
     if np.isfinite(depth_m):

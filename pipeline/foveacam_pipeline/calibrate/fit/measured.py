@@ -1,8 +1,8 @@
 """Reduction of raw sweeps to the measurements of both eyes: gaze angles of the image centres, rig frame.
 
-The wide camera gives the pose of the target, the fovea's corners give the point on it at the image centre. The
-parallax (Eq. 1) is corrected with the target's distance (as printed, by tape, or not at all), the mounts' drift
-with the nodes that were visited again.
+The wide camera gives the pose of the target, the fovea's corners the point on it at the image centre. The
+parallax (Eq. 1) is corrected with the target's distance (as printed, by tape, or not at all), the drift of
+the mounts with the nodes that were visited again.
 """
 
 import logging
@@ -41,16 +41,16 @@ from foveacam_pipeline.calibrate.sweep.sweep_checks import (
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 SAME_NODE_RAD = math.radians(0.2)
-"""Gazes nearer than this were meant to be the same, at targets of different distances."""
+"""Gazes closer than this were planned as the same, at targets of different distances."""
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StationParallax:
-    """Eq. 1 at one station.
+    """Parallax between the wide camera and the eyes (Eq. 1) at one station.
 
-    `print_m`: distance by the markers' size, with its scatter over the poses; `tape_m`: as the station says.
-    `largest_rad`, `rms_rad`: over both eyes and all poses. `corrected`: it was taken out of the gazes.
+    `print_m`: distance by the markers' size, with its scatter over the poses; `tape_m`: that of the station.
+    `largest_rad`, `rms_rad`: over both eyes and all poses. `corrected`: the gazes were corrected for it.
     """
 
     station: str
@@ -63,7 +63,7 @@ class StationParallax:
 
     @property
     def words(self) -> str:
-        """The same in a sentence."""
+        """Description in a sentence."""
         tape = "nobody measured it by tape" if self.tape_m is None else f"{self.tape_m:g} m by tape"
         done = "it was taken out" if self.corrected else "it was left in, the distance counting as unknown"
         return (
@@ -82,7 +82,7 @@ def eq1_rad(theta_rad: NDArray[np.float64], *, spacing_m: float, distance_m: flo
 def station_parallax(
     station: Station, targets: Sequence[TargetPose], *, baseline_m: float, corrected: bool
 ) -> StationParallax:
-    """Return the parallax at a station: each eye's bearing of its marker less the wide camera's, exactly."""
+    """Return the parallax at a station: each eye's bearing of its marker minus the wide camera's, exactly."""
     distances = np.array([target.distance_m / target.scale for target in targets])
     missed = np.concatenate([_parallax_rad(target, baseline_m) for target in targets])
     return StationParallax(
@@ -119,11 +119,11 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SweepMeasurements:
-    """What can be fitted, and what is to be said of it.
+    """Measurements for the fit, and how they were reduced.
 
     `nodes`: for each eye (n, 2) int, the sweep's number and the pose's index of every row. `left_out`: poses
-    that the wide camera could not place, with the reason. `drift`: of each eye's mount, taken out of every
-    row; None when it was not measured, or shall stay in.
+    whose target the wide camera could not locate, with the reason. `drift`: of each eye's mount, removed from
+    every row; None when it was not measured or not removed.
     """
 
     rig: RigSweep
@@ -143,9 +143,9 @@ def reduce_sweeps(
     distance: DistanceSource = DistanceSource.PRINT,
     take_out_drift: bool = True,
 ) -> SweepMeasurements:
-    """Return what the sweeps measured of both eyes; raise InvalidInput naming what is wrong with them.
+    """Return the measurements of both eyes in the sweeps; raise InvalidInput naming what is wrong with them.
 
-    Nodes that were visited again serve to measure the mounts' drift and are no rows of their own.
+    Further visits to a node serve to measure the mounts' drift and are not rows of the result.
     """
     check_sweeps(sweeps, wide, rig_id=drawing.rig_id)
     placed, left_out, base = locate_targets(sweeps, wide, distance=distance)
@@ -182,7 +182,7 @@ def reduce_sweeps(
 
 
 def _check_nodes(sweeps: Sequence[Sweep], seen: dict[Role, list[FitRow]]) -> None:
-    """Refuse an eye that was not seen, an axis that does not answer and poses on a line, by name."""
+    """Raise InvalidInput for an eye without measurements, a dead axis, or poses on a line."""
     max_v = max(sweep.header.max_v for sweep in sweeps)
     for role in EYES:
         nodes = [row for row in seen[role] if not row.visit]
@@ -221,7 +221,7 @@ def _sweep_of_eye(
 def locate_targets(
     sweeps: Sequence[Sweep], wide: Intrinsics, *, distance: DistanceSource
 ) -> tuple[list[PlacedPose], tuple[str, ...], TurningBase]:
-    """Return every pose with its target, what could not be placed and why, and how the base turned."""
+    """Return every pose with its target's pose, those without and the reasons, and the axes of the base."""
     placed: list[list[PlacedPose]] = []
     left_out: list[str] = []
     for k, sweep in enumerate(sweeps):
@@ -258,7 +258,7 @@ def locate_targets(
 def _at_stated_distance(
     target: TargetPose, sweep: Sweep, distance: DistanceSource, station: Sequence[TargetPose]
 ) -> TargetPose:
-    """Return the target at the distance that counts; a tape scales all poses of its station alike."""
+    """Return the target at the distance of `distance`; a tape scales all poses of its station alike."""
     if distance is not DistanceSource.TAPE:
         return target
     tape_m = sweep.header.station.distance_m
@@ -272,7 +272,7 @@ def _at_stated_distance(
 
 
 def node_groups(placed: Sequence[PlacedPose]) -> list[int]:
-    """Return for each pose the number of the first one that was planned for nearly the same gaze."""
+    """Return for each pose the number of the first pose that was planned for nearly the same gaze."""
     nodes_rad = np.array([one.pose.node_rad for one in placed])
     apart = np.linalg.norm(nodes_rad[:, None, :] - nodes_rad[None, :, :], axis=2)
     return [int(first) for first in np.argmax(apart < SAME_NODE_RAD, axis=1)]

@@ -1,6 +1,6 @@
-"""One pose as one eye measured it: what its image centre saw, as an angle in the rig frame.
+"""Rows of the fit: the gaze angle of an eye's image centre at one pose, in the rig frame.
 
-The wide camera has placed the target, the fovea's own corners say where on it the image centre lies.
+The wide camera has located the target; the fovea's corners give the point on it at the image centre.
 """
 
 from collections.abc import Sequence
@@ -21,19 +21,19 @@ _FEWEST_CORNERS = 4
 
 
 class DistanceSource(StrEnum):
-    """Who says how far the target is, for the parallax between the wide camera and an eye."""
+    """Source of the target's distance, for the parallax between the wide camera and an eye."""
 
     PRINT = "print"
     """The printed size of the markers and of their layout."""
     TAPE = "tape"
-    """The station's own distance."""
+    """The distance stored with the station."""
     UNKNOWN = "unknown"
-    """Nobody: each eye's gaze is taken for the wide camera's bearing of its own marker (Eq. 1 is left in)."""
+    """None: an eye's gaze is the wide camera's bearing of its own marker (Eq. 1 is not corrected)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NominalRig:
-    """What is known of a rig before it is calibrated.
+    """Nominal dimensions of a rig, before it is calibrated.
 
     `baseline_m`: between the eyes' reference points. `fovea_f_px`: focal length of the virtual pinholes.
     `pupil_m`: how far behind its pivot the pupil lies.
@@ -47,7 +47,7 @@ class NominalRig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlacedPose:
-    """One pose with the place of its target."""
+    """One pose with the pose of its target."""
 
     sweep: int
     pose: SweepPose
@@ -56,7 +56,7 @@ class PlacedPose:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitRow:
-    """One row of what is fitted; `run`, `visit`: in which run it was measured, and whether it repeats a node.
+    """One measurement for the fit. `run`: of the procedure; `visit`: whether it repeats a node.
 
     `angles_rad`: (2,) from the eye's reference point. `plane_px`: (m, 2) corners, from the gaze.
     """
@@ -79,7 +79,7 @@ def eye_rows(
     *,
     centre_px: NDArray[np.float64],
 ) -> list[FitRow]:
-    """Return what an eye measured, the repeated nodes as well."""
+    """Return the rows of an eye, repeated nodes included."""
     rows = []
     for one in placed:
         eye = one.pose.eye(role)
@@ -92,10 +92,10 @@ def eye_rows(
 def _reference_m(
     target: TargetPose, role: Role, drawing: NominalRig, distance: DistanceSource
 ) -> NDArray[np.float64]:
-    """Return (3,) from where an eye's angles are counted.
+    """Return the (3,) reference point of an eye's angles, m, rig frame.
 
-    With the distance unknown the eye's marker is seen as the wide camera sees its own: from a point that
-    stands beside it as the markers stand beside each other.
+    With the distance unknown it lies beside the wide camera as the eye's marker lies beside the wide one's,
+    so that the eye's marker appears in the same direction as the wide camera's.
     """
     if distance is DistanceSource.UNKNOWN:
         return np.asarray(target.marker_rig_m(role) - target.middle_m, dtype=np.float64)
@@ -112,7 +112,7 @@ def _row(
     f_px: float,
     centre_px: NDArray[np.float64],
 ) -> FitRow:
-    """Return what the image centre saw: its place on the virtual pinhole's plane, by the corners."""
+    """Return the row of a pose, with the image centre's position on the virtual pinhole's plane."""
     target = placed.target
     points = target.points_rig_m(eye.corners.places_m, role) - reference_m
     corners = f_px * points[:, :2] / points[:, 2:]
@@ -137,7 +137,7 @@ def _row(
 
 
 def eye_sweep(rows: Sequence[FitRow], group: dict[tuple[int, int], int], *, one_depth: bool) -> EyeSweep:
-    """Return the rows as arrays, corners padded with NaN; `one_depth` hides how the distances differ."""
+    """Return the rows as arrays, corners padded with NaN; `one_depth` sets all depths to their mean."""
     longest = max(len(row.plane_px) for row in rows)
     raw, plane = np.full((2, len(rows), longest, 2), np.nan)
     for i, row in enumerate(rows):

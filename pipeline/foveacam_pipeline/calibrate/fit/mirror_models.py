@@ -1,7 +1,8 @@
 """Models of a mirror, volts to angles, chosen by their error at poses left out of the fit.
 
-There are three kinds: the paper's cubic (Eq. 3), polynomials of other orders, and stiffening springs with a
-low-order polynomial for the cross-talk. The chosen one is returned as a single polynomial, whatever its kind.
+There are three kinds: the paper's cubic (Eq. 3), polynomials of other orders, and stiffening springs, u + k
+u^3 = v on each axis with drive v and deflection u as shares, followed by a low-order polynomial: springs
+describe the saturation, the polynomial the cross-talk and the optics. The result is always one polynomial.
 """
 
 import logging
@@ -19,26 +20,26 @@ from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_
 from foveacam_pipeline.models.mirror import MirrorModel
 
 START_STIFFENING = 0.15
-"""A tenth less reach at full drive than the slope at rest promises."""
+"""A tenth less reach at full drive than the slope at rest suggests."""
 _MAX_STIFFENING = 2.0
 _STIFFENING_TOLERANCE = 1e-5
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
 SPRING_ORDERS = (2, 3, 4, 5, 6, 7)
 PAPER_ORDER = 3
 SAMPLES_PER_TERM = 3
-"""A model with fewer samples a coefficient is not tried: robust weights would serve its noise."""
+"""Minimum samples a coefficient: with fewer, robust weights would fit the noise."""
 TOLERANCE = 0.02
-"""Of models whose errors differ by less than this share, the one with fewest terms is taken."""
+"""Among models whose errors differ by less than this share, the one with fewest terms is chosen."""
 _OUTLIER_SIGMAS = 4.0
 _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
 _WRITTEN_ORDER = 11
-"""Of the polynomial that writes the springs down: it leaves 1e-7 rad over the calibrated volts."""
+"""Order of the polynomial that replaces the springs: it leaves 1e-7 rad over the calibrated volts."""
 logger = logging.getLogger(__name__)
 
 
 def spring_deflection(share: NDArray[np.float64], stiffening: tuple[float, float]) -> NDArray[np.float64]:
-    """Return (n, 2) deflections u of springs with u + k u^3 = `share`: (n, 2), k >= 0 for each axis."""
+    """Return the (n, 2) deflections u of springs, u + k u^3 = `share` (n, 2), with k >= 0 for each axis."""
     columns = []
     for drive, k in zip(share.T, stiffening, strict=True):
         if k < 1e-9:
@@ -52,7 +53,7 @@ def spring_deflection(share: NDArray[np.float64], stiffening: tuple[float, float
 def fit_stiffening(
     share: NDArray[np.float64], angles_rad: NDArray[np.float64], *, order: int
 ) -> tuple[float, float]:
-    """Return the k of both axes with which a polynomial of `order` has the least left to do.
+    """Return the k of both axes for which a polynomial of `order` leaves the smallest residuals.
 
     `share`: (n, 2) drive over the largest. `angles_rad`: (n, 2).
     """
@@ -61,7 +62,9 @@ def fit_stiffening(
         kx, ky = np.maximum(stiffening, 0.0).tolist()
         drive = spring_deflection(share, (kx, ky))
         basis = monomials(drive[:, 0], drive[:, 1], order)
-        solution = np.linalg.solve(basis.T @ basis, basis.T @ angles_rad)  # the search bears its rounding
+        solution = np.linalg.solve(
+            basis.T @ basis, basis.T @ angles_rad
+        )  # exact enough
         return float(np.sum((angles_rad - basis @ solution) ** 2))
 
     start = np.array([START_STIFFENING, START_STIFFENING])
@@ -76,18 +79,18 @@ def fit_stiffening(
 
 
 class MirrorModelFamily(StrEnum):
-    """What a model of a mirror is made of."""
+    """Kind of a mirror model."""
 
     POLYNOMIAL = "polynomial"
     SPRINGS = "springs"
-    """Each axis is a spring that stiffens, u + k u^3 = v; a polynomial of (u, u) is what remains."""
+    """Each axis is a stiffening spring, u + k u^3 = v, followed by a polynomial of both deflections."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorScore:
-    """One model of one mirror. `rms_rad`, `loo_rad`: (ax, ay) over the poses, seen and left out.
+    """Scores of one model of one mirror. `rms_rad`, `loo_rad`: (ax, ay) over the poses, fitted and left out.
 
-    `terms`: unknowns of an axis. `judged_rad`: what the election compares, outliers capped alike for all.
+    `terms`: unknowns of an axis. `judged_rad`: error that decides the choice, outliers capped alike for all.
     """
 
     name: str
@@ -103,7 +106,7 @@ class MirrorScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MirrorFit:
-    """The elected model of a mirror, the table of all of them, and what it leaves at each pose.
+    """The chosen model of a mirror, the scores of all candidates, and its residuals at each pose.
 
     `residuals_rad`, `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
     """
@@ -116,7 +119,7 @@ class MirrorFit:
 
     @property
     def chosen(self) -> MirrorScore:
-        """The score of the elected model."""
+        """The score of the chosen model."""
         return next(score for score in self.scores if score.chosen)
 
 
@@ -136,7 +139,7 @@ class _Candidate:
         return len(exponents(self.order)) + (self.family is MirrorModelFamily.SPRINGS)
 
     def drive(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what the polynomial is a function of, (n, 2), under volts (n, 2)."""
+        """Return the (n, 2) arguments of the polynomial for volts (n, 2)."""
         if self.family is MirrorModelFamily.POLYNOMIAL:
             return volts_v
         return spring_deflection(volts_v / self.max_v, self.stiffening)
@@ -154,10 +157,10 @@ def fit_mirror_models(
     orders: tuple[int, ...] = ORDERS,
     spring_orders: tuple[int, ...] = SPRING_ORDERS,
 ) -> MirrorFit:
-    """Fit every model with samples enough to (n, 2) volts and gaze angles, rad, and elect one.
+    """Fit every model that has enough samples to (n, 2) volts and gaze angles, rad, and choose one.
 
-    `group`: (n,), samples with the same number are left out together. A node that was swept at two distances
-    would otherwise vouch for itself, and an order high enough to pass through all nodes would win.
+    `group`: (n,), samples with the same number are left out together. Otherwise a node swept at two distances
+    would predict itself, and an order high enough to pass through all nodes would be chosen.
     """
     candidates = _candidates(volts_v, angles_rad, orders, spring_orders)
     if group is not None:
@@ -228,7 +231,7 @@ def _candidates(
 def _left_out_together(
     candidate: _Candidate, volts_v: NDArray[np.float64], group: NDArray[np.int64]
 ) -> PolynomialFit:
-    """Return the fit with residuals as they would be without the whole group: (I - H_gg)^-1 r_g."""
+    """Return the fit with leave-one-group-out residuals, (I - H_gg)^-1 r_g."""
     fit = candidate.fit
     basis = np.linalg.qr(fit.polynomial.basis(candidate.drive(volts_v)))[0]
     left_out = np.empty_like(fit.residuals)
@@ -252,7 +255,7 @@ def _spring_candidate(
 
 
 def _election_errors_rad(candidates: list[_Candidate]) -> list[float]:
-    """Return each model's leave-one-out error, with one limit for all: none hides its misses as outliers."""
+    """Return each model's leave-one-out error, outliers capped at one limit for all models."""
     misses = [np.abs(candidate.fit.loo_residuals) for candidate in candidates]
     cap = _OUTLIER_SIGMAS * 1.4826 * np.min([np.median(m, axis=0) for m in misses], axis=0)
     return [float(np.sqrt(np.mean(np.minimum(m, cap) ** 2))) for m in misses]
@@ -277,7 +280,7 @@ def _score(candidate: _Candidate, judged_rad: float, *, chosen: bool) -> MirrorS
 def _as_mirror_model(
     candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
 ) -> MirrorModel:
-    """Return the model of the product: one forward polynomial, a start for its inverse, and the domain."""
+    """Return the candidate as a MirrorModel: forward polynomial, start of its inverse, and domain."""
     line = np.sin(np.linspace(-0.5, 0.5, 33) * math.pi)  # dense at the rim, where a polynomial swings
     grid = np.array([(x, y) for x in line for y in line]) * candidate.max_v
     forward = candidate.fit.polynomial
@@ -299,9 +302,9 @@ def _as_mirror_model(
 def _model_sigma(
     candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the (2,) standard error of a predicted angle: of the coefficients, and of what the order lacks.
+    """Return the (2,) standard error of a predicted angle, from the coefficients and the missing orders.
 
-    A fit two orders higher shows how much of the scatter is structure that the model leaves behind.
+    A fit two orders higher shows how much of the scatter is structure that the model does not describe.
     """
     variance = candidate.fit.scatter**2
     parameters = candidate.terms / len(volts_v)

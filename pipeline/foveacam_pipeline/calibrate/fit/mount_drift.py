@@ -1,9 +1,8 @@
 """Drift of the eyes' mounts during a calibration, estimated from nodes that were visited again.
 
-It is a small turn about the rig's x, y and z over time, linear between knots, zero at the end of the last run.
-Measurements of one node are compared with each other, not with a model of the mirror, whose errors change with
-the row and so with time. Pivot and drift are fitted together, because two stations differ in both. The number
-of pieces is chosen by an information criterion.
+It is a small turn about the rig's x, y and z over time, linear between knots, zero at the end of the last
+run. Measurements of one node are compared with each other, because the errors of a mirror model change with
+the row and so with time. Pivot and drift are fitted together, because two stations differ in both.
 """
 
 import logging
@@ -22,24 +21,25 @@ from foveacam_pipeline.geometry.polynomial import BivariatePolynomial, fit_best_
 
 S_PER_MIN = 60.0
 LEAST_KNOCK_RAD = math.radians(0.004)
-"""Steps up to this much, two fovea px, are left to the drift."""
+"""Smaller steps, up to two fovea px, are described by the drift."""
 MAX_PIECES = 8
 SHORTEST_S = 15.0
-"""Within so little time a mount counts as still."""
+"""Shorter runs are taken as free of drift."""
 MIN_VISITS = 4
-"""Fewer repeated nodes than this tell nothing."""
+"""Minimum number of repeated nodes for an estimate."""
 PRIOR_RAD = math.radians(0.005)
-"""How far a mount may have turned between two moments, before anything was seen (deduced: some fovea px)."""
+"""Prior standard deviation of a mount's turn between two moments (deduced: some fovea px)."""
 PIVOT_PRIOR_M = 5e-3
 GAZE_NOISE_RAD = 2e-6
-"""What one measurement of a gaze is good for: some hundredths of a fovea px."""
+"""Standard error of one gaze measurement: some hundredths of a fovea px."""
 MIRROR_MODEL_ERROR = 0.005
-"""By which share of a gaze's way from its node the preliminary model of the mirror may be wrong."""
+"""Relative error of the preliminary mirror model over the distance of a gaze from its node."""
 MIN_SIGMA_RAD = 1e-7
 PIVOT_UNKNOWNS = 6
-"""Unknowns of where a gaze leaves: beside the reference point by (x, y), and how much more for a unit of
-either tangent. A pivot's depth is one of these; a lens beside the mirror's middle makes all four, and what
-three unknowns leave of it (0.3 fovea px between 5 and 2.5 m) goes with the row, and so with time."""
+"""Unknowns of the pivot: its (x, y) offset from the reference point, and the change of each with either
+tangent. The depth of a pivot is one of those four changes; a lens off the mirror's middle causes all four,
+and a model with three unknowns would leave 0.3 fovea px between 5 and 2.5 m, which change with the row and so
+with time."""
 _ROUNDS = 8
 _ORDER_ROUNDS = 2
 logger = logging.getLogger(__name__)
@@ -47,11 +47,11 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DriftRun:
-    """One run of the procedures, in which times are comparable.
+    """Drift during one run of the procedures, within which times are comparable.
 
     `knots_s`: (k,) times, increasing. `turn_rad`: (k, 3) turns at the knots against the reference moment,
     rig axes, linear in between. `sigma_rad`: (k, 2) standard errors of the turns about x and y. `knocked`:
-    whether a knock ended it; what was measured after that is the next run.
+    whether a knock ended it; the measurements after the knock form the next run.
     """
 
     knots_s: NDArray[np.float64]
@@ -60,23 +60,23 @@ class DriftRun:
     knocked: bool = False
 
     def at(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (n, 3) turns at (n,) times."""
+        """Return the (n, 3) turns at (n,) times."""
         turns = [np.interp(t_s, self.knots_s, column) for column in self.turn_rad.T]
         return np.column_stack(turns)
 
     @property
     def minutes(self) -> float:
-        """How long it lasted."""
+        """Duration."""
         return float(self.knots_s[-1] - self.knots_s[0]) / S_PER_MIN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MountDrift:
-    """The drift of one eye during a calibration, all runs, the reference moment at the end of the last one.
+    """The drift of one eye during a calibration, all runs, against the end of the last one.
 
-    `sigma_rad`: standard error, across and down, of what was taken out of a pose on the average.
-    `pivot_sigma_m`: what the uncertainty of the drift, and of all else, leaves of where the gaze leaves.
-    `visits`: how many measurements repeat a node.
+    `sigma_rad`: standard error, across and down, of the mean correction of a pose. `pivot_sigma_m`: standard
+    error of the pivot, from the drift and everything else. `visits`: number of measurements that repeat a
+    node.
     """
 
     runs: tuple[DriftRun, ...]
@@ -86,22 +86,22 @@ class MountDrift:
 
     @property
     def minutes(self) -> float:
-        """How long the runs lasted together."""
+        """Total duration of the runs."""
         return sum(run.minutes for run in self.runs)
 
     @property
     def pieces(self) -> int:
-        """Into how many straight pieces the drift is parted."""
+        """Number of straight pieces of the drift."""
         return sum(len(run.knots_s) - 1 for run in self.runs)
 
     @property
     def moved_rad(self) -> float:
-        """How far the gaze was from where it stood at the end, at most."""
+        """Largest distance of the gaze from its direction at the end."""
         return max(float(np.linalg.norm(run.turn_rad[:, :2], axis=1).max()) for run in self.runs)
 
     @property
     def rad_per_minute(self) -> float:
-        """How fast the gaze moved on the average, while it was watched."""
+        """Mean speed of the gaze during the runs."""
         path_rad = sum(
             float(np.linalg.norm(np.diff(run.turn_rad[:, :2], axis=0), axis=1).sum()) for run in self.runs
         )
@@ -116,7 +116,7 @@ class MountDrift:
 
     @property
     def knocks_rad(self) -> tuple[float, ...]:
-        """How far the gaze jumped at each knock; the other eye's mount may have been the one that was hit."""
+        """Steps of the gaze at the knocks, without those of the other eye's mount alone."""
         steps = (
             float(np.linalg.norm(after.turn_rad[0, :2] - before.turn_rad[-1, :2]))
             for before, after in pairwise(self.runs)
@@ -124,13 +124,13 @@ class MountDrift:
         )
         return tuple(step for step in steps if step > LEAST_KNOCK_RAD)
 
-    def knocked_after(self, ended: Collection[int]) -> "MountDrift":
-        """Return the same, the runs of these numbers ended by a knock."""
+    def with_knocks(self, ended: Collection[int]) -> "MountDrift":
+        """Return the same drift with the runs of these numbers marked as ended by a knock."""
         runs = (replace(run, knocked=number in ended) for number, run in enumerate(self.runs))
         return replace(self, runs=tuple(runs))
 
-    def moved_by(self, turns_rad: NDArray[np.float64]) -> "MountDrift":
-        """Return the same with each run turned by (runs, 3) more: a mount that was moved between them."""
+    def with_moves(self, turns_rad: NDArray[np.float64]) -> "MountDrift":
+        """Return the same drift with a turn (runs, 3) added to each run: the mount was moved between them."""
         runs = (
             replace(run, turn_rad=run.turn_rad + turn) for run, turn in zip(self.runs, turns_rad, strict=True)
         )
@@ -138,10 +138,9 @@ class MountDrift:
 
     @property
     def stated_rad(self) -> tuple[float, float]:
-        """What a calibration states of the mount, across and down.
+        """Standard error that a calibration states for the mount, across and down.
 
-        The error of the drift that was taken out, and the wandering itself: what a mount did while it was
-        watched it goes on doing.
+        It combines the error of the correction and the drift itself, which is assumed to continue.
         """
         (own_x, own_y), (wander_x, wander_y) = self.sigma_rad, self.wander_rad
         return math.hypot(own_x, wander_x), math.hypot(own_y, wander_y)
@@ -154,7 +153,7 @@ def turn_back(
     *,
     f_px: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return gazes (n, 2) and corners (n, m, 2) as they were if the mount had not turned by (n, 3).
+    """Return gazes (n, 2) and corners (n, m, 2) turned back by the mount's turns (n, 3).
 
     The corners lie on the virtual pinhole's plane, px from the gaze; both turn with the eye.
     """
@@ -171,10 +170,10 @@ def turn_back(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DriftSamples:
-    """n measurements of one eye: (n, 2) volts and gazes, (n,) depth of the target, when, in which run.
+    """n measurements of one eye: (n, 2) volts and gazes, (n,) depths of the target, times and runs.
 
     `run`: (n,) int, numbered in the order of time. `visit`: (n,) bool, whether it repeats a node. `group`:
-    (n,) int, measurements with the same number looked the same way.
+    (n,) int, measurements with the same number had the same gaze.
     """
 
     volts_v: NDArray[np.float64]
@@ -188,13 +187,13 @@ class DriftSamples:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DriftKnots:
-    """Where the drift is parted: for each run its (k,) knots for the turn about x and y, and for the roll."""
+    """Knots of the drift: for each run the (k,) times for the turn about x and y, and for the roll."""
 
     turns: tuple[NDArray[np.float64], ...]
     rolls: tuple[NDArray[np.float64], ...]
 
-    def hats(self, samples: DriftSamples, which: tuple[NDArray[np.float64], ...]) -> NDArray[np.float64]:
-        """Return (n, knots - 1): what each knot but the last one counts at each sample."""
+    def basis(self, samples: DriftSamples, which: tuple[NDArray[np.float64], ...]) -> NDArray[np.float64]:
+        """Return the (n, knots - 1) linear weights of all knots but the last one at the samples."""
         columns = []
         for number, knots in enumerate(which):
             mine = samples.run == number
@@ -205,7 +204,10 @@ class DriftKnots:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _DriftSolution:
-    """`turns`: (knots - 1, 2) about x and y; `rolls`: (knots - 1,). `covariance`: pivot, turns, rolls."""
+    """Solution for one eye: `turns` (knots - 1, 2) about x and y, `rolls` (knots - 1,).
+
+    `covariance`: of pivot, turns, rolls. `criterion`: Bayesian information criterion of the knots.
+    """
 
     turns: NDArray[np.float64]
     rolls: NDArray[np.float64]
@@ -214,7 +216,10 @@ class _DriftSolution:
 
 
 def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDrift] | None:
-    """Return the drift of both eyes, or None where too few nodes were visited again."""
+    """Return the drift of both eyes, or None where too few nodes were visited again.
+
+    The number of pieces is chosen by the information criterion.
+    """
     if not has_enough_visits(samples):
         return None
     straight = dict(samples)
@@ -240,12 +245,12 @@ def fit_mount_drift(samples: Mapping[Role, DriftSamples]) -> dict[Role, MountDri
 
 
 def has_enough_visits(samples: Mapping[Role, DriftSamples]) -> bool:
-    """Tell whether enough nodes were visited again to see a mount move."""
+    """Return whether enough nodes were visited again to estimate drift."""
     return min(int(eye.visit.sum()) for eye in samples.values()) >= MIN_VISITS
 
 
 def _preliminary_mirror(samples: DriftSamples) -> BivariatePolynomial:
-    """Return about what the mirror does, good enough for the small differences within a group."""
+    """Return a preliminary mirror model, for the small differences within a group."""
     return fit_best_order(samples.volts_v, samples.angles_rad, orders=ORDERS).polynomial
 
 
@@ -256,7 +261,7 @@ def _without_drift(samples: DriftSamples, drift: MountDrift) -> DriftSamples:
 
 
 def turns_at(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return (n, 3) turns at (n,) times of (n,) runs."""
+    """Return the (n, 3) turns at (n,) times of (n,) runs."""
     turns = np.zeros((len(t_s), 3))
     for number, mine in enumerate(drift.runs):
         rows = run == number
@@ -265,7 +270,7 @@ def turns_at(drift: MountDrift, t_s: NDArray[np.float64], run: NDArray[np.int64]
 
 
 def place_knots(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
-    """Part the longest run into so many pieces, and the others into pieces as long."""
+    """Return knots that divide the longest run into `pieces`, and the others into pieces as long."""
     times = np.concatenate([eye.t_s for eye in eyes])
     run = np.concatenate([eye.run for eye in eyes])
     visit = np.concatenate([eye.visit for eye in eyes])
@@ -281,12 +286,12 @@ def place_knots(eyes: list[DriftSamples], pieces: int) -> DriftKnots:
 
 
 def _solve_drift(samples: DriftSamples, mirror: BivariatePolynomial, knots: DriftKnots) -> _DriftSolution:
-    """Fit pivot and drift by robust least squares; every node's own gaze is projected out."""
+    """Fit pivot and drift by robust least squares; the gaze of every node is projected out."""
     matrix = motion_columns(
         samples.angles_rad,
         samples.depth_m,
-        turns=knots.hats(samples, knots.turns),
-        rolls=knots.hats(samples, knots.rolls),
+        turns=knots.basis(samples, knots.turns),
+        rolls=knots.basis(samples, knots.rolls),
     )
     values = (samples.angles_rad - mirror(samples.volts_v)).T.ravel()
     nodes = _node_numbers(samples)
@@ -318,7 +323,7 @@ def _solve_drift(samples: DriftSamples, mirror: BivariatePolynomial, knots: Drif
 
 
 def _node_numbers(samples: DriftSamples) -> NDArray[np.int64]:
-    """Return (2 n,) the number of each row's node and axis."""
+    """Return the (2 n,) numbers of each row's node and axis."""
     _, number = np.unique(samples.group, return_inverse=True)
     return np.concatenate([number, number + int(number.max()) + 1]).astype(np.int64)
 
@@ -326,7 +331,7 @@ def _node_numbers(samples: DriftSamples) -> NDArray[np.int64]:
 def _minus_node_means(
     rows: NDArray[np.float64], nodes: NDArray[np.int64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return (2 n, k) rows less the weighted mean of their node."""
+    """Return the (2 n, k) rows minus the weighted mean of their node."""
     member = np.zeros((int(nodes.max()) + 1, len(nodes)))
     member[nodes, np.arange(len(nodes))] = weights
     means = (member @ rows) / member.sum(axis=1)[:, None]
@@ -334,7 +339,7 @@ def _minus_node_means(
 
 
 def _model_weights(samples: DriftSamples) -> NDArray[np.float64]:
-    """Return (2 n,) weights: what was measured beside the rest of its node leans on the mirror's model."""
+    """Return (2 n,) weights, lower for gazes away from their node, which rely on the mirror model."""
     aside_rad = np.empty(len(samples.group))
     for node in np.unique(samples.group):
         mine = samples.group == node
@@ -351,9 +356,9 @@ def motion_columns(
     turns: NDArray[np.float64],
     rolls: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return (2 n, unknowns): slopes of ax, then ay, to the pivot, to turns about x and y, to rolls.
+    """Return the (2 n, unknowns) derivatives of ax, then ay, by the pivot, by turns about x and y, by rolls.
 
-    `angles_rad`: (n, 2). `depth_m`: (n,). `turns`, `rolls`: (n, k) what each of their unknowns counts where.
+    `angles_rad`: (n, 2). `depth_m`: (n,). `turns`, `rolls`: (n, k) weights of their unknowns at the samples.
     """
     tangents = np.tan(angles_rad)
     flatter = 1.0 / (1.0 + tangents**2)
@@ -381,8 +386,8 @@ def _drift(samples: DriftSamples, solved: _DriftSolution, knots: DriftKnots) -> 
         turn = np.column_stack([turns[own], along])
         runs.append(DriftRun(knots_s=mine, turn_rad=turn, sigma_rad=sigmas[own]))
         begin, rolled = own.stop, rolled + len(roll)
-    # the mean over all poses of what was taken out: an error of it turns the whole calibration
-    mean = knots.hats(samples, knots.turns)[~samples.visit].mean(axis=0)
+    # the mean correction over all poses: an error of it turns the whole calibration
+    mean = knots.basis(samples, knots.turns)[~samples.visit].mean(axis=0)
     about = [slice(PIVOT_UNKNOWNS + axis * count, PIVOT_UNKNOWNS + (axis + 1) * count) for axis in (0, 1)]
     sigma = [math.sqrt(float(mean @ solved.covariance[part, part] @ mean)) for part in about]
     pivot = np.diag(solved.covariance)[[0, PIVOT_UNKNOWNS // 2]]

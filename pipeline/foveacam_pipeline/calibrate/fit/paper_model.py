@@ -1,7 +1,8 @@
-"""The paper's own calibration (Sec. 3.2), plain, to compare with: nothing here is used for steering.
+"""The paper's own calibration (Sec. 3.2), for comparison only: nothing here is used for steering.
 
-Cubics both ways, fitted apart (Eqs. 2, 3); one homography a pose and a polynomial for each entry (Eq. 4); one
-distance, the wide camera's bearing taken for the gaze (Eq. 1 left in), no walk of pivot or pupil.
+It has cubics in both directions, fitted separately (Eqs. 2, 3), one homography a pose and a polynomial for
+each entry (Eq. 4), and one distance. The gaze is the wide camera's bearing (Eq. 1 is not corrected); pivot
+and pupil are nominal.
 """
 
 import logging
@@ -25,7 +26,7 @@ from foveacam_pipeline.models.mirror import DAC_STEP_V
 
 CUBIC = 3
 PAPER_CHOICE = FitChoice(
-    mirror_orders=(CUBIC,), spring_orders=(), field_orders=(CUBIC,), pose_by_pose=True, walks=False
+    mirror_orders=(CUBIC,), spring_orders=(), field_orders=(CUBIC,), pose_by_pose=True, fits_pivots=False
 )
 
 logger = logging.getLogger(__name__)
@@ -33,10 +34,10 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperModel:
-    """A rig as the paper calibrates it; can be asked at any pose.
+    """A rig calibrated as in the paper.
 
-    `fit`: volts to angles and the rectification. `inverse`: angles to volts, for each eye. `station`: where
-    it was measured.
+    `fit`: volts to angles and the rectification. `inverse`: angles to volts, for each eye. `station`: the
+    name of the station of its sweep.
     """
 
     fit: RigFit
@@ -45,7 +46,7 @@ class PaperModel:
 
     @property
     def calibration(self) -> Calibration:
-        """The forward half, in the form of ours."""
+        """The forward models as a `Calibration`."""
         return self.fit.calibration
 
     @property
@@ -72,7 +73,7 @@ class PaperModel:
     def plane_px(
         self, role: Role, volts: StereoVolts, *, raw_px: NDArray[np.float64], depth_m: float
     ) -> NDArray[np.float64]:
-        """Return (n, 2) places of raw px (n, 2) on an eye's virtual plane, whatever the depth."""
+        """Return the (n, 2) px of raw px (n, 2) on an eye's virtual plane; the depth is ignored."""
         del depth_m
         eye = self.calibration.eye(role)
         ax_rad, ay_rad = eye.mirror.angles_rad(eye_volts(volts, role))
@@ -81,7 +82,7 @@ class PaperModel:
 
     @property
     def roundtrip_lsb(self) -> float:
-        """Largest volts -> angles -> volts at the measured poses, DAC steps: two cubics fitted apart."""
+        """Largest error of volts -> angles -> volts at the measured poses, DAC steps, by both cubics."""
         missed = [
             self.inverse[role].polynomial(self.calibration.eye(role).mirror.angles_of(sweep.volts_v))
             - sweep.volts_v
@@ -102,7 +103,7 @@ class PaperModel:
 
 
 def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: NominalRig) -> PaperModel:
-    """Calibrate as the paper does, with the sweep of one station."""
+    """Fit the paper's models to the sweep of one station."""
     measured = reduce_sweeps(
         [sweep],
         wide,
@@ -117,5 +118,5 @@ def fit_paper(sweep: Sweep, wide: Intrinsics, *, drawing: NominalRig) -> PaperMo
 
 
 def farthest_sweep(sweeps: Sequence[Sweep], distances_m: Sequence[float]) -> Sweep:
-    """Return the sweep whose target stood farthest, where Eq. 1 does least harm."""
+    """Return the sweep with the farthest target, where the parallax of Eq. 1 is smallest."""
     return sweeps[int(np.argmax(distances_m))]

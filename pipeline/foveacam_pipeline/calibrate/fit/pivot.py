@@ -1,7 +1,8 @@
-"""Where the gazes of a sweep leave: it shows in how directions change with the target's depth.
+"""Fit of the pivot from which gazes leave, by the change of directions with the target's depth.
 
-The thermal drift of a mount between two sweeps looks the same. Nodes that were visited again tell it apart
-(`mount_drift`); without these it stays in, and what it may amount to is part of the standard error.
+Thermal drift of a mount between two sweeps has the same effect. Nodes that were visited again separate the
+two (`mount_drift`); without them the drift is not corrected, and its usual size is part of the standard
+error.
 """
 
 import logging
@@ -15,33 +16,33 @@ from foveacam_pipeline.calibrate.fit.samples import EyeSweep
 from foveacam_pipeline.geometry.polynomial import fit_best_order, least_squares
 
 PIVOT_TOLERANCE_M = 0.4e-3
-"""Assembly tolerance of the point from which a gaze leaves, assumed (deduced: tenths of a millimetre in the
-mount and in the lens) where a sweep at one depth cannot measure it."""
+"""Assembly tolerance of the pivot, assumed where a sweep at one depth cannot measure it (deduced: tenths of a
+millimetre in the mount and in the lens)."""
 DRIFT_RAD = math.radians(0.001)
-"""How far a mount stands from where it stood while it was calibrated, in ordinary use: half of what it drifts
-in some minutes. Assumed, and stated by a calibration, where the drift was not measured: no nodes were visited
-again, as in sweeps of earlier versions or of other programs."""
+"""Deviation of a mount in ordinary use from its state during calibration, half of its drift in some minutes.
+Assumed, and stated by a calibration, where the drift was not measured because no nodes were visited again, as
+in sweeps of earlier versions or of other programs."""
 DRIFT_RAD_PER_S = math.radians(0.002) / 300.0
-"""What a mount usually drifts (deduced: a fovea px in some minutes, Sec. 3.3), where it was not measured."""
+"""Usual drift of a mount where it was not measured (deduced: a fovea px in some minutes, Sec. 3.3)."""
 
 logger = logging.getLogger(__name__)
 
 
 def mount_sigma_rad(sweep: EyeSweep) -> tuple[float, float]:
-    """Return what a calibration states of the mount's drift, across and down: measured, else as assumed."""
+    """Return the mount's drift, across and down, that a calibration states: measured, else assumed."""
     return (DRIFT_RAD, DRIFT_RAD) if sweep.drift is None else sweep.drift.stated_rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PivotFit:
-    """Where a gaze leaves, from the eye's reference point, m, and the standard error of its x and y."""
+    """Pivot of a gaze, from the eye's reference point, m, and the standard error of its x and y."""
 
     offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     sigma_m: float = PIVOT_TOLERANCE_M
 
 
 def fit_pivot(sweep: EyeSweep) -> PivotFit:
-    """Return where the gazes of a sweep leave, from targets at two depths; without these, as drawn.
+    """Return the pivot of a sweep's gazes, from targets at two depths; without these, the nominal one.
 
     A target at depth Z seen along a gaze from a pivot at (x, y, z) has the tangent tan a + (x - z tan a) / Z.
     The polynomial of the volts is projected out of both sides, which leaves three unknowns.
@@ -75,9 +76,10 @@ def fit_pivot(sweep: EyeSweep) -> PivotFit:
 
 
 def _drift_sigma_m(sweep: EyeSweep) -> float:
-    """Return how far drift that was not taken out may seem to move the pivot.
+    """Return the apparent shift of the pivot by drift that was not corrected.
 
-    Measured, its own uncertainty counts; else the usual drift between the near and the far targets' times.
+    It follows from the uncertainty of a measured drift, else from the usual drift between the times of the
+    near and the far targets.
     """
     if sweep.drift is not None:
         return sweep.drift.pivot_sigma_m

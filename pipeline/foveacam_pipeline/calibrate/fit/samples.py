@@ -1,4 +1,4 @@
-"""What a calibration sweep delivers: volts, directions, and corners of flat targets facing the rig."""
+"""Samples of a calibration sweep as arrays: volts, directions, and corners of flat targets facing the rig."""
 
 from dataclasses import dataclass
 
@@ -19,9 +19,8 @@ class EyeSweep:
     reference point. `depth_m`: (n,) Z of the target. `raw_px`: (n, m, 2) corners found in the fovea image,
     NaN where one was not seen. `plane_px`: (n, m, 2) the same corners on the virtual pinhole plane of the
     reference point, relative to what the image centre sees. `group`: (n,) int, poses with the same number
-    looked the same way (at targets of several distances); cross-validation leaves them out together. `t_s`:
-    (n,) when each was measured: mounts drift meanwhile. `drift`: what was taken out for that; None: not
-    measured.
+    had the same gaze (at targets of several distances); cross-validation leaves them out together. `t_s`:
+    (n,) times of measurement. `drift`: drift of the mount that was removed; None: not measured.
     """
 
     volts_v: NDArray[np.float64]
@@ -49,7 +48,7 @@ class EyeSweep:
 
     @property
     def has_two_depths(self) -> bool:
-        """Whether the targets stood at clearly different depths (a factor of 1.5), poses of both enough."""
+        """Whether the targets' depths differ by a factor of 1.5 or more, with enough poses of each."""
         inverse = 1.0 / self.depth_m
         near = inverse > np.sqrt(inverse.min() * inverse.max())
         enough = min(int(near.sum()), int((~near).sum())) >= 10
@@ -58,10 +57,10 @@ class EyeSweep:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RigSweep:
-    """The sweeps of both eyes, and what is known of the rig otherwise.
+    """The sweeps of both eyes, and the nominal dimensions of the rig.
 
-    `baseline_m`: distance of the reference points from which the angles were measured. `pupil_m`: how far
-    behind its pivot the pupil lies according to the drawing; sweeps over two depths measure it instead.
+    `baseline_m`: distance of the reference points from which the angles were measured. `pupil_m`: nominal
+    distance of the pupil behind its pivot; sweeps over two depths measure it instead.
     """
 
     rig_id: str

@@ -1,4 +1,4 @@
-"""From the sweeps of a session to a calibration, with everything that is to be said of it."""
+"""Fit of a session's sweeps: the calibration, its scores, and the comparison with the paper's model."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -35,11 +35,12 @@ _Compared = TypeVar("_Compared")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitSettings:
-    """What an operator may choose.
+    """Options of a fit that the operator may choose.
 
-    `mirror_order`, `field_order`: of the polynomials, instead of an election. `pose_by_pose`: rectify from
-    one homography a pose. `all_distances`: use the sweeps of every station, else the farthest alone.
-    `distance`: who says how far the targets stood. `compare`: also judge our additions one by one (slower).
+    `mirror_order`, `field_order`: fixed orders of the polynomials, instead of a choice. `pose_by_pose`:
+    rectify from one homography a pose. `all_distances`: use the sweeps of every station, else the farthest
+    alone. `distance`: source of the targets' distances. `compare`: also score our additions one by one
+    (slower).
     """
 
     mirror_order: int | None = None
@@ -51,7 +52,7 @@ class FitSettings:
 
     @property
     def choice(self) -> FitChoice:
-        """Which models may stand for election."""
+        """The candidate models."""
         choice = FitChoice(pose_by_pose=self.pose_by_pose)
         if self.mirror_order is not None:
             choice = replace(choice, mirror_orders=(self.mirror_order,), spring_orders=())
@@ -62,12 +63,12 @@ class FitSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitResult:
-    """A calibration and what it was elected from.
+    """A calibration, its scores and the comparisons.
 
-    `fit`: tables of models and residuals for each eye. `measured`: what was fitted. `paper`: the paper's
-    plain model of the same data, None where one station has too few poses for it. `variants`: our additions
-    one by one, judged on nodes left out; empty unless asked, and where a part of the poses is too few.
-    `volts_roundtrip_max_lsb`: largest volts -> angles -> volts over the calibrated field, DAC steps.
+    `fit`: model scores and residuals for each eye. `measured`: the fitted measurements. `paper`: the paper's
+    model of the same data, None where one station has too few poses for it. `variants`: scores of our
+    additions one by one on nodes left out; empty unless requested, and where a part of the poses is too few.
+    `volts_roundtrip_max_lsb`: largest error of volts -> angles -> volts over the calibrated field, DAC steps.
     """
 
     calibration: Calibration
@@ -84,12 +85,12 @@ class FitResult:
 
     @property
     def drift(self) -> dict[Role, MountDrift] | None:
-        """How each eye's mount drifted during the sweeps; None when no nodes were visited again."""
+        """Drift of each eye's mount during the sweeps; None when no nodes were visited again."""
         return self.measured.drift
 
     @property
     def models(self) -> dict[Role, tuple[MirrorScore, ...]]:
-        """The table of models of each mirror, the paper's cubic and the elected one marked."""
+        """The scores of each mirror's models, the paper's cubic and the chosen one marked."""
         return {role: mirror.scores for role, mirror in self.fit.mirrors.items()}
 
 
@@ -105,7 +106,7 @@ def fit_session(
 ) -> FitResult:
     """Fit the sweeps of a session; raise InvalidInput or NotCalibrated naming what is wrong with them.
 
-    Raise Cancelled soon after `watch` wants no more.
+    Raise Cancelled soon after `watch` has cancelled.
     """
     settings = settings or FitSettings()
     comparisons = FOLDS * MOST_VARIANTS if settings.compare else 0
@@ -133,7 +134,7 @@ def fit_session(
 
 
 def _if_possible(compare: Callable[[], _Compared]) -> _Compared | None:
-    """Return a comparison; a rig with poses enough for ours shall not be refused for want of the paper's."""
+    """Return the result of a comparison, or None when it has too few poses, which must not fail the fit."""
     try:
         return compare()
     except InvalidInput as error:
@@ -144,7 +145,7 @@ def _if_possible(compare: Callable[[], _Compared]) -> _Compared | None:
 def _variants(
     sweeps: Sequence[Sweep], measured: SweepMeasurements, fit: RigFit, progress: FitProgress
 ) -> tuple[VariantScore, ...]:
-    """Return what each addition is worth; sweeps that were not used are not looked at."""
+    """Return the scores of our additions on the sweeps that were used."""
     used = [sweep for sweep in sweeps if sweep.header.station.name in {p.station for p in measured.parallax}]
     rig = measured.rig
     drawing = NominalRig(rig_id=rig.rig_id, baseline_m=rig.baseline_m, fovea_f_px=rig.fovea_f_px, pupil_m=0.0)
@@ -156,7 +157,7 @@ def _variants(
 
 
 def roundtrip_lsb(mirror: MirrorModel, *, side: int = ROUNDTRIP_SIDE) -> float:
-    """Return the largest volts -> angles -> volts of a grid over the calibrated volts, steps of the DAC."""
+    """Return the largest error of volts -> angles -> volts on a grid over the calibrated volts, DAC steps."""
     line = np.linspace(-1.0, 1.0, side)
     volts = np.array([(x, y) for x in line for y in line]) * np.array(mirror.max_v)
     angles = mirror.angles_of(volts)

@@ -1,8 +1,8 @@
-"""The target at every pose of all sweeps together: it stands still while the base turns the rig.
+"""Joint fit of the target's pose over all sweeps: the target is fixed while the base turns the rig.
 
-What one wide view cannot tell well (how far, how inclined) is then one unknown of a whole sweep, and what is
-left at a pose is its bearing and its roll, from all corners of all markers, the same for both eyes. The pan
-axis stands upright and the tilt axis rides on it, a little beside.
+Distance and inclination, which one wide view determines poorly, are then one unknown of a whole sweep; a pose
+has its bearing and its roll, from all corners of all markers, the same for both eyes. The pan axis is
+vertical and carries the tilt axis at a small offset.
 """
 
 import logging
@@ -21,11 +21,11 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 MIN_POSES = 9
 LARGEST_EXCESS = 1.2
-"""More variance than this over that of free poses, and something else than a pan-tilt moved the rig."""
+"""Maximum variance over that of free poses; beyond it, the rig was not turned by a pan-tilt."""
 _ROUNDS = 12
 _STOP = 1e-9
 _SHARED = 5
-"""Unknowns of the base: where the tilt axis passes (3), and where the pan axis does from there (y, z)."""
+"""Unknowns of the base: a point of the tilt axis (3), and the pan axis from there (y, z)."""
 
 logger = logging.getLogger(__name__)
 
@@ -34,10 +34,10 @@ Views = dict[int, MarkerView]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurningBase:
-    """Whether the poses were made to turn with the base, and what a corner misses.
+    """Whether the poses were constrained to the base (`held`), and the residuals of the corners.
 
-    `corner_sigma_px`: standard error of a corner's coordinate with poses that turn with the base, wide px;
-    `free_sigma_px`: the same when every pose may be anywhere. `tilt_axis_rig_m`: (3,) a point of it.
+    `corner_sigma_px`: standard error of a corner's coordinate with poses constrained to the base, wide px;
+    `free_sigma_px`: the same with free poses. `tilt_axis_rig_m`: (3,) a point of the tilt axis.
     """
 
     held: bool
@@ -48,9 +48,9 @@ class TurningBase:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Corners:
-    """(n, m, 2) tangents seen and places on the target, m; `seen` (n, m): 0 for padding.
+    """(n, m, 2) measured tangents and positions on the target, m; `seen` (n, m): 0 for padding.
 
-    `station`: (n, stations), 1 where a pose saw that station's target.
+    `station`: (n, stations), 1 where a pose belongs to that station.
     """
 
     tangents: NDArray[np.float64]
@@ -61,11 +61,11 @@ class _Corners:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _State:
-    """Middle of the target = turn @ arm + lift(ay) @ step + pivot.
+    """Unknowns of the fit: middle of the target = turn @ arm + lift(ay) @ step + pivot.
 
     `turns`: (n, 3, 3) rig_from_target. `arms_m`: (stations, 3), target's axes. `step_m`: (2,) y, z from the
-    tilt axis to the pan axis. `pivot_m`: (3,) on the tilt axis. `lifts`: (n, 3, 2), what the tilt does to
-    the step, from the elevation at which the target appears.
+    tilt axis to the pan axis. `pivot_m`: (3,) on the tilt axis. `lifts`: (n, 3, 2), rotation of the step by
+    the tilt, from the elevation at which the target appears.
     """
 
     turns: NDArray[np.float64]
@@ -83,10 +83,10 @@ class _State:
 def constrain_to_base(
     poses: Sequence[Sequence[TargetPose]], views: Sequence[Sequence[Views]], wide: Intrinsics
 ) -> tuple[list[list[TargetPose]], TurningBase]:
-    """Return the poses of each station's sweep made to turn with the base, if a pan-tilt really turned it.
+    """Return the poses of each station's sweep constrained to the axes of the base, if a pan-tilt turned it.
 
-    `poses` are those of the single views. A rig that is moved by hand leaves more than the corners' noise,
-    and poses in one row do not tell where it turns: then they come back as they were.
+    `poses` are those of the single views. They are returned unchanged where the residuals exceed the corners'
+    noise, as for a rig moved by hand, and where poses in one row do not determine the axes.
     """
     corners = _gather_corners(poses, views, wide)
     flat = [pose for station in poses for pose in station]
@@ -146,7 +146,7 @@ def _gather_corners(
 
 
 def _start_state(flat: list[TargetPose], corners: _Corners) -> _State:
-    """Return the state whose middles come nearest to those of the single views (linear least squares)."""
+    """Return the state whose middles are nearest to those of the single views (linear least squares)."""
     turns, middles = _turns_of(flat), _middles_of(flat)
     y, z = middles[:, 1], middles[:, 2]
     length = np.hypot(y, z)
@@ -166,7 +166,7 @@ def _start_state(flat: list[TargetPose], corners: _Corners) -> _State:
 
 
 def _solve_base(corners: _Corners, state: _State) -> _State:
-    """Return the state that leaves the least (Gauss-Newton; the poses' turns are eliminated one by one)."""
+    """Return the state of least squares (Gauss-Newton; the turn of each pose is eliminated)."""
     for _ in range(_ROUNDS):
         misses, to_turn, to_middle = _slopes(corners, state.turns, state.middles_m(corners))
         arms = np.einsum("nij,nj->ni", state.turns, corners.station @ state.arms_m)
@@ -187,7 +187,7 @@ def _solve_base(corners: _Corners, state: _State) -> _State:
 
 
 def _shared_columns(corners: _Corners, state: _State) -> NDArray[np.float64]:
-    """Return (n, 3, 3 stations + 5): slopes of the middles to the arms, the step and the pivot."""
+    """Return the (n, 3, 3 stations + 5) derivatives of the middles by the arms, the step and the pivot."""
     poses = len(state.turns)
     arms = state.turns[:, :, None, :] * corners.station[:, None, :, None]
     pivot = np.broadcast_to(np.eye(3), (poses, 3, 3))
@@ -208,7 +208,7 @@ def _stepped(state: _State, turn_rad: NDArray[np.float64], step: NDArray[np.floa
 def _slopes(
     corners: _Corners, turns: NDArray[np.float64], middles_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return misses (n, 2 m), tangents, and their slopes (n, 2 m, 3) to a small turn and to the middle."""
+    """Return residuals (n, 2 m), tangents, and derivatives (n, 2 m, 3) by a small turn and by the middle."""
     arms = np.einsum("nij,nmj->nmi", turns[:, :, :2], corners.places_m)
     points = arms + middles_m[:, None, :]
     inverse = 1.0 / points[:, :, 2]
@@ -241,7 +241,7 @@ def _middles_of(flat: Sequence[TargetPose]) -> NDArray[np.float64]:
 
 
 def _cross_matrices(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (..., 3, 3): the matrices that take the cross product with (..., 3) vectors."""
+    """Return the (..., 3, 3) matrices of the cross product with (..., 3) vectors."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     rows = [np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))]

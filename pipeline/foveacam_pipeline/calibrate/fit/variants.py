@@ -1,8 +1,8 @@
-"""What each of our additions to the paper's model is worth, judged on nodes that the fit did not see.
+"""Scores of each of our additions to the paper's model, on nodes left out of the fit.
 
-The paper's model, ours, and ours with one addition taken away at a time: the model of the mirror, all corners
-at once, the parallax of Eq. 1, and a second distance, which shows where gazes leave and pupils stand. Errors
-count from the wide camera's own measurement of the target.
+Compared are the paper's model, ours, and ours without one addition at a time: the mirror's model, all corners
+at once, the parallax of Eq. 1, and a second distance, which determines pivots and pupil. Errors are against
+the wide camera's measurement of the target.
 """
 
 import math
@@ -29,10 +29,10 @@ _FAR_LESS = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VariantScore:
-    """One model of the rig; root mean squares over left-out nodes, fovea px.
+    """Errors of one model of the rig, root mean squares over left-out nodes, fovea px.
 
-    `pointing_rms_px`: of what the image centre sees, as a distance. `rectification_rms_px`: of the corners.
-    `epipolar_rms_px`: of the rows, left less right, of the two eyes' markers.
+    `pointing_rms_px`: of the gaze of the image centre, as a distance. `rectification_rms_px`: of the corners.
+    `epipolar_rms_px`: of the row differences, left minus right, of the two eyes' markers.
     """
 
     name: str
@@ -43,7 +43,7 @@ class VariantScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Variant:
-    """What is fitted how; `far`: to the farthest station alone."""
+    """Measurements and candidate models of one variant; `far`: fitted to the farthest station alone."""
 
     name: str
     measured: SweepMeasurements
@@ -54,9 +54,9 @@ class _Variant:
 def compare_variants(
     measured: SweepMeasurements, plain: SweepMeasurements, fit: RigFit, *, far: int, progress: FitProgress
 ) -> tuple[VariantScore, ...]:
-    """Return the scores of the paper's model, of that of `fit`, and of what lies between.
+    """Return the scores of the paper's model, of the model of `fit`, and of the variants between.
 
-    `plain`: the same sweeps with the parallax left in. `far`: the number of the farthest station.
+    `plain`: the same sweeps without correction of the parallax. `far`: the number of the farthest station.
     """
     fold_of = _folds(measured, FOLDS)
     return tuple(
@@ -72,13 +72,13 @@ def _variants(measured: SweepMeasurements, plain: SweepMeasurements, fit: RigFit
         field_orders=_field_orders(fit),
     )
     cubic = replace(ours, mirror_orders=PAPER_CHOICE.mirror_orders, spring_orders=())
-    still = replace(ours, walks=False)
+    nominal = replace(ours, fits_pivots=False)
     variants = [
         _Variant(name="paper", measured=plain, choice=PAPER_CHOICE, far=True),
         _Variant(name="ours", measured=measured, choice=ours),
         _Variant(name="ours, but the cubic", measured=measured, choice=cubic),
         _Variant(name="ours, but pose by pose", measured=measured, choice=replace(ours, pose_by_pose=True)),
-        _Variant(name="ours, but Eq. 1 left in", measured=plain, choice=still),
+        _Variant(name="ours, but Eq. 1 left in", measured=plain, choice=nominal),
     ]
     if len({int(sweep) for nodes in measured.nodes.values() for sweep in nodes[:, 0]}) > 1:
         fewer = replace(
@@ -88,7 +88,7 @@ def _variants(measured: SweepMeasurements, plain: SweepMeasurements, fit: RigFit
         )
         variants += [
             _Variant(name="ours, but one distance", measured=measured, choice=fewer, far=True),
-            _Variant(name="ours, but pivot and pupil as drawn", measured=measured, choice=still),
+            _Variant(name="ours, but pivot and pupil as drawn", measured=measured, choice=nominal),
         ]
     return variants
 
@@ -98,13 +98,13 @@ def _field_orders(fit: RigFit) -> tuple[int, ...]:
 
 
 def _orders(fit: RigFit, family: MirrorModelFamily, *, less: int = 1) -> tuple[int, ...]:
-    """Return the orders of a family that were elected, and those down to `less` fewer, as poses are fewer."""
+    """Return the chosen orders of a family, and those down to `less` lower, because poses are fewer."""
     chosen = {mirror.chosen.order for mirror in fit.mirrors.values() if mirror.chosen.family is family}
     return tuple(sorted({order - k for order in chosen for k in range(less + 1) if order > k}))
 
 
 def _folds(measured: SweepMeasurements, folds: int) -> NDArray[np.int64]:
-    """Return which fold each node's number belongs to, scattered over the field; -1 for no node."""
+    """Return the fold of each node number, assigned at random; -1 for no node."""
     groups = np.unique(np.concatenate([group_numbers(measured.rig.left), group_numbers(measured.rig.right)]))
     fold_of = np.full(int(groups.max()) + 1, -1, dtype=np.int64)
     fold_of[np.random.default_rng(_SEED).permutation(groups)] = np.arange(len(groups)) % folds
@@ -148,7 +148,7 @@ def _select_rig(measured: SweepMeasurements, takes: NDArray[np.bool_], *, far: i
 def _rows_of(
     measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], far: int | None
 ) -> NDArray[np.bool_]:
-    """Return (n,) bool: the rows of an eye whose node is taken, of one station or of all."""
+    """Return the (n,) bool mask of an eye's rows whose node is selected, of one station or of all."""
     kept = takes[group_numbers(_eye(measured, role))]
     return kept if far is None else kept & (measured.nodes[role][:, 0] == far)
 
@@ -171,9 +171,9 @@ def _select_rows(
 def _residuals_px(
     calibration: Calibration, role: Role, eye: EyeSweep, *, baseline_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return by how much a calibration misses what was measured: image centres (n, 2), corners (n, m, 2).
+    """Return the calibration minus the measurement, px: image centres (n, 2), corners (n, m, 2).
 
-    `baseline_m`: of the reference points from which the sweep's angles count; the calibration has its own.
+    `baseline_m`: of the reference points of the sweep's angles; the calibration has its own.
     """
     f_px = calibration.fovea_f_px
     side = -0.5 if role is Role.LEFT else 0.5
@@ -192,7 +192,7 @@ def _residuals_px(
 def _row_differences(
     measured: SweepMeasurements, takes: NDArray[np.bool_], corners_px: dict[Role, NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    """Return (k,) differences of the eyes' rows, left less right, at the poses that both measured."""
+    """Return the (k,) differences of the eyes' rows, left minus right, at the poses that both measured."""
     places = [
         [tuple(node) for node in measured.nodes[role][_rows_of(measured, role, takes, None)].tolist()]
         for role in EYES
@@ -209,7 +209,7 @@ def _eye(measured: SweepMeasurements, role: Role) -> EyeSweep:
 
 
 def group_numbers(eye: EyeSweep) -> NDArray[np.int64]:
-    """Return the (n,) numbers of the nodes, each row its own where none were given."""
+    """Return the (n,) node numbers; each row has its own where none were given."""
     return np.arange(len(eye.volts_v)) if eye.group is None else eye.group
 
 

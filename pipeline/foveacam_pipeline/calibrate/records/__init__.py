@@ -1,1 +1,1 @@
-"""Calibrations kept, compared and put together."""
+"""Calibrations on disk: stored, compared, and sweeps of several sessions combined."""

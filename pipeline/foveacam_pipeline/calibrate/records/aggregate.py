@@ -1,4 +1,4 @@
-"""Sweeps of one rig from several sessions, put together for one fit; the fit itself is done elsewhere."""
+"""Combination of the sweeps of one rig from several sessions into one session; `fit` fits them."""
 
 import itertools
 import json
@@ -17,7 +17,7 @@ SOURCES_FILE = "sources.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepSource:
-    """Where a sweep came from; `sweep_id` is the hash of its content, `repeated` one that was given twice."""
+    """Source of a sweep. `sweep_id`: hash of its content. `repeated`: the same sweep was given before."""
 
     path: Path
     sweep_id: str
@@ -36,18 +36,18 @@ class CombinedSweeps:
 
     @property
     def label(self) -> str:
-        """Words for the calibration fitted to it."""
+        """Label for the calibration fitted to them."""
         poses = sum(len(sweep.poses) for sweep in self.sweeps)
         return f"combined from {len(self.sweeps)} sweeps of {poses} poses"
 
 
 def sweep_id(sweep: Sweep) -> str:
-    """Return the name of a sweep: the hash of its content."""
+    """Return the id of a sweep: the hash of its content."""
     return content_id(plain(sweep))
 
 
 def collect_sweeps(paths: Sequence[Path], *, rig_id: str) -> CombinedSweeps:
-    """Read sweeps and check that they are of one rig with one set of cameras; leave out repeated ones."""
+    """Read sweeps of one rig with one set of cameras, without repeated ones; raise InvalidInput otherwise."""
     known: dict[str, Sweep] = {}
     sources = []
     for path in paths:
@@ -78,12 +78,12 @@ def sweep_paths(session: Path) -> tuple[Path, ...]:
 
 
 def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_from: Path) -> CombinedSweeps:
-    """Make the folder of a new session out of others: all their sweeps, and the wide camera of one of them.
+    """Write a new session folder with all sweeps of other sessions and the wide camera of one of them.
 
-    `into` must not exist yet; it appears complete or not at all. The sources are named in `sources.json`.
-    A station that several sessions swept is there several times, oldest first: `markers`, `markers (2)`.
-    How the mounts moved in between is fitted as it is between the runs of one session, where nodes were
-    visited again; without such visits only moves of more than 0.01° are taken out.
+    `into` must not exist yet; it is written atomically. `sources.json` lists the sources. A station that
+    several sessions swept is stored once for each, oldest first: `markers`, `markers (2)`. Moves of the
+    mounts between the sessions are fitted like those between runs of one session, where nodes were visited
+    again; without such visits only moves of more than 0.01° are corrected.
     """
     combined = collect_sweeps([path for session in sessions for path in sweep_paths(session)], rig_id=rig_id)
     if not (wide_from / "wide.json").is_file():
@@ -102,7 +102,7 @@ def combine_sessions(sessions: Sequence[Path], into: Path, *, rig_id: str, wide_
 def _write_session(folder: Path, combined: CombinedSweeps, wide_from: Path) -> None:
     folder.mkdir(parents=True)
     files = (path for found in wide_from.glob("wide*") for path in (found, *found.rglob("*")))
-    for path in files:  # one by one: `copytree` gathers its errors, and loses what ails the disk
+    for path in files:  # one by one: `copytree` collects its errors and loses the errno of the disk
         target = folder / path.relative_to(wide_from)
         if path.is_dir():
             target.mkdir()
@@ -117,7 +117,7 @@ def _write_session(folder: Path, combined: CombinedSweeps, wide_from: Path) -> N
 
 
 def _with_unique_name(sweep: Sweep, taken: set[str]) -> Sweep:
-    """Return a sweep whose station's file has a name of its own, and take that name."""
+    """Return the sweep under a station name whose file name is not in `taken`, and add it there."""
     station = sweep.header.station
     names = (f"{station.name} ({number})" if number > 1 else station.name for number in itertools.count(1))
     for name in names:

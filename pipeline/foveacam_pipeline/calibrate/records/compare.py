@@ -6,10 +6,10 @@ Calibration a steers; calibration b gives the direction in which that looks.
 import io
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role, StereoVolts
@@ -18,13 +18,17 @@ from foveacam_pipeline.geometry.verging import eye_angles, point_from_direction
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_points_rays
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 NODES = 13
 """Directions along each side of the common field."""
 _MARGIN_RAD = math.radians(0.05)
 _WIDE_NODES = 25
 _DPI = 110
 _CELLS_LONG = 1.3
-"""Length of the longest arrow, in distances of the nodes."""
+"""Length of the longest arrow, in spacings of the nodes."""
 _LEAST_PX = 1e-9
 
 
@@ -38,14 +42,14 @@ class DifferenceSpread:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CalibrationComparison:
-    """Calibration b against a, at one distance.
+    """Differences of calibration b from a, at one distance.
 
-    `field_rad`: ax min, ax max, ay min, ay max of the common field. `directions_rad`: (n, 2) where both were
-    asked. `gaze_left_px`, `gaze_right_px`: (n, 2) where b says the eye looks, minus where a does, fovea px.
-    `epipolar_px`: (n,) row mismatch that b sees where a sees none, root mean square within an image.
-    `disparity_px`: (n,) disparity that b measures beyond the one
-    it should at the depth that a says. `wide_at_px`, `wide_px`: (m, 2) raw wide pixels and
-    how far from them b sees the directions that a sees there. `baseline_m`: of b minus of a.
+    `field_rad`: ax min, ax max, ay min, ay max of the common field. `directions_rad`: (n, 2) compared
+    directions. `gaze_left_px`, `gaze_right_px`: (n, 2) gaze by b minus gaze by a, fovea px. `epipolar_px`:
+    (n,) row mismatch by b of points on equal rows by a, root mean square within an image. `disparity_px`:
+    (n,) disparity by b minus the disparity of b at the depth by a. `wide_at_px`, `wide_px`: (m, 2) raw wide
+    pixels, and the pixels of b for the directions that a has there, minus them. `baseline_m`: of b minus of
+    a.
     """
 
     a: str
@@ -174,7 +178,7 @@ def _compare_at(
 
 
 def _raw_grid_px(calibration: Calibration, *, nodes: int) -> NDArray[np.float64]:
-    """Return (nodes², 2) raw px evenly over the middle four fifths of a fovea image; one is its centre."""
+    """Return (nodes², 2) raw px evenly over the middle four fifths of a fovea image, or its centre."""
     width, height = calibration.fovea_width - 1.0, calibration.fovea_height - 1.0
     side = np.linspace(0.1, 0.9, nodes) if nodes > 1 else np.array([0.5])
     return np.array([(width * x, height * y) for y in side for x in side])
@@ -211,7 +215,7 @@ def _raw_px(
 
 
 def _wide_difference(a: Calibration, b: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return (m, 2) raw wide px over the image, and where b sees what a sees there, minus the pixel."""
+    """Return (m, 2) raw wide px over the image, and the pixels of b for a's directions there, minus them."""
     at = np.array(
         [
             (x, y)
@@ -224,6 +228,8 @@ def _wide_difference(a: Calibration, b: Calibration) -> tuple[NDArray[np.float64
 
 def comparison_picture(comparison: CalibrationComparison) -> bytes:
     """Return a PNG: arrows for both eyes, row mismatch over the field, arrows over the wide image."""
+    from matplotlib.figure import Figure  # loads for seconds
+
     figure = Figure(figsize=(11.0, 8.6), dpi=_DPI, layout="constrained")
     axes = figure.subplots(2, 2)
     at = np.rad2deg(comparison.directions_rad)
@@ -247,7 +253,7 @@ def comparison_picture(comparison: CalibrationComparison) -> bytes:
     return buffer.getvalue()
 
 
-def _draw_arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *, title: str) -> None:
+def _draw_arrows(axis: "Axes", at: NDArray[np.float64], px: NDArray[np.float64], *, title: str) -> None:
     length = np.linalg.norm(px, axis=1)
     longest = max(float(length.max()), _LEAST_PX) * math.sqrt(len(at)) / _CELLS_LONG
     x, y, dx, dy = at[:, 0], at[:, 1], px[:, 0], px[:, 1]
@@ -261,7 +267,7 @@ def _draw_arrows(axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64], *
     axis.set_aspect("equal")
 
 
-def _draw_rows(figure: Figure, axis: Axes, at: NDArray[np.float64], px: NDArray[np.float64]) -> None:
+def _draw_rows(figure: "Figure", axis: "Axes", at: NDArray[np.float64], px: NDArray[np.float64]) -> None:
     dots = axis.scatter(at[:, 0], at[:, 1], c=px, s=150, marker="s", cmap="magma")
     figure.colorbar(dots, ax=axis, shrink=0.8)
     axis.set_title("row mismatch between the eyes, fovea px", fontsize=10)

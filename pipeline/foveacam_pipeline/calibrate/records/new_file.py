@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and never over another."""
+"""Atomic writing of files that never overwrites a file of other content."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from foveacam_hardware.contract import InvalidInput
 
 
 def write_new(path: Path, content: str | bytes) -> None:
-    """Write `content` to `path`: on disk first, then named; a file that says the same may be there."""
+    """Write `content` to `path` atomically; a file of the same content may exist there."""
     data = content.encode("utf-8") if isinstance(content, str) else content
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -22,7 +22,7 @@ def write_new(path: Path, content: str | bytes) -> None:
 
 
 def link_new(temporary: Path, path: Path) -> None:
-    """Give a finished file its name, unless another content has that name: then raise InvalidInput."""
+    """Link a finished file to `path`; raise InvalidInput when other content is there."""
     try:
         path.hardlink_to(temporary)
     except FileExistsError as error:

@@ -1,6 +1,6 @@
-"""The calibrations of a rig on disk: immutable, each named by the hash of its content.
+"""Store of a rig's calibrations on disk: immutable files in the product's format, named by content hash.
 
-Files are in the product's own format. What another program wrote is turned into a calibration elsewhere.
+`exchange` imports the files of other programs.
 """
 
 import logging
@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RefusedFile:
-    """A file of the folder that is no calibration to be trusted, and why."""
+    """A file of the folder that is not a valid calibration, and the reason."""
 
     path: Path
     reason: str
@@ -27,29 +27,29 @@ class RefusedFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CalibrationListing:
-    """What lies in a folder: calibrations, newest first, and the files that were refused."""
+    """Content of a folder: calibrations, newest first, and the files that were refused."""
 
     calibrations: tuple[Calibration, ...]
     refusals: tuple[RefusedFile, ...]
 
 
 class CalibrationStore:
-    """A folder of calibrations, `<id>.json` each, and `trash` below it. Nothing is changed or overwritten."""
+    """A folder of calibrations, `<id>.json` each, with a `trash` subfolder. Files are never overwritten."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     @property
     def folder(self) -> Path:
-        """Where the files lie."""
+        """The folder of the files."""
         return self._folder
 
     def path_of(self, calibration_id: str) -> Path:
-        """Return where the calibration of this id lies, or would."""
+        """Return the path for the calibration of this id, whether or not it exists."""
         return self._folder / f"{calibration_id}.json"
 
     def add(self, calibration: Calibration) -> Path:
-        """Keep a calibration; one that is kept already is left alone."""
+        """Store a calibration and return its path; one that is stored already is unchanged."""
         return self._write(calibration, self.path_of(calibration.id))
 
     def get(self, calibration_id: str) -> Calibration:
@@ -64,7 +64,7 @@ class CalibrationStore:
         return self._load(paths[0])
 
     def every(self, *, rig_id: str | None = None) -> CalibrationListing:
-        """Return all calibrations (of one rig), newest first, and what had to be passed over."""
+        """Return all calibrations (of one rig), newest first, and the refused files."""
         calibrations, refusals = [], []
         for path in self._paths():
             try:
@@ -79,7 +79,7 @@ class CalibrationStore:
         return CalibrationListing(calibrations=tuple(newest_first), refusals=tuple(refusals))
 
     def lineage(self, calibration_id: str) -> tuple[Calibration, ...]:
-        """Return a calibration, what it was corrected from, and so on, as far as the folder knows."""
+        """Return a calibration, its parent, and so on, as far as they are in the folder."""
         chain = [self.get(calibration_id)]
         while (parent_id := chain[-1].parent_id) is not None:
             try:
@@ -90,14 +90,14 @@ class CalibrationStore:
         return tuple(chain)
 
     def discard(self, calibration_id: str) -> None:
-        """Put a calibration in the trash, whence `restore` brings it back; raise NotCalibrated without it."""
+        """Move a calibration to the trash (see `restore`); raise NotCalibrated when there is none."""
         path = self.path_of(self.get(calibration_id).id)
         with disk_errors(f"calibration {path.stem} in the trash", self.trash):
             self.trash.mkdir(exist_ok=True)
             path.replace(self.trash / path.name)
 
     def restore(self, calibration_id: str) -> Calibration:
-        """Take a calibration, named whole or by its beginning, out of the trash and return it."""
+        """Move a calibration, given by its id or the beginning of it, out of the trash and return it."""
         discarded = CalibrationStore(self.trash)
         found = discarded.get(calibration_id)
         with disk_errors(f"calibration {found.id}", self._folder):
@@ -106,11 +106,11 @@ class CalibrationStore:
 
     @property
     def trash(self) -> Path:
-        """Where discarded calibrations lie."""
+        """The folder of discarded calibrations."""
         return self._folder / "trash"
 
     def import_file(self, path: Path, *, rig_id: str | None = None) -> Calibration:
-        """Keep the calibration that lies in `path`; refuse one that is damaged or of another rig."""
+        """Store the calibration of the file `path`; refuse one that is damaged or of another rig."""
         calibration = load_calibration(path)
         if rig_id is not None:
             calibration.check_rig(rig_id)
@@ -118,7 +118,7 @@ class CalibrationStore:
         return calibration
 
     def export_file(self, calibration_id: str, path: Path) -> Path:
-        """Write a calibration to `path`, where nothing else may lie."""
+        """Write a calibration to `path`, where no other file may exist."""
         return self._write(self.get(calibration_id), path)
 
     def _paths(self) -> list[Path]:

@@ -3,10 +3,10 @@
 import io
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
@@ -14,6 +14,9 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, StepTrace
 from foveacam_pipeline.models.content import plain
 from foveacam_pipeline.storage.disk import write_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FORMAT = "foveacam-settle"
 VERSION = 1
@@ -28,14 +31,14 @@ AXIS_COLOURS = {
 
 
 def save_settle(report: SettleReport, path: Path) -> None:
-    """Write a report; one that was there is replaced."""
+    """Write a report, replacing an older one."""
     document = {"format": FORMAT, "version": VERSION, "report": plain(report)}
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, json.dumps(document, allow_nan=False).encode("utf-8"))
 
 
 def load_settle(path: Path) -> SettleReport:
-    """Read a report; raise InvalidInput when it cannot be trusted."""
+    """Read a report; raise InvalidInput when it is unreadable or invalid."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
@@ -58,7 +61,9 @@ def load_settle(path: Path) -> SettleReport:
 
 
 def settle_picture(report: SettleReport) -> bytes:
-    """Return a PNG: all four axes with the filter as it is, on a logarithmic scale, and wide open."""
+    """Return a PNG of all four axes: with the filter in normal use, logarithmic, and with it wide open."""
+    from matplotlib.figure import Figure  # loads for seconds
+
     figure = Figure(figsize=(11.0, 7.6), dpi=_DPI, layout="constrained")
     above, below = figure.subplots(2, 1)
     for found in report.axes:
@@ -84,7 +89,7 @@ def settle_picture(report: SettleReport) -> bytes:
     return buffer.getvalue()
 
 
-def _draw_settling(axes: Axes, found: AxisSettle) -> None:
+def _draw_settling(axes: "Axes", found: AxisSettle) -> None:
     label = (
         f"{found.role} {found.axis}: {found.step_px:.0f} px, 1 % after "
         f"{1e-3 * found.settle_share_us:.2f} ms, rest after {1e-3 * found.settle_us:.2f} ms"
@@ -100,7 +105,7 @@ def _draw_settling(axes: Axes, found: AxisSettle) -> None:
     )
 
 
-def _draw_ringing(axes: Axes, found: AxisSettle) -> None:
+def _draw_ringing(axes: "Axes", found: AxisSettle) -> None:
     times_ms, left = _trace_arrays(found.open_trace)
     label = f"{found.role} {found.axis}: {found.ringing}"
     axes.plot(times_ms, 100.0 * left / found.step_px, ".-", color=_colour(found), linewidth=0.8, label=label)

@@ -1,7 +1,7 @@
 """Resonance of a mirror from its motion after a step, and the wait after a large move that follows from it.
 
-The model is the drive filter, the board's Bessel low-pass of the fifth order with a known cut-off, followed by
-one damped mode: what the filter does not explain is the mirror's.
+The model is the drive filter, the board's Bessel low-pass of the fifth order with a known cut-off, followed
+by one damped mode: what the filter does not explain is the mirror's.
 """
 
 import copy

@@ -1,8 +1,8 @@
 """Stage 2, the measurement: sweep the target over the field and store each pose of all three cameras.
 
 The base turns the rig, the wide camera locates the markers, each eye centres its own. An interrupted sweep
-continues from its file; poses at which an eye was refused are tried again. Because mounts drift, the middle of
-the field is measured repeatedly.
+continues from its file; poses at which an eye was refused are tried again. Because mounts drift, the middle
+of the field is measured repeatedly.
 """
 
 import logging
