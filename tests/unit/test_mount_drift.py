@@ -21,8 +21,8 @@ from foveacam_pipeline.calibrate.fit.measured import (
     SweepMeasurements,
     reduce_sweeps,
 )
-from foveacam_pipeline.calibrate.fit.mount_drift import DriftRun, MountDrift, turn_back
 from foveacam_pipeline.calibrate.fit.pivot import DRIFT_RAD, mount_sigma_rad
+from foveacam_pipeline.calibrate.fit.samples import DriftRun, MountDrift, turn_back
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import has_returned, middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration, Intrinsics

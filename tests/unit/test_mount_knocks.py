@@ -11,7 +11,7 @@ from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import NominalRig, SweepMeasurements, reduce_sweeps
-from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
+from foveacam_pipeline.calibrate.fit.samples import MountDrift
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration, Intrinsics

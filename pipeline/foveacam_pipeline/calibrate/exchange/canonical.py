@@ -13,7 +13,6 @@ from foveacam_hardware.contract import InvalidInput
 
 Json: TypeAlias = Mapping[str, "Json"] | Sequence["Json"] | str | float | int | bool | None
 """What a JSON document holds."""
-
 ID_DIGITS = 32
 """Hexadecimal digits of the SHA-256 that name a record or a triple of cameras (FEATURES: authors' files)."""
 _LONGEST_PLAIN = 21  # ECMA-262, Number::toString: from 1e21 on with an exponent

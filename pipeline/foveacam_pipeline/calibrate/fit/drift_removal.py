@@ -17,49 +17,63 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.measured_rows import FitRow, volts_of
 from foveacam_pipeline.calibrate.fit.mount_drift import (
     GAZE_NOISE_RAD,
-    LEAST_KNOCK_RAD,
-    PIVOT_PRIOR_M,
+    MOVE_ROUNDS,
     PIVOT_UNKNOWNS,
+    TURNS,
     DriftSamples,
-    MountDrift,
+    both_axes,
     fit_mount_drift,
+    fit_moves,
     has_enough_visits,
+    mirror_columns,
     motion_columns,
     place_knots,
-    turn_back,
     turns_at,
 )
-from foveacam_pipeline.geometry.polynomial import huber_weights, monomials
+from foveacam_pipeline.calibrate.fit.samples import LEAST_KNOCK_RAD, MountDrift, turn_back
 
-MIN_MOVE_RAD = math.radians(0.01)
-"""Smaller moves, some fovea px, are left to the drift."""
-MOVE_SIGMAS = 5.0
-"""Moves within so many standard errors are not removed: with one distance a run, move and pivot are mixed."""
-MAX_MIRROR_ORDER = 7
-ROWS_AN_UNKNOWN = 3
-MOVE_ROUNDS = 4
-_ROBUST_ROUNDS = 3
-TURNS = 3
 KNOCK_SIGMAS = 6.0
 """Significance of a knock; it is high because hundreds of moments are tried."""
+
+
 ROWS_AN_OUTLIER = 10
 """At most one of so many measurements is left out as an outlier."""
+
+
 KNOCK_PIECES = 3
 """Pieces of the drift; more of them could take the shape of a knock."""
+
+
 MIN_ROWS_ASIDE = 3
 """Minimum measurements of a run on either side of a knock, so that one outlier is not taken for it."""
+
+
 MIN_FREEDOM = 12
 """Minimum degrees of freedom to search for knocks."""
+
+
 MAX_KNOCKS = 4
+
+
 MAX_UNSEEN = 0.35
 """Maximum share of a knock that revisited nodes do not show: 0.01 to 0.15 for knocks, more for errors that
 change with the row."""
+
+
 SAME_DEPTH = 0.02
 """Maximum relative difference of a node's depth between visits; other stations differ by more."""
+
+
 REVISIT_FACTOR = 1.5
 """Nodes count that were visited again within so many times the shortest such interval."""
+
+
 _RANK = 1e-9
+
+
 _SMALLEST_RAD = 1e-12
+
+
 logger = logging.getLogger(__name__)
 
 
@@ -147,80 +161,6 @@ def _angles(rows: Sequence[FitRow]) -> NDArray[np.float64]:
 def _turned_back(row: FitRow, turn_rad: NDArray[np.float64], *, f_px: float) -> FitRow:
     gaze, corners = turn_back(row.angles_rad[None], row.plane_px[None], turn_rad[None], f_px=f_px)
     return replace(row, angles_rad=gaze[0], plane_px=corners[0])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MountMoves:
-    """(runs, 3) turns about x, y and z of each run against the last one, to first order, and their errors."""
-
-    turn_rad: NDArray[np.float64]
-    sigma_rad: NDArray[np.float64]
-
-    @property
-    def significant(self) -> bool:
-        """Whether any turn is larger than drift, and significantly so."""
-        least_rad = np.maximum(MIN_MOVE_RAD, MOVE_SIGMAS * self.sigma_rad)
-        return bool((np.abs(self.turn_rad) > least_rad).any())
-
-
-def fit_moves(
-    volts_v: NDArray[np.float64],
-    angles_rad: NDArray[np.float64],
-    depth_m: NDArray[np.float64],
-    run: NDArray[np.int64],
-) -> MountMoves:
-    """Fit one turn of the mount a run together with mirror and pivot.
-
-    `fit_mount_drift` uses one mirror model for all runs, which large moves would distort; the caller removes
-    these turns exactly and repeats the fit until the rest is small. `volts_v`, `angles_rad`: (n, 2);
-    `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
-    """
-    runs = int(run.max()) + 1
-    mirror = mirror_columns(volts_v)
-    member = (run[:, None] == np.arange(runs - 1)).astype(np.float64)
-    matrix = np.hstack([both_axes(mirror), motion_columns(angles_rad, depth_m, turns=member, rolls=member)])
-    found, sigmas = _solve_moves(matrix, angles_rad.T.ravel(), pivot=2 * mirror.shape[1])
-    turns, errors = (
-        np.vstack([part[-TURNS * (runs - 1) :].reshape(TURNS, runs - 1).T, np.zeros(TURNS)])
-        for part in (found, sigmas)
-    )
-    return MountMoves(turn_rad=turns, sigma_rad=errors)
-
-
-def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (n, k) monomials of the drive, of the highest order that the number of rows allows."""
-    scaled = volts_v / np.abs(volts_v).max()
-    order, unknowns = MAX_MIRROR_ORDER, len(volts_v) // ROWS_AN_UNKNOWN
-    while order > 1 and (order + 1) * (order + 2) // 2 > unknowns:
-        order -= 1
-    return monomials(scaled[:, 0], scaled[:, 1], order)
-
-
-def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2 n, 2 k): the (n, k) columns for ax, then for ay, each with its own unknowns."""
-    nothing = np.zeros_like(columns)
-    return np.vstack([np.hstack([columns, nothing]), np.hstack([nothing, columns])])
-
-
-def _solve_moves(
-    matrix: NDArray[np.float64], values: NDArray[np.float64], *, pivot: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the unknowns and their errors by robust least squares; `pivot`: index of the pivot's first."""
-    prior = np.zeros((PIVOT_UNKNOWNS, matrix.shape[1]))
-    prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (GAZE_NOISE_RAD / PIVOT_PRIOR_M)
-    weights = np.ones(len(values))
-    for _ in range(_ROBUST_ROUNDS):
-        root = np.sqrt(weights)
-        rows = np.vstack([matrix * root[:, None], prior])
-        found = np.linalg.lstsq(rows, np.concatenate([values * root, np.zeros(PIVOT_UNKNOWNS)]), rcond=None)[
-            0
-        ]
-        left = values - matrix @ found
-        weights = huber_weights(left)
-    free = max(1, len(values) - matrix.shape[1])
-    sigma = max(GAZE_NOISE_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
-    variance = sigma**2 * np.diag(np.linalg.pinv(rows.T @ rows))
-    return np.asarray(found, dtype=np.float64), np.sqrt(variance)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

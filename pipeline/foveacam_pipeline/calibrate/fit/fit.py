@@ -26,7 +26,9 @@ from foveacam_pipeline.models.homography import HomographyField
 _PUPIL_STEPS_M = (10e-3, 1e-3)
 _PUPIL_ORDER = 3
 DOING = "the fit"
+
 logger = logging.getLogger(__name__)
+
 ELECTION_PARTS = 4
 """Duration of a fit that tries every model, in fits whose models are known."""
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily, MirrorScore
-from foveacam_pipeline.calibrate.fit.mount_drift import S_PER_MIN, DriftRun, MountDrift
+from foveacam_pipeline.calibrate.fit.samples import S_PER_MIN, DriftRun, MountDrift
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration

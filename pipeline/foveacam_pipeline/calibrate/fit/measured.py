@@ -24,8 +24,7 @@ from foveacam_pipeline.calibrate.fit.measured_rows import (
     eye_sweep,
     volts_of,
 )
-from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
-from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
+from foveacam_pipeline.calibrate.fit.samples import EyeSweep, MountDrift, RigSweep
 from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, constrain_to_base
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
@@ -42,6 +41,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 SAME_NODE_RAD = math.radians(0.2)
 """Gazes closer than this were planned as the same, at targets of different distances."""
+
 logger = logging.getLogger(__name__)
 
 

@@ -35,6 +35,7 @@ _DOMAIN_MARGIN_RAD = math.radians(0.05)
 _INVERSE_ORDER = 7
 _WRITTEN_ORDER = 11
 """Order of the polynomial that replaces the springs: it leaves 1e-7 rad over the calibrated volts."""
+
 logger = logging.getLogger(__name__)
 
 
@@ -62,9 +63,7 @@ def fit_stiffening(
         kx, ky = np.maximum(stiffening, 0.0).tolist()
         drive = spring_deflection(share, (kx, ky))
         basis = monomials(drive[:, 0], drive[:, 1], order)
-        solution = np.linalg.solve(
-            basis.T @ basis, basis.T @ angles_rad
-        )  # exact enough
+        solution = np.linalg.solve(basis.T @ basis, basis.T @ angles_rad)  # exact enough
         return float(np.sum((angles_rad - basis @ solution) ** 2))
 
     start = np.array([START_STIFFENING, START_STIFFENING])

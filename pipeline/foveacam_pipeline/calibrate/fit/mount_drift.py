@@ -1,27 +1,28 @@
-"""Drift of the eyes' mounts during a calibration, estimated from nodes that were visited again.
+"""Estimate of the drift of the eyes' mounts and of moves between runs, from nodes that were visited again.
 
-It is a small turn about the rig's x, y and z over time, linear between knots, zero at the end of the last
-run. Measurements of one node are compared with each other, because the errors of a mirror model change with
-the row and so with time. Pivot and drift are fitted together, because two stations differ in both.
+Measurements of one node are compared with each other, because the errors of a mirror model change with the
+row and so with time. Pivot and drift are fitted together, because two stations differ in both. `fit_moves`
+first finds turns between runs that are too large for this.
 """
 
 import logging
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.drift.values import EyeTurn
 from foveacam_pipeline.calibrate.fit.mirror_models import ORDERS
-from foveacam_pipeline.geometry.polynomial import BivariatePolynomial, fit_best_order, huber_weights
+from foveacam_pipeline.calibrate.fit.samples import DriftRun, MountDrift, turn_back
+from foveacam_pipeline.geometry.polynomial import (
+    BivariatePolynomial,
+    fit_best_order,
+    huber_weights,
+    monomials,
+)
 
-S_PER_MIN = 60.0
-LEAST_KNOCK_RAD = math.radians(0.004)
-"""Smaller steps, up to two fovea px, are described by the drift."""
 MAX_PIECES = 8
 SHORTEST_S = 15.0
 """Shorter runs are taken as free of drift."""
@@ -42,130 +43,18 @@ and a model with three unknowns would leave 0.3 fovea px between 5 and 2.5 m, wh
 with time."""
 _ROUNDS = 8
 _ORDER_ROUNDS = 2
+
 logger = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DriftRun:
-    """Drift during one run of the procedures, within which times are comparable.
-
-    `knots_s`: (k,) times, increasing. `turn_rad`: (k, 3) turns at the knots against the reference moment,
-    rig axes, linear in between. `sigma_rad`: (k, 2) standard errors of the turns about x and y. `knocked`:
-    whether a knock ended it; the measurements after the knock form the next run.
-    """
-
-    knots_s: NDArray[np.float64]
-    turn_rad: NDArray[np.float64]
-    sigma_rad: NDArray[np.float64]
-    knocked: bool = False
-
-    def at(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (n, 3) turns at (n,) times."""
-        turns = [np.interp(t_s, self.knots_s, column) for column in self.turn_rad.T]
-        return np.column_stack(turns)
-
-    @property
-    def minutes(self) -> float:
-        """Duration."""
-        return float(self.knots_s[-1] - self.knots_s[0]) / S_PER_MIN
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MountDrift:
-    """The drift of one eye during a calibration, all runs, against the end of the last one.
-
-    `sigma_rad`: standard error, across and down, of the mean correction of a pose. `pivot_sigma_m`: standard
-    error of the pivot, from the drift and everything else. `visits`: number of measurements that repeat a
-    node.
-    """
-
-    runs: tuple[DriftRun, ...]
-    sigma_rad: tuple[float, float]
-    pivot_sigma_m: float
-    visits: int
-
-    @property
-    def minutes(self) -> float:
-        """Total duration of the runs."""
-        return sum(run.minutes for run in self.runs)
-
-    @property
-    def pieces(self) -> int:
-        """Number of straight pieces of the drift."""
-        return sum(len(run.knots_s) - 1 for run in self.runs)
-
-    @property
-    def moved_rad(self) -> float:
-        """Largest distance of the gaze from its direction at the end."""
-        return max(float(np.linalg.norm(run.turn_rad[:, :2], axis=1).max()) for run in self.runs)
-
-    @property
-    def rad_per_minute(self) -> float:
-        """Mean speed of the gaze during the runs."""
-        path_rad = sum(
-            float(np.linalg.norm(np.diff(run.turn_rad[:, :2], axis=0), axis=1).sum()) for run in self.runs
-        )
-        return path_rad / self.minutes if self.minutes > 0.0 else 0.0
-
-    @property
-    def wander_rad(self) -> tuple[float, float]:
-        """Standard deviation of the gaze in time, across and down, over the longest run."""
-        run = max(self.runs, key=lambda run: run.minutes)
-        turns = run.at(np.linspace(run.knots_s[0], run.knots_s[-1], 64))
-        return float(turns[:, 1].std()), float(turns[:, 0].std())
-
-    @property
-    def knocks_rad(self) -> tuple[float, ...]:
-        """Steps of the gaze at the knocks, without those of the other eye's mount alone."""
-        steps = (
-            float(np.linalg.norm(after.turn_rad[0, :2] - before.turn_rad[-1, :2]))
-            for before, after in pairwise(self.runs)
-            if before.knocked
-        )
-        return tuple(step for step in steps if step > LEAST_KNOCK_RAD)
-
-    def with_knocks(self, ended: Collection[int]) -> "MountDrift":
-        """Return the same drift with the runs of these numbers marked as ended by a knock."""
-        runs = (replace(run, knocked=number in ended) for number, run in enumerate(self.runs))
-        return replace(self, runs=tuple(runs))
-
-    def with_moves(self, turns_rad: NDArray[np.float64]) -> "MountDrift":
-        """Return the same drift with a turn (runs, 3) added to each run: the mount was moved between them."""
-        runs = (
-            replace(run, turn_rad=run.turn_rad + turn) for run, turn in zip(self.runs, turns_rad, strict=True)
-        )
-        return replace(self, runs=tuple(runs))
-
-    @property
-    def stated_rad(self) -> tuple[float, float]:
-        """Standard error that a calibration states for the mount, across and down.
-
-        It combines the error of the correction and the drift itself, which is assumed to continue.
-        """
-        (own_x, own_y), (wander_x, wander_y) = self.sigma_rad, self.wander_rad
-        return math.hypot(own_x, wander_x), math.hypot(own_y, wander_y)
-
-
-def turn_back(
-    angles_rad: NDArray[np.float64],
-    plane_px: NDArray[np.float64],
-    turns_rad: NDArray[np.float64],
-    *,
-    f_px: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return gazes (n, 2) and corners (n, m, 2) turned back by the mount's turns (n, 3).
-
-    The corners lie on the virtual pinhole's plane, px from the gaze; both turn with the eye.
-    """
-    gazes, corners = np.empty_like(angles_rad), np.empty_like(plane_px)
-    for i, turn in enumerate(turns_rad):
-        x_rad, y_rad, roll_rad = (-turn).tolist()
-        back = EyeTurn(turn_rad=(x_rad, y_rad, roll_rad))
-        tangents = np.tan(angles_rad[i])
-        moved = back.apply(np.vstack([tangents, tangents + plane_px[i] / f_px]))
-        gazes[i] = np.arctan(moved[0])
-        corners[i] = f_px * (moved[1:] - moved[0])
-    return gazes, corners
+MIN_MOVE_RAD = math.radians(0.01)
+"""Smaller moves, some fovea px, are left to the drift."""
+MOVE_SIGMAS = 5.0
+"""Moves within so many standard errors are not removed: with one distance a run, move and pivot are mixed."""
+MAX_MIRROR_ORDER = 7
+ROWS_AN_UNKNOWN = 3
+MOVE_ROUNDS = 4
+_ROBUST_ROUNDS = 3
+TURNS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -397,3 +286,77 @@ def _drift(samples: DriftSamples, solved: _DriftSolution, knots: DriftKnots) -> 
         pivot_sigma_m=math.sqrt(float(pivot.max())),
         visits=int(samples.visit.sum()),
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MountMoves:
+    """(runs, 3) turns about x, y and z of each run against the last one, to first order, and their errors."""
+
+    turn_rad: NDArray[np.float64]
+    sigma_rad: NDArray[np.float64]
+
+    @property
+    def significant(self) -> bool:
+        """Whether any turn is larger than drift, and significantly so."""
+        least_rad = np.maximum(MIN_MOVE_RAD, MOVE_SIGMAS * self.sigma_rad)
+        return bool((np.abs(self.turn_rad) > least_rad).any())
+
+
+def fit_moves(
+    volts_v: NDArray[np.float64],
+    angles_rad: NDArray[np.float64],
+    depth_m: NDArray[np.float64],
+    run: NDArray[np.int64],
+) -> MountMoves:
+    """Fit one turn of the mount a run together with mirror and pivot.
+
+    `fit_mount_drift` uses one mirror model for all runs, which large moves would distort; the caller removes
+    these turns exactly and repeats the fit until the rest is small. `volts_v`, `angles_rad`: (n, 2);
+    `depth_m`: (n,) of the target; `run`: (n,) numbered from 0.
+    """
+    runs = int(run.max()) + 1
+    mirror = mirror_columns(volts_v)
+    member = (run[:, None] == np.arange(runs - 1)).astype(np.float64)
+    matrix = np.hstack([both_axes(mirror), motion_columns(angles_rad, depth_m, turns=member, rolls=member)])
+    found, sigmas = _solve_moves(matrix, angles_rad.T.ravel(), pivot=2 * mirror.shape[1])
+    turns, errors = (
+        np.vstack([part[-TURNS * (runs - 1) :].reshape(TURNS, runs - 1).T, np.zeros(TURNS)])
+        for part in (found, sigmas)
+    )
+    return MountMoves(turn_rad=turns, sigma_rad=errors)
+
+
+def mirror_columns(volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (n, k) monomials of the drive, of the highest order that the number of rows allows."""
+    scaled = volts_v / np.abs(volts_v).max()
+    order, unknowns = MAX_MIRROR_ORDER, len(volts_v) // ROWS_AN_UNKNOWN
+    while order > 1 and (order + 1) * (order + 2) // 2 > unknowns:
+        order -= 1
+    return monomials(scaled[:, 0], scaled[:, 1], order)
+
+
+def both_axes(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2 n, 2 k): the (n, k) columns for ax, then for ay, each with its own unknowns."""
+    nothing = np.zeros_like(columns)
+    return np.vstack([np.hstack([columns, nothing]), np.hstack([nothing, columns])])
+
+
+def _solve_moves(
+    matrix: NDArray[np.float64], values: NDArray[np.float64], *, pivot: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the unknowns and their errors by robust least squares; `pivot`: index of the pivot's first."""
+    prior = np.zeros((PIVOT_UNKNOWNS, matrix.shape[1]))
+    prior[:, pivot : pivot + PIVOT_UNKNOWNS] = np.eye(PIVOT_UNKNOWNS) * (GAZE_NOISE_RAD / PIVOT_PRIOR_M)
+    weights = np.ones(len(values))
+    for _ in range(_ROBUST_ROUNDS):
+        root = np.sqrt(weights)
+        rows = np.vstack([matrix * root[:, None], prior])
+        found = np.linalg.lstsq(rows, np.concatenate([values * root, np.zeros(PIVOT_UNKNOWNS)]), rcond=None)[
+            0
+        ]
+        left = values - matrix @ found
+        weights = huber_weights(left)
+    free = max(1, len(values) - matrix.shape[1])
+    sigma = max(GAZE_NOISE_RAD, math.sqrt(float(np.sum(weights * left**2)) / free))
+    variance = sigma**2 * np.diag(np.linalg.pinv(rows.T @ rows))
+    return np.asarray(found, dtype=np.float64), np.sqrt(variance)

@@ -17,8 +17,8 @@ from foveacam_pipeline.calibrate.fit.measured import (
     reduce_sweeps,
 )
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorScore
-from foveacam_pipeline.calibrate.fit.mount_drift import MountDrift
 from foveacam_pipeline.calibrate.fit.paper_model import PaperModel, farthest_sweep, fit_paper
+from foveacam_pipeline.calibrate.fit.samples import MountDrift
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS, VariantScore, compare_variants
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher

@@ -15,7 +15,6 @@ from scipy.special import ndtr
 from foveacam_pipeline.geometry.polynomial import least_squares
 
 Rows: TypeAlias = NDArray[np.float64]
-
 CELLS = 6
 """Across a marker of the dictionary 4X4_50: four of code, one of border on both sides."""
 HALF = CELLS / 2

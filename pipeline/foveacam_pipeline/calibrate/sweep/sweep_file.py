@@ -20,7 +20,6 @@ from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-sweep"
 VERSION = 1
-
 _Known = TypeVar("_Known", bound=BaseModel)
 Pair: TypeAlias = tuple[float, float]
 Size: TypeAlias = tuple[Annotated[int, Field(gt=0)], Annotated[int, Field(gt=0)]]

@@ -42,6 +42,7 @@ from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cance
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 logger = logging.getLogger(__name__)
+
 AHEAD = np.zeros(2)
 HALF_SIDE = 0.6
 """Half a marker and a little white, of its side."""

@@ -23,7 +23,9 @@ _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
 _LOOK_NS = 250_000_000
 """As which a look counts at most: who looks slowly waits for as many looks, not for as many seconds."""
+
 logger = logging.getLogger(__name__)
+
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 PICTURE_SCALE = 0.5
 _VEIL = 0.22
